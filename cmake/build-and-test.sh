@@ -1,0 +1,13 @@
+#!/bin/sh
+# build-and-test.sh FOLDER CMAKE_OPTION...: configures, builds, runs every suite and counts the tests ('N passed, N failed').
+set -eu
+folder=$1
+shift
+log=$folder/Testing/Temporary/LastTest.log
+cmake -S . -B "$folder" -G Ninja "$@"
+cmake --build "$folder" --parallel "${JOBS:-2}"
+rm -f "$log"
+status=0
+ctest --test-dir "$folder" --parallel "${JOBS:-2}" --timeout 300 --no-tests=error --output-on-failure || status=$?
+[ -f "$log" ] || exit 1
+"${PYTHON:-python3}" tests/support/count_tests.py "$log" && exit $status

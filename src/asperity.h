@@ -1,0 +1,54 @@
+/* asperity: interface law for rough quasi-brittle interfaces (damage, friction, interlocking), C API.
+ *
+ * Components are (N, Tx, Ty), tension positive; separation in length, traction in stress, any consistent units.
+ * PROPS and STATEV: docs/contract.md. Every function is stateless and may be called by several threads at once.
+ * A message buffer may be NULL; a message that does not fit is cut. Texts are closed by a zero. */
+#ifndef ASPERITY_H
+#define ASPERITY_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* status codes */
+enum asperity_status {
+  ASPERITY_OK = 0,
+  ASPERITY_BAD_PROPS = 1,      /* a material constant is out of its range */
+  ASPERITY_FEW_PROPS = 2,      /* fewer constants than the material needs */
+  ASPERITY_FEW_STATEV = 3,     /* nstatv smaller than asperity_nstatv */
+  ASPERITY_BAD_NTENS = 4,      /* number of components no host has (UMAT only) */
+  ASPERITY_BAD_SEPARATION = 5, /* not finite, or too large */
+  ASPERITY_BAD_STATE = 6,      /* not finite, or a damage outside 0..1 */
+  ASPERITY_BAD_SIZE = 7        /* a negative number of points */
+};
+
+/* Version of the library as text; returns its length. */
+int asperity_version(char *text, int size);
+
+/* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
+int asperity_nstatv(const double *props, int nprops, char *message, int size);
+
+/* Update n points over one increment.
+ *   s_old    double[n][3], separation at the start (needed by the energies only); NULL: zero
+ *   s        double[n][3], separation at the end
+ *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
+ *   traction double[n][3], traction at the end
+ *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric); NULL: not wanted
+ * Returns ASPERITY_OK, or the status of the first point that was rejected, with nothing written but the message. */
+int asperity_update(const double *props, int nprops, int n, const double *s_old, const double *s, int nstatv,
+                    double *state, double *traction, double *tangent, char *message, int size);
+
+/* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
+void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
+           double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,
+           const double *time, const double *dtime, const double *temp, const double *dtemp, const double *predef,
+           const double *dpred, const char *cmname, const int *ndi, const int *nshr, const int *ntens,
+           const int *nstatv, const double *props, const int *nprops, const double *coords, const double *drot,
+           double *pnewdt, const double *celent, const double *dfgrd0, const double *dfgrd1, const int *noel,
+           const int *npt, const int *layer, const int *kspt, const int *kstep, const int *kinc);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

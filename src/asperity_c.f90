@@ -1,0 +1,104 @@
+!> C API (asperity.h): the law for arrays of points, without any Fortran on the caller's side.
+module asperity_c
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use asperity_checks, only: integer_text, review_props
+  use asperity_contract, only: status_ok, status_size, version
+  use asperity_interface, only: interface_type, new_interface, points_message, update_points
+  use asperity_kinds, only: wp
+  implicit none
+  private
+  public :: asperity_version, asperity_nstatv, asperity_update
+
+contains
+
+  !> Text of the version; returns its length without the closing zero.
+  function asperity_version(text, size) bind(C) result(length)
+    type(c_ptr), value :: text        !! char[size], may be NULL
+    integer(c_int), value :: size     !! bytes of the text
+    integer(c_int) :: length
+    call put_text(version, text, size)
+    length = len(version)
+  end function asperity_version
+
+  !> Number of state variables that PROPS needs; 0 if PROPS is not admissible, with the reasons in the message.
+  function asperity_nstatv(props, nprops, message, size) bind(C) result(nstatv)
+    integer(c_int), value :: nprops               !! number of constants
+    real(c_double), intent(in) :: props(nprops)   !! material constants
+    type(c_ptr), value :: message                 !! char[size], may be NULL
+    integer(c_int), value :: size                 !! bytes of the message
+    integer(c_int) :: nstatv
+    character(len=:), allocatable :: text
+    type(interface_type) :: interface
+    integer :: status
+    text = ""
+    call new_interface(props, interface, status)
+    if (status == status_ok) then
+      nstatv = interface%n_statev
+    else
+      nstatv = 0
+      call review_props(props, status, text)
+    end if
+    call put_text(text, message, size)
+  end function asperity_nstatv
+
+  !> Update n points over one increment; returns 0, or a status code with the reasons in the message, nothing written.
+  function asperity_update(props, nprops, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
+    result(status)
+    integer(c_int), value :: nprops                     !! number of constants
+    integer(c_int), value :: n                          !! points
+    integer(c_int), value :: nstatv                     !! state variables per point
+    real(c_double), intent(in) :: props(nprops)         !! material constants
+    type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
+    real(c_double), intent(in) :: s(3, n)               !! double[n][3] separation (N, Tx, Ty) at the end, length
+    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state variables, start -> end
+    real(c_double), intent(inout) :: traction(3, n)     !! double[n][3] traction at the end, stress
+    type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
+    type(c_ptr), value :: message                       !! char[size], may be NULL
+    integer(c_int), value :: size                       !! bytes of the message
+    integer(c_int) :: status
+    real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
+    character(len=:), allocatable :: text
+    type(interface_type) :: interface
+    integer :: failed, i
+
+    text = ""
+    call new_interface(props, interface, status)
+    if (status /= status_ok) then
+      call review_props(props, status, text)
+    else if (n < 0) then
+      status = status_size
+      text = "n = " // integer_text(n) // " points: expected 0 or more"
+    else
+      ! a pointer to nothing is an absent argument
+      nullify (from, d)
+      if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
+      if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
+      call update_points(interface, s, state, traction, status, failed, from, d)
+      if (status /= status_ok) then
+        text = points_message(interface, failed, s, state, from)
+      else if (associated(d)) then
+        do i = 1, n
+          d(:, :, i) = transpose(d(:, :, i))   ! rows first in C
+        end do
+      end if
+    end if
+    call put_text(text, message, size)
+  end function asperity_update
+
+  !> Copy a text into a C buffer, cut to its size, always closed by a zero.
+  subroutine put_text(text, buffer, size)
+    character(len=*), intent(in) :: text   !! what to copy
+    type(c_ptr), intent(in) :: buffer      !! char[size], may be NULL
+    integer(c_int), intent(in) :: size     !! bytes of the buffer
+    character(kind=c_char), pointer :: chars(:)
+    integer :: i, last
+    if (.not. c_associated(buffer) .or. size < 1) return
+    call c_f_pointer(buffer, chars, [size])
+    last = min(len(text), size - 1)
+    do i = 1, last
+      chars(i) = text(i:i)
+    end do
+    chars(last + 1) = c_null_char
+  end subroutine put_text
+
+end module asperity_c

@@ -1,0 +1,155 @@
+!> Tests of the input, and the messages for what they reject: all bad values at once, each with what was expected.
+module asperity_checks
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_kinds, only: wp
+  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, &
+    p_m, p_map, prop_table, status_nprops, status_ok, status_props, weight_tolerance
+  implicit none
+  private
+  public :: all_bounded, bounded, review_props, append, to_text, integer_text
+
+  character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
+
+contains
+
+  !> Whether |x| <= bound; false for NaN and infinity, without raising a floating-point exception.
+  elemental function bounded(x, bound) result(yes)
+    real(wp), intent(in) :: x       !! any bits
+    real(wp), intent(in) :: bound   !! finite, >= 0
+    logical :: yes
+    ! the bits of non-negative doubles order like the numbers, NaN and infinity above all finite ones
+    yes = iand(transfer(x, 0_int64), huge(0_int64)) <= transfer(bound, 0_int64)
+  end function bounded
+
+  !> Whether all |x| <= bound, in one call.
+  pure function all_bounded(n, x, bound) result(yes)
+    integer, intent(in) :: n        !! number of values
+    real(wp), intent(in) :: x(n)    !! any bits
+    real(wp), intent(in) :: bound   !! finite, >= 0
+    logical :: yes
+    integer(int64) :: beyond, limit
+    integer :: i
+    ! a difference of bits is negative where a value lies beyond: one loop without branches
+    limit = transfer(bound, 0_int64)
+    beyond = 0_int64
+    do i = 1, n
+      beyond = ior(beyond, limit - iand(transfer(x(i), 0_int64), huge(0_int64)))
+    end do
+    yes = beyond >= 0_int64
+  end function all_bounded
+
+  !> Test a PROPS vector; on request say of every bad value what it is and what was expected.
+  pure subroutine review_props(props, status, message)
+    real(wp), intent(in), contiguous :: props(:)                    !! PROPS, any number of values
+    integer, intent(out) :: status                                  !! 0, status_props or status_nprops
+    character(len=:), allocatable, intent(inout), optional :: message   !! one line per bad value is appended
+    real(wp) :: total
+    integer :: i, j, k, m
+
+    status = status_ok
+    if (size(props) < n_required_props) then
+      status = status_nprops
+      if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // ": expected at least " // &
+        integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
+    end if
+    m = 0
+    do i = 1, min(size(props), n_fixed_props)
+      if (prop_admissible(i, props(i))) then
+        if (i == p_m) m = nint(props(i))
+      else
+        status = status_props
+        if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // &
+          " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+      end if
+    end do
+    if (m >= 0) return
+
+    ! listed planes
+    if (size(props) < n_fixed_props - n_listed_values*m) then
+      status = status_nprops
+      if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // ": expected at least " // &
+        integer_text(n_fixed_props - n_listed_values*m) // " for " // integer_text(-m) // " listed planes")
+      return
+    end if
+    total = 0.0_wp
+    do k = 1, -m
+      do j = 1, n_listed_values
+        i = n_fixed_props + n_listed_values*(k - 1) + j
+        if (listed_admissible(j, props(i))) then
+          if (j == n_listed_values) total = total + props(i)
+        else
+          status = status_props
+          if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // trim(listed_names(j)) // &
+            " of listed plane " // integer_text(k) // " = " // to_text(props(i)) // ": expected " // &
+            trim(merge("> 0   ", "finite", j == 1 .or. j == n_listed_values)))
+        end if
+      end do
+    end do
+    if (status == status_ok .and. abs(total - 1.0_wp) > weight_tolerance) then
+      status = status_props
+      if (present(message)) call append(message, "weights gamma of the listed planes sum to " // to_text(total) // &
+        ": expected 1 within " // to_text(weight_tolerance))
+    end if
+  end subroutine review_props
+
+  !> Whether entry i of PROPS may have this value.
+  pure function prop_admissible(i, value) result(yes)
+    integer, intent(in) :: i        !! index, 1..n_fixed_props
+    real(wp), intent(in) :: value   !! any bits
+    logical :: yes
+    yes = bounded(value, huge(1.0_wp))
+    if (yes) yes = value >= prop_table(i)%lower .and. value <= prop_table(i)%upper
+    if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - anint(value)) <= 0.0_wp
+    if (yes .and. i == p_m) yes = nint(value) <= 0 .or. nint(value) >= min_inclined
+  end function prop_admissible
+
+  !> Whether value j of a listed plane (n_N, n_Tx, n_Ty, gamma) may have this value.
+  pure function listed_admissible(j, value) result(yes)
+    integer, intent(in) :: j        !! 1..n_listed_values
+    real(wp), intent(in) :: value   !! any bits
+    logical :: yes
+    yes = bounded(value, huge(1.0_wp))
+    if (yes .and. (j == 1 .or. j == n_listed_values)) yes = value > 0.0_wp
+    if (yes .and. j == n_listed_values) yes = value <= 1.0_wp + weight_tolerance
+  end function listed_admissible
+
+  !> Add a line to a message.
+  pure subroutine append(message, line)
+    character(len=:), allocatable, intent(inout) :: message   !! lines so far, or not allocated
+    character(len=*), intent(in) :: line                      !! the new line
+    if (.not. allocated(message)) then
+      message = line
+    else if (len(message) == 0) then
+      message = line
+    else
+      message = message // new_line("a") // line
+    end if
+  end subroutine append
+
+  !> Shortest plain text of a number.
+  pure function to_text(value) result(text)
+    real(wp), intent(in) :: value   !! any bits
+    character(len=:), allocatable :: text
+    character(len=32) :: buffer
+    integer :: last, e
+    write (buffer, "(g0.16)") value
+    e = scan(buffer, "Ee")
+    if (e == 0) e = len_trim(buffer) + 1
+    last = e - 1
+    if (index(buffer, ".") > 0) then
+      last = verify(buffer(:last), "0", back=.true.)
+      if (buffer(last:last) == ".") last = last - 1
+    end if
+    text = buffer(:last) // trim(buffer(e:))
+  end function to_text
+
+  !> Text of an integer.
+  pure function integer_text(value) result(text)
+    integer, intent(in) :: value   !! any
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+    write (buffer, "(i0)") value
+    text = trim(buffer)
+  end function integer_text
+
+end module asperity_checks

@@ -1,0 +1,120 @@
+!> What the host adapters share: component orders, the test of their input, and the rejection of a call.
+module asperity_host
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
+  use asperity_contract, only: status_ntens, status_ok, status_separation
+  use asperity_interface, only: interface_type, new_interface, point_message, state_status, separation_bound
+  use asperity_kinds, only: wp
+  implicit none
+  private
+  public :: component_map, host_status, host_message, reject, request_cut
+
+  !> Increment factor asked for when a call is rejected.
+  real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
+  !> Set by its bits, which raises no floating-point exception.
+  real(wp), parameter :: quiet_nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
+
+contains
+
+  !> Positions of (N, Tx, Ty) among the host's NTENS components; 0: the host has no such component.
+  pure function component_map(ntens, map) result(position)
+    integer, intent(in) :: ntens   !! 2, 3 or 6
+    integer, intent(in) :: map     !! PROPS 10
+    integer :: position(3)         !! all 0 if ntens is none of these
+    select case (ntens)
+    case (2)
+      position = [1, 2, 0]
+    case (3)
+      position = [1, 2, 3]
+    case (6)
+      position = [3, merge(5, 6, map == 0), merge(6, 5, map == 0)]
+    case default
+      position = 0
+    end select
+  end function component_map
+
+  !> Whether what a host passed for a point is admissible.
+  pure function host_status(interface, position, stran, dstran, statev) result(status)
+    type(interface_type), intent(in) :: interface   !! the interface
+    integer, intent(in) :: position(3)              !! component_map
+    real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
+    real(wp), intent(in), contiguous :: statev(:)   !! state at the start
+    integer :: status                               !! 0, status_ntens or those of state_status
+    status = status_ntens
+    if (position(1) == 0) return
+    status = status_separation
+    if (.not. all_bounded(size(stran), stran, strain_bound(interface))) return
+    if (.not. all_bounded(size(dstran), dstran, strain_bound(interface))) return
+    status = state_status(interface, statev)
+  end function host_status
+
+  !> Largest strain component taken: half, so that start plus increment stays within the separation bound.
+  pure function strain_bound(interface) result(bound)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: bound
+    bound = 0.5_wp*separation_bound(interface)/interface%h
+  end function strain_bound
+
+  !> What is wrong with a rejected call: every bad value, and what was expected.
+  pure function host_message(status, props, ntens, stran, dstran, statev) result(message)
+    integer, intent(in) :: status                 !! of new_interface or host_status
+    real(wp), intent(in), contiguous :: props(:)    !! PROPS
+    integer, intent(in) :: ntens                  !! components of the host
+    real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
+    real(wp), intent(in), contiguous :: statev(:)   !! state at the start
+    character(len=:), allocatable :: message
+    real(wp), parameter :: rest(3) = 0.0_wp
+    type(interface_type) :: interface
+    integer :: i, props_status
+
+    message = ""
+    call new_interface(props, interface, props_status)
+    if (props_status /= status_ok) then
+      call review_props(props, props_status, message)
+    else if (status == status_ntens) then
+      message = "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6"
+    else if (status == status_separation) then
+      do i = 1, ntens
+        call review_strain("STRAN", i, stran(i), strain_bound(interface), message)
+        call review_strain("DSTRAN", i, dstran(i), strain_bound(interface), message)
+      end do
+    else
+      message = point_message(interface, rest, rest, statev)
+    end if
+  end function host_message
+
+  !> Add a line to the message if a strain component is not finite or too large.
+  pure subroutine review_strain(name, i, value, bound, message)
+    character(len=*), intent(in) :: name                      !! STRAN or DSTRAN
+    integer, intent(in) :: i                                  !! component
+    real(wp), intent(in) :: value                             !! any bits
+    real(wp), intent(in) :: bound                             !! largest magnitude
+    character(len=:), allocatable, intent(inout) :: message   !! lines so far
+    if (.not. bounded(value, bound)) call append(message, name // "(" // integer_text(i) // ") = " // &
+      to_text(value) // ": expected a finite number of magnitude up to " // to_text(bound))
+  end subroutine review_strain
+
+  !> Ask the host for a smaller increment: PNEWDT may arrive as 1 (Abaqus), -1 (CalculiX) or absent (Kratos).
+  pure subroutine request_cut(factor, pnewdt)
+    real(wp), intent(in) :: factor                !! wanted, < 1
+    real(wp), intent(inout), optional :: pnewdt   !! the host's suggestion
+    if (.not. present(pnewdt)) return
+    if (pnewdt > 0.0_wp) then
+      pnewdt = min(pnewdt, factor)
+    else
+      pnewdt = factor
+    end if
+  end subroutine request_cut
+
+  !> Tell on standard error why a call was rejected, and make sure that the host's solver stops.
+  subroutine reject(routine, message, stress, tangent)
+    character(len=*), intent(in) :: routine      !! name of the adapter
+    character(len=*), intent(in) :: message      !! lines that name the values and what was expected
+    real(wp), intent(inout) :: stress(:)         !! filled with NaN
+    real(wp), intent(inout) :: tangent(:, :)     !! filled with NaN
+    write (error_unit, "(4a)") "asperity ", routine, ": ", message
+    stress = quiet_nan
+    tangent = quiet_nan
+  end subroutine reject
+
+end module asperity_host

@@ -1,0 +1,195 @@
+!> Checked entry to the law: an interface from PROPS, and the update of points with every input tested first.
+module asperity_interface
+  use asperity_kinds, only: wp
+  use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
+  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_eta, &
+    p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, plane_statev, &
+    prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, status_state, v_offset
+  use asperity_law, only: rie_type, update_point_in_place
+  use asperity_material, only: new_material
+  use asperity_pattern, only: listed_pattern, regular_pattern
+  implicit none
+  private
+  public :: interface_type, new_interface, separation_bound, point_status, state_status, update_points, point_message, &
+    points_message
+
+  !> An interface as a host describes it by PROPS.
+  type :: interface_type
+    type(rie_type) :: rie     !! material and pattern
+    integer :: n_statev       !! state variables the law needs
+    real(wp) :: h             !! thickness the host divides by, length
+    integer :: map            !! order of the host's components, 0 or 1
+    real(wp) :: r             !! stiffness of the layer's other components as a share of K h
+  end type interface_type
+
+contains
+
+  !> Interface from PROPS (contract; missing trailing values take their default).
+  pure subroutine new_interface(props, interface, status)
+    real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
+    type(interface_type), intent(out) :: interface   !! defined if status is 0
+    integer, intent(out) :: status                   !! 0, status_props or status_nprops
+    real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
+    real(wp) :: p(n_fixed_props)
+    integer :: given, m
+
+    call review_props(props, status)
+    if (status /= status_ok) return
+    given = min(size(props), n_fixed_props)
+    p(:given) = props(:given)
+    p(given + 1:) = defaults(given + 1:)
+    interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc))
+    m = nint(p(p_m))
+    if (m < 0) then
+      call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)
+    else
+      call regular_pattern(m, p(p_theta), p(p_flat), p(p_turn), interface%rie%pattern)
+    end if
+    interface%n_statev = n_statev(interface%rie%pattern%n)
+    interface%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
+    interface%map = nint(p(p_map))
+    interface%r = p(p_r)
+  end subroutine new_interface
+
+  !> Largest separation the law takes, length: beyond it squares would leave the range of a double.
+  pure function separation_bound(interface) result(bound)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: bound
+    bound = separation_limit*interface%rie%material%s0
+  end function separation_bound
+
+  !> Whether the input of a point is admissible.
+  pure function point_status(interface, s_old, s, state_old) result(status)
+    type(interface_type), intent(in) :: interface      !! the interface
+    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
+    real(wp), intent(in) :: s(3)                       !! separation at the end, length
+    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
+    integer :: status                                  !! 0, status_nstatv, status_state or status_separation
+    real(wp) :: bound
+    bound = separation_bound(interface)
+    status = status_separation
+    if (all_bounded(3, s, bound) .and. all_bounded(3, s_old, bound)) status = state_status(interface, state_old)
+  end function point_status
+
+  !> Whether STATEV can be a state of the interface.
+  pure function state_status(interface, state) result(status)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp), intent(in), contiguous :: state(:)    !! STATEV
+    integer :: status                               !! 0, status_nstatv or status_state
+    real(wp) :: bound
+    integer :: i
+    logical :: good
+
+    status = status_nstatv
+    if (size(state) < interface%n_statev) return
+    status = status_state
+    if (.not. all_bounded(interface%n_statev, state, huge(1.0_wp))) return
+    bound = separation_bound(interface)
+    good = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2))) <= bound
+    do i = n_point_statev + 1, interface%n_statev, n_plane_statev
+      good = good .and. state(i) >= 0.0_wp .and. state(i) <= 1.0_wp &
+             .and. max(abs(state(i + 1)), abs(state(i + 2))) <= bound
+    end do
+    if (good) status = status_ok
+  end function state_status
+
+  !> Update n points over one increment; nothing is written unless every input of every point is admissible.
+  pure subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent)
+    type(interface_type), intent(in) :: interface      !! the interface
+    real(wp), intent(in), contiguous :: s(:, :)   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)   !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)   !! (3, n) traction at the end, stress
+    integer, intent(out) :: status                     !! 0 or the status of the first point that failed
+    integer, intent(out) :: failed                     !! that point, 0: none
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)   !! (3, n) separation at the start, absent: zero
+    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp) :: from(3), d(3, 3)
+    integer :: i
+
+    from = 0.0_wp
+    do i = 1, size(s, 2)
+      failed = i
+      if (present(s_old)) from = s_old(:, i)
+      status = point_status(interface, from, s(:, i), state(:, i))
+      if (status /= status_ok) return
+    end do
+    status = status_ok
+    failed = 0
+    do i = 1, size(s, 2)
+      if (present(s_old)) from = s_old(:, i)
+      call update_point_in_place(interface%rie, from, s(:, i), state(:, i), traction(:, i), d)
+      if (present(tangent)) tangent(:, :, i) = d
+    end do
+  end subroutine update_points
+
+  !> What `update_points` rejected: the point, its bad values, and what was expected.
+  pure function points_message(interface, failed, s, state, s_old) result(message)
+    type(interface_type), intent(in) :: interface      !! the interface
+    integer, intent(in) :: failed                      !! the point
+    real(wp), intent(in), contiguous :: s(:, :)   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(in), contiguous :: state(:, :)   !! (nstatv, n) STATEV at the start
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)   !! (3, n) separation at the start, absent: zero
+    character(len=:), allocatable :: message
+    real(wp) :: from(3)
+    from = 0.0_wp
+    if (present(s_old)) from = s_old(:, failed)
+    message = "point " // integer_text(failed) // ": " // point_message(interface, from, s(:, failed), state(:, failed))
+  end function points_message
+
+  !> What is wrong with the input of a point: every bad value, and what was expected.
+  pure function point_message(interface, s_old, s, state_old) result(message)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp), intent(in) :: s_old(:)                !! (3) separation (N, Tx, Ty) at the start, length
+    real(wp), intent(in) :: s(:)                    !! (3) separation at the end, length
+    real(wp), intent(in), contiguous :: state_old(:)   !! (nstatv) STATEV at the start
+    character(len=:), allocatable :: message
+    character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
+    real(wp) :: bound
+    integer :: i, j, k
+
+    message = ""
+    bound = separation_bound(interface)
+    if (size(state_old) < interface%n_statev) then
+      call append(message, "NSTATV = " // integer_text(size(state_old)) // ": expected at least " // &
+        integer_text(interface%n_statev) // " for " // integer_text(interface%rie%pattern%n) // " planes")
+      return
+    end if
+    do i = 1, 3
+      call review(message, trim(names(i)) // " at the start", s_old(i), -bound, bound)
+      call review(message, trim(names(i)), s(i), -bound, bound)
+    end do
+    do i = 1, n_point_statev
+      call review(message, statev_name(i, i), state_old(i), -merge(bound, huge(1.0_wp), i >= v_offset), &
+        merge(bound, huge(1.0_wp), i >= v_offset))
+    end do
+    do k = 1, interface%rie%pattern%n
+      i = plane_statev(k)
+      call review(message, statev_name(i, n_point_statev + 1), state_old(i), 0.0_wp, 1.0_wp)
+      do j = 1, n_plane_statev - 1
+        call review(message, statev_name(i + j, n_point_statev + 1 + j), state_old(i + j), -bound, bound)
+      end do
+    end do
+  end function point_message
+
+  !> Name of a state variable in a message.
+  pure function statev_name(index, row) result(name)
+    integer, intent(in) :: index   !! in STATEV
+    integer, intent(in) :: row     !! of statev_table
+    character(len=:), allocatable :: name
+    name = "STATEV(" // integer_text(index) // ") " // trim(statev_table(row)%name)
+  end function statev_name
+
+  !> Add a line to the message if a value is not a finite number in its range.
+  pure subroutine review(message, name, value, lower, upper)
+    character(len=:), allocatable, intent(inout) :: message   !! lines so far
+    character(len=*), intent(in) :: name                      !! of the value
+    real(wp), intent(in) :: value                             !! any bits
+    real(wp), intent(in) :: lower, upper                      !! admissible range
+    logical :: good
+    good = bounded(value, huge(1.0_wp))
+    if (good) good = value >= lower .and. value <= upper
+    if (.not. good) call append(message, name // " = " // to_text(value) // ": expected a finite number from " // &
+      to_text(lower) // " to " // to_text(upper))
+  end subroutine review
+
+end module asperity_interface

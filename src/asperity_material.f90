@@ -1,0 +1,51 @@
+!> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
+module asperity_material
+  use asperity_kinds, only: wp
+  implicit none
+  private
+  public :: material_type, new_material
+
+  !> Constants of the law, in the user's consistent units.
+  type :: material_type
+    real(wp) :: eta         !! ductility (5), -
+    real(wp) :: mu          !! friction coefficient (18), -
+    real(wp) :: k_n         !! normal stiffness (12), stress/length
+    real(wp) :: k_t         !! tangential stiffness (12), stress/length
+    real(wp) :: k_c         !! normal stiffness in closure, stress/length
+    real(wp) :: mu_c        !! mu k_c/k_t: friction strength over k_t, per closure
+    real(wp) :: inv_s01_2   !! 1/s01^2, s01 = separation at damage onset in mode I
+    real(wp) :: inv_s02_2   !! 1/s02^2, s02 = slip at damage onset in mode II
+    real(wp) :: inv_eta     !! 1/eta
+    real(wp) :: s0          !! the smaller of s01 and s02, length
+  end type material_type
+
+contains
+
+  !> Constants of the law from admissible parameters (units: stress, stress*length; s_f = 2 Gc/sigma0, (5), (12)).
+  pure function new_material(sigma0, gc, eta, mu, sigma02, gc2, kc) result(material)
+    real(wp), intent(in) :: sigma0    !! strength, > 0
+    real(wp), intent(in) :: gc        !! rupture energy, > 0
+    real(wp), intent(in) :: eta       !! ductility, 0 < eta < 1
+    real(wp), intent(in) :: mu        !! friction coefficient, >= 0
+    real(wp), intent(in) :: sigma02   !! tangential strength, 0: sigma0
+    real(wp), intent(in) :: gc2       !! mode II rupture energy, 0: Gc
+    real(wp), intent(in) :: kc        !! closing stiffness as a multiple of K_n, 0: 1
+    type(material_type) :: material
+    real(wp) :: inv_s01, inv_s02, strength2
+
+    strength2 = merge(sigma02, sigma0, sigma02 > 0.0_wp)
+    inv_s01 = sigma0/((1.0_wp - eta)*2.0_wp*gc)
+    inv_s02 = strength2/((1.0_wp - eta)*2.0_wp*merge(gc2, gc, gc2 > 0.0_wp))
+    material%eta = eta
+    material%mu = mu
+    material%k_n = sigma0*inv_s01
+    material%k_t = strength2*inv_s02
+    material%k_c = merge(kc, 1.0_wp, kc > 0.0_wp)*material%k_n
+    material%inv_s01_2 = inv_s01**2
+    material%inv_s02_2 = inv_s02**2
+    material%inv_eta = 1.0_wp/eta
+    material%mu_c = mu*material%k_c/material%k_t
+    material%s0 = 1.0_wp/max(inv_s01, inv_s02)
+  end function new_material
+
+end module asperity_material

@@ -1,0 +1,74 @@
+!> UMAT of Abaqus/Standard, CalculiX and Kratos: unpack, one call of the law, pack.
+!>
+!> PROPS, STATEV and component orders: docs/contract.md. DDSDDE is the consistent tangent and unsymmetric (Abaqus:
+!> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
+!> not used: the law is total. A rejected call fills STRESS and DDSDDE with NaN and leaves STATEV as it came.
+subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
+                dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
+                dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
+  use asperity_contract, only: max_ntens, status_ok, v_friction, v_rupture, v_stored
+  use asperity_host, only: component_map, host_message, host_status, reject, rejected_pnewdt, request_cut
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point_in_place
+  implicit none
+  integer, intent(in) :: ndi                     !! direct stress components, not used
+  integer, intent(in) :: nshr                    !! shear stress components, not used
+  integer, intent(in) :: ntens                   !! stress components: 2, 3 or 6
+  integer, intent(in) :: nstatv                  !! state variables
+  integer, intent(in) :: nprops                  !! material constants
+  real(wp), intent(inout) :: stress(ntens)       !! traction at the end, stress
+  real(wp), intent(inout) :: statev(nstatv)      !! state, start -> end
+  real(wp), intent(inout) :: ddsdde(ntens, ntens)   !! d stress_i/d strain_j, stress
+  real(wp), intent(inout) :: sse, spd, scd       !! stored, friction, rupture energy, each divided by h
+  real(wp), intent(in) :: stran(ntens)           !! strain at the start (separation/h, engineering shear)
+  real(wp), intent(in) :: dstran(ntens)          !! strain increment
+  real(wp), intent(in) :: props(nprops)          !! material constants
+  character(len=80), intent(in) :: cmname        !! material name, not used (Kratos passes one character)
+  real(wp), intent(inout), optional :: pnewdt    !! suggested increment factor, written only to ask for a cut
+  ! not used, and NULL in some hosts
+  real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
+  real(wp), intent(in), optional :: time(*), dtime, temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
+    dfgrd0(*), dfgrd1(*)
+  integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
+  type(interface_type) :: interface
+  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness
+  integer :: i, j, position(3), status
+
+  call new_interface(props, interface, status)
+  position = component_map(ntens, interface%map)
+  if (status == status_ok) status = host_status(interface, position, stran, dstran, statev)
+  if (status /= status_ok) then
+    call reject("umat", host_message(status, props, ntens, stran, dstran, statev), stress, ddsdde)
+    call request_cut(rejected_pnewdt, pnewdt)
+    return
+  end if
+
+  from = 0.0_wp
+  to = 0.0_wp
+  do i = 1, 3
+    if (position(i) == 0) cycle
+    from(i) = interface%h*stran(position(i))
+    to(i) = interface%h*(stran(position(i)) + dstran(position(i)))
+  end do
+  call update_point_in_place(interface%rie, from, to, statev, traction, tangent)
+
+  if (ntens == max_ntens) then
+    ! components of a solid layer that are not those of an interface
+    layer_stiffness = interface%r*interface%rie%material%k_n*interface%h
+    stress = layer_stiffness*(stran + dstran)
+    ddsdde = 0.0_wp
+    do i = 1, ntens
+      ddsdde(i, i) = layer_stiffness
+    end do
+  end if
+  do j = 1, min(3, ntens)
+    stress(position(j)) = traction(j)
+    do i = 1, min(3, ntens)
+      ddsdde(position(i), position(j)) = interface%h*tangent(i, j)
+    end do
+  end do
+  sse = statev(v_stored)/interface%h
+  spd = statev(v_friction)/interface%h
+  scd = statev(v_rupture)/interface%h
+end subroutine umat
