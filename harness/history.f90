@@ -1,0 +1,183 @@
+!> CSV of a run: one row per increment, in the file as soon as it is known; and what the run came to.
+!>
+!> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
+!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +:
+!>   onset     damage begins
+!>   damaged   every plane is fully damaged
+!>   open      a plane in contact opens
+!>   close     a plane that was open comes into contact
+!>   slip      a damaged plane in contact begins to slide
+!>   substeps  the increment was solved in parts
+!>   cut       a replayed host was asked for a smaller increment
+!>   lost      no equilibrium was found beyond: the row is the last one found
+module history
+  use asperity_checks, only: integer_text
+  use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, statev_table, v_damage, v_friction, &
+    v_rupture, v_stored, v_work
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_pattern, only: plane_normal
+  use row_file, only: close_file, create_file, write_line
+  implicit none
+  private
+  public :: open_history, add_row, close_history
+
+  integer, parameter :: event_length = 64
+  character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
+    "rupture,friction,work,iterations,event"
+
+  !> A row.
+  type, public :: row_type
+    integer :: step = 0, increment = 0
+    real(wp) :: time = 0.0_wp
+    real(wp) :: s(3) = 0.0_wp            !! separation (N, Tx, Ty)
+    real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
+    real(wp), allocatable :: state(:)    !! STATEV
+    integer :: iterations = 0
+    logical :: substeps = .false., cut = .false., lost = .false.
+  end type row_type
+
+  !> The file and what has been written to it.
+  type, public :: history_type
+    type(row_type) :: last                 !! the last row
+    integer :: n_rows = 0
+    integer :: iterations = 0              !! of all rows
+    integer :: most_iterations = 0         !! of one row
+    real(wp) :: least_traction = 0.0_wp    !! smallest t_N
+    logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
+    integer, private :: file = 0           !! descriptor
+    character(len=:), allocatable, private :: path
+    integer, private :: n_planes = 0       !! with columns of their own
+    logical, allocatable, private :: contact(:), apart(:), slides(:)   !! of the planes at the last row
+  end type history_type
+
+contains
+
+  !> Open the file ("-": standard output) and write the header.
+  subroutine open_history(table, path, interface, planes)
+    type(history_type), intent(out) :: table        !! nothing written yet
+    character(len=*), intent(in) :: path            !! file, replaced if it exists
+    type(interface_type), intent(in) :: interface   !! the interface
+    logical, intent(in) :: planes                   !! whether planes have columns
+    character(len=:), allocatable :: header
+    integer :: j, k, n
+
+    n = interface%rie%pattern%n
+    allocate (table%contact(n), table%apart(n), table%slides(n))
+    table%contact = .false.
+    table%apart = .false.
+    table%slides = .false.
+    allocate (table%last%state(interface%n_statev))
+    table%last%state = 0.0_wp
+    table%path = path
+    call create_file(path, table%file, table%good)
+    if (.not. table%good) return
+    header = point_columns
+    if (planes) then
+      table%n_planes = n
+      do k = 1, n
+        do j = n_point_statev + 1, n_point_statev + n_plane_statev
+          header = header // "," // trim(statev_table(j)%name) // "_" // integer_text(k)
+        end do
+      end do
+    end if
+    call write_line(table%file, path, header, table%good)
+  end subroutine open_history
+
+  !> Write a row; the whole row goes out at once, so that a run that is killed leaves whole rows.
+  subroutine add_row(table, interface, row)
+    type(history_type), intent(inout) :: table      !! the file
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(row_type), intent(in) :: row               !! the row
+    character(len=event_length) :: event
+    character(len=:), allocatable :: line
+    integer :: i, k
+
+    call find_events(table, interface, row, event)
+    line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)
+    do i = 1, 3
+      line = line // "," // number(row%s(i))
+    end do
+    do i = 1, 3
+      line = line // "," // number(row%traction(i))
+    end do
+    line = line // "," // number(row%state(v_damage)) // "," // number(row%state(v_stored)) // "," // &
+      number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%state(v_work)) // &
+      "," // integer_text(row%iterations) // "," // trim(event)
+    do k = 1, table%n_planes
+      do i = plane_statev(k), plane_statev(k) + n_plane_statev - 1
+        line = line // "," // number(row%state(i))
+      end do
+    end do
+    call write_line(table%file, table%path, line, table%good)
+    if (.not. table%good) return
+    table%last = row
+    table%n_rows = table%n_rows + 1
+    table%iterations = table%iterations + row%iterations
+    table%most_iterations = max(table%most_iterations, row%iterations)
+    table%least_traction = min(table%least_traction, row%traction(1))
+  end subroutine add_row
+
+  !> Close the file.
+  subroutine close_history(table)
+    type(history_type), intent(inout) :: table   !! the file
+    logical :: closed
+    call close_file(table%file, table%path, closed)
+    table%good = table%good .and. closed
+  end subroutine close_history
+
+  !> Number with the 17 digits that give it back exactly.
+  pure function number(value) result(text)
+    real(wp), intent(in) :: value   !! finite
+    character(len=:), allocatable :: text
+    character(len=26) :: buffer
+    write (buffer, "(es26.16e3)") value
+    text = trim(adjustl(buffer))
+  end function number
+
+  !> What happened since the last row, from the states of the planes.
+  subroutine find_events(table, interface, row, event)
+    type(history_type), intent(inout) :: table      !! states of the planes, last row -> this row
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(row_type), intent(in) :: row               !! the row
+    character(len=event_length), intent(out) :: event   !! names joined by +
+    logical, dimension(size(table%contact)) :: contact, apart, slides, damaged, was_damaged
+    real(wp) :: s_n
+    integer :: i, k
+
+    do k = 1, size(contact)
+      i = plane_statev(k)
+      s_n = dot_product(plane_normal(interface%rie%pattern, k), row%s)
+      ! a plane that just touches is as it was
+      contact(k) = s_n < 0.0_wp .or. (table%contact(k) .and. .not. s_n > 0.0_wp)
+      apart(k) = s_n > 0.0_wp .or. (table%apart(k) .and. .not. s_n < 0.0_wp)
+      slides(k) = contact(k) .and. row%state(i) > 0.0_wp .and. &
+        any(abs(row%state(i + 1:i + 2) - table%last%state(i + 1:i + 2)) > 0.0_wp)
+      damaged(k) = row%state(i) >= 1.0_wp
+      was_damaged(k) = table%last%state(i) >= 1.0_wp
+    end do
+    event = ""
+    if (row%state(v_damage) > 0.0_wp .and. .not. table%last%state(v_damage) > 0.0_wp) call name_event("onset")
+    if (all(damaged) .and. .not. all(was_damaged)) call name_event("damaged")
+    if (any(table%contact .and. .not. contact)) call name_event("open")
+    if (any(table%apart .and. contact)) call name_event("close")
+    if (any(slides .and. .not. table%slides)) call name_event("slip")
+    if (row%substeps) call name_event("substeps")
+    if (row%cut) call name_event("cut")
+    if (row%lost) call name_event("lost")
+    table%contact = contact
+    table%apart = apart
+    table%slides = slides
+
+  contains
+
+    !> Add a name.
+    subroutine name_event(name)
+      character(len=*), intent(in) :: name   !! of the event
+      if (len_trim(event) > 0) event = trim(event) // "+"
+      event = trim(event) // name
+    end subroutine name_event
+
+  end subroutine find_events
+
+end module history

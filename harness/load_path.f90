@@ -1,0 +1,216 @@
+!> Load path of a case: the groups &step in turn.
+module load_path
+  use asperity_checks, only: append, bounded, integer_text
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_kinds, only: wp
+  use case_text, only: entry_where, group_where, name_index, text_type, unknown_name
+  use case_values, only: get_integer, get_integers, get_real, get_reals
+  use mixed_control, only: control_type, direction_vector
+  use text_file, only: number_text
+  implicit none
+  private
+  public :: read_steps, check_separations
+
+  !> Most increments of a run.
+  integer, parameter :: most_increments = 10000000
+  !> Most targets of a step, cycles included.
+  integer, parameter :: most_targets = 1000000
+
+  character(len=4), parameter, public :: component_names(3) = ["N   ", "Tx  ", "Ty  "]
+
+  !> Targets in turn; every component is held as `control` says.
+  type, public :: step_type
+    type(control_type) :: control
+    logical :: changed(3) = .false.             !! control of the component is not that of the last step
+    logical :: has_target(3) = .false.          !! false: held where it is
+    real(wp), allocatable :: targets(:, :)      !! (3, n) separation or traction
+    integer, allocatable :: increments(:)       !! (n) to each target
+    real(wp) :: time = 1.0_wp                   !! the step takes
+  end type step_type
+
+  !> Values of a component or of the slip, in turn.
+  type :: list_type
+    real(wp), allocatable :: values(:)
+  end type list_type
+
+contains
+
+  !> All &step groups in turn.
+  subroutine read_steps(text, steps, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(step_type), allocatable, intent(out) :: steps(:)     !! the load path
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(control_type) :: control
+    real(wp) :: direction, total
+    integer :: g, n
+
+    total = 0.0_wp
+    allocate (steps(count(text%groups(:text%n_groups)%name == "step")))
+    direction = 0.0_wp
+    n = 0
+    do g = 1, text%n_groups
+      if (text%groups(g)%name /= "step") cycle
+      n = n + 1
+      call read_step(text, g, control, direction, steps(n), message)
+      if (allocated(steps(n)%increments)) total = total + sum(real(steps(n)%increments, wp))
+    end do
+    if (total > real(most_increments, wp)) call append(message, text%path // ": " // number_text(total) // &
+      " increments in all &step: expected at most " // integer_text(most_increments))
+  end subroutine read_steps
+
+  !> One &step.
+  subroutine read_step(text, g, control, direction, step, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: g                                  !! group
+    type(control_type), intent(inout) :: control              !! of the last step -> of this one
+    real(wp), intent(inout) :: direction                      !! of slip, degrees
+    type(step_type), intent(out) :: step                      !! the step
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=*), parameter :: known = &
+      "s_N, s_Tx, s_Ty, t_N, t_Tx, t_Ty, k_N, k_Tx, k_Ty, slip, direction, increments, cycles, time"
+    type(list_type) :: s(3), t(3), slip
+    type(control_type) :: last
+    integer, allocatable :: increments(:)
+    real(wp) :: e_slip(2)
+    logical :: spring(3), aims
+    integer :: cycles, e, i
+
+    last = control
+    spring = .false.
+    aims = .false.
+    cycles = 1
+    increments = [100]
+    do e = text%groups(g)%first, text%groups(g)%last
+      associate (name => text%entries(e)%name)
+        i = 0
+        if (len_trim(name) > 2 .and. scan(name(1:1), "stk") == 1 .and. name(2:2) == "_") i = name_index(name(3:), &
+          component_names)
+        if (i > 0) then
+          select case (name(1:1))
+          case ("s")
+            call get_reals(text, e, s(i)%values, message)
+          case ("t")
+            call get_reals(text, e, t(i)%values, message)
+          case default
+            spring(i) = .true.
+            call get_real(text, e, control%spring(i), message)
+            if (control%spring(i) < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
+          end select
+          cycle
+        end if
+        select case (name)
+        case ("slip")
+          call get_reals(text, e, slip%values, message)
+        case ("direction")
+          aims = .true.
+          call get_real(text, e, direction, message)
+        case ("increments")
+          call get_integers(text, e, 1, most_increments, increments, message)
+        case ("cycles")
+          call get_integer(text, e, 1, most_targets, cycles, message)
+        case ("time")
+          call get_real(text, e, step%time, message)
+          if (step%time < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
+        case default
+          call unknown_name(text, e, known, message)
+        end select
+      end associate
+    end do
+
+    if (aims .and. .not. allocated(slip%values)) call append(message, group_where(text, g) // "direction without slip")
+    if (allocated(slip%values)) then
+      if (any([allocated(s(2)%values), allocated(s(3)%values), allocated(t(2)%values), allocated(t(3)%values)])) then
+        call append(message, group_where(text, g) // "slip sets s_Tx and s_Ty: expected no other values for Tx and Ty")
+      end if
+      e_slip = direction_vector(direction)
+      s(2)%values = slip%values*e_slip(1)
+      s(3)%values = slip%values*e_slip(2)
+    end if
+    do i = 1, 3
+      if (allocated(s(i)%values) .and. allocated(t(i)%values)) call append(message, group_where(text, g) // "s_" // &
+        trim(component_names(i)) // " and t_" // trim(component_names(i)) // ": expected the one or the other")
+      if (allocated(s(i)%values)) control%traction(i) = .false.
+      if (allocated(t(i)%values)) control%traction(i) = .true.
+      if (.not. control%traction(i)) control%spring(i) = 0.0_wp
+      if (spring(i) .and. .not. control%traction(i)) call append(message, group_where(text, g) // "k_" // &
+        trim(component_names(i)) // " where the separation is given: expected t_" // trim(component_names(i)))
+    end do
+    step%control = control
+    step%changed = (control%traction .neqv. last%traction) .or. abs(control%spring - last%spring) > 0.0_wp
+    call set_targets(text, g, s, t, increments, cycles, step, message)
+  end subroutine read_step
+
+  !> Targets and increments of a step from its lists.
+  subroutine set_targets(text, g, s, t, increments, cycles, step, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: g                                  !! group
+    type(list_type), intent(in) :: s(3), t(3)                 !! separations and tractions, not allocated: not given
+    integer, intent(in) :: increments(:)                      !! for the first targets; the last number goes on
+    integer, intent(in) :: cycles                             !! times the lists are run through
+    type(step_type), intent(inout) :: step                    !! control is set
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(list_type) :: list
+    integer :: i, j, n
+
+    n = 1
+    do i = 1, 3
+      if (allocated(s(i)%values)) n = max(n, size(s(i)%values))
+      if (allocated(t(i)%values)) n = max(n, size(t(i)%values))
+    end do
+    if (size(increments) < 1) return
+    if (size(increments) > n) then
+      call append(message, group_where(text, g) // integer_text(size(increments)) // &
+        " values of increments: expected 1 to " // integer_text(n) // ", as many as targets")
+      return
+    end if
+    if (real(n, wp)*real(cycles, wp) > real(most_targets, wp)) then
+      call append(message, group_where(text, g) // integer_text(n) // " targets in " // integer_text(cycles) // &
+        " cycles: expected at most " // integer_text(most_targets) // " targets")
+      return
+    end if
+    allocate (step%targets(3, n*cycles), step%increments(n*cycles))
+    step%targets = 0.0_wp
+    do i = 1, 3
+      if (allocated(s(i)%values)) then
+        list%values = s(i)%values
+      else if (allocated(t(i)%values)) then
+        list%values = t(i)%values
+      else
+        cycle
+      end if
+      if (size(list%values) == 0) cycle
+      step%has_target(i) = .true.
+      do j = 1, n*cycles
+        step%targets(i, j) = list%values(min(modulo(j - 1, n) + 1, size(list%values)))
+      end do
+    end do
+    do j = 1, n*cycles
+      step%increments(j) = increments(min(modulo(j - 1, n) + 1, size(increments)))
+    end do
+  end subroutine set_targets
+
+  !> Separations that are given must be such that the law takes them.
+  subroutine check_separations(text, steps, interface, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(step_type), intent(in) :: steps(:)                   !! the load path
+    type(interface_type), intent(in) :: interface             !! the interface
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    real(wp) :: bound
+    integer :: i, j, g, n
+    bound = separation_bound(interface)
+    n = 0
+    do g = 1, text%n_groups
+      if (text%groups(g)%name /= "step") cycle
+      n = n + 1
+      do i = 1, 3
+        if (steps(n)%control%traction(i)) cycle
+        do j = 1, size(steps(n)%increments)
+          if (.not. bounded(steps(n)%targets(i, j), bound)) call append(message, group_where(text, g) // "s_" // &
+            trim(component_names(i)) // " = " // number_text(steps(n)%targets(i, j)) // &
+            ": expected a magnitude up to " // number_text(bound))
+        end do
+      end do
+    end do
+  end subroutine check_separations
+
+end module load_path

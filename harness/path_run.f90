@@ -1,0 +1,90 @@
+!> Run of a load path: the steps of a case in turn by the mixed solver.
+module path_run
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use driver_messages, only: progress_type, show_progress
+  use history, only: add_row, history_type, row_type
+  use load_path, only: step_type
+  use mixed_control, only: advance, new_point, point_type
+  implicit none
+  private
+  public :: run_path
+
+contains
+
+  !> Run all steps, or as far as there is equilibrium; every increment becomes a row.
+  subroutine run_path(interface, steps, label, table, progress)
+    type(interface_type), intent(in) :: interface    !! the interface
+    type(step_type), intent(in) :: steps(:)          !! the load path
+    character(len=*), intent(in) :: label            !! of the run, for the progress line
+    type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
+    type(progress_type), intent(inout) :: progress   !! clock
+    type(point_type) :: point
+    real(wp) :: given(3), start
+    integer :: i, total
+
+    point = new_point(interface)
+    given = 0.0_wp
+    start = 0.0_wp
+    total = 0
+    do i = 1, size(steps)
+      total = total + sum(steps(i)%increments)
+    end do
+    do i = 1, size(steps)
+      call run_step(interface, steps(i), i, start, total, label, point, given, table, progress)
+      if (table%last%lost .or. .not. table%good) exit
+      start = start + steps(i)%time
+    end do
+  end subroutine run_path
+
+  !> Run a step: from target to target.
+  subroutine run_step(interface, step, number, start, total, label, point, given, table, progress)
+    type(interface_type), intent(in) :: interface    !! the interface
+    type(step_type), intent(in) :: step              !! the step
+    integer, intent(in) :: number                    !! of the step
+    real(wp), intent(in) :: start                    !! time at its start
+    integer, intent(in) :: total                     !! increments of the run
+    character(len=*), intent(in) :: label            !! of the run
+    type(point_type), intent(inout) :: point         !! the point, start -> end
+    real(wp), intent(inout) :: given(3)              !! separation, or traction + spring*separation, start -> end
+    type(history_type), intent(inout) :: table       !! rows are added
+    type(progress_type), intent(inout) :: progress   !! clock
+    type(row_type) :: row
+    real(wp) :: from(3), last(3), offset(3), reached, to(3)
+    integer :: j, n, parts
+
+    ! the surroundings are free of force at the start of the step
+    offset = merge(step%control%spring*point%s, 0.0_wp, step%control%traction)
+    where (step%changed) given = merge(point%traction + offset, point%s, step%control%traction)
+    row%step = number
+    do j = 1, size(step%increments)
+      from = given
+      to = merge(step%targets(:, j) + offset, given, step%has_target)
+      do n = 1, step%increments(j)
+        last = given
+        given = ramp(from, to, n, step%increments(j))
+        call advance(interface, step%control, last, given, point, row%iterations, reached, parts=parts)
+        row%increment = row%increment + 1
+        row%time = start + step%time*((real(row%increment - 1, wp) + reached)/real(sum(step%increments), wp))
+        row%s = point%s
+        row%traction = point%traction
+        row%state = point%state
+        row%substeps = parts > 1
+        row%lost = reached < 1.0_wp
+        call add_row(table, interface, row)
+        if (row%lost .or. .not. table%good) return
+        call show_progress(progress, label, table%n_rows, total)
+      end do
+    end do
+  end subroutine run_step
+
+  !> Value n of m between two, both ends exact.
+  pure elemental function ramp(from, to, n, m) result(value)
+    real(wp), intent(in) :: from, to   !! values at n = 0 and n = m
+    integer, intent(in) :: n, m        !! 0 <= n <= m
+    real(wp) :: value
+    value = from + (real(n, wp)*(to - from))/real(m, wp)
+    if (n == m) value = to
+  end function ramp
+
+end module path_run
