@@ -1,0 +1,110 @@
+"""What comparison and picture need of a case file; harness/case_file.f90 owns the format and checks it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .contract import Floats
+from .material import Material
+from .pattern import Pattern
+
+Group = dict[str, list[str]]
+"""Values of a namelist group by lower-case name."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlipTest:
+    """Slips (T,) along direction (degrees) under a held sigma_N, applied first in `preload` increments.
+
+    A case that opens the interface in mode I has no slips.  value is that of the sweep, None without one.
+    """
+
+    value: float | None
+    material: Material
+    pattern: Pattern
+    preload: int
+    sigma_N: float
+    direction: float
+    slips: Floats
+
+
+def groups(path: Path) -> list[tuple[str, Group]]:
+    """Namelist groups of a file in their order."""
+    text = re.sub(r"![^\n]*", "", path.read_text(encoding="utf-8"))
+    found = []
+    for name, body in re.findall(r"&(\w+)((?:'[^']*'|\"[^\"]*\"|[^'\"/])*)/", text):
+        entries = re.findall(r"(\w+)\s*=\s*((?:'[^']*'|\"[^\"]*\"|[^'\"=])*?)\s*,?\s*(?=\w+\s*=|$)", body)
+        found.append((name.lower(), {key.lower(): _values(value) for key, value in entries}))
+    return found
+
+
+def labels(path: Path) -> tuple[str, str]:
+    """Title of a case and name of its sweep; the name of the file and nothing where there is none."""
+    found = dict(groups(path))
+    title = found.get("case", {}).get("title", [path.stem])
+    return ", ".join(title), found.get("sweep", {}).get("name", [""])[0]
+
+
+def slip_tests(path: Path) -> Iterator[SlipTest]:
+    """Tests of a case, one for each value of its sweep.
+
+    Raises ValueError for a case that is neither slip under a held normal traction nor opening in mode I.
+    """
+    found = groups(path)
+    sweep = next((group for name, group in found if name == "sweep"), None)
+    for text in sweep["values"] if sweep else [None]:
+        replaced = {sweep["name"][0].lower(): text} if sweep and text is not None else {}
+        numbers = [
+            (
+                name,
+                {
+                    key: [float(replaced.get(value.lower(), value)) for value in values]
+                    for key, values in group.items()
+                },
+            )
+            for name, group in found
+            if name in ("material", "pattern", "step")
+        ]
+        yield _test(path, None if text is None else float(text), numbers)
+
+
+def _test(path: Path, value: float | None, found: list[tuple[str, dict[str, list[float]]]]) -> SlipTest:
+    names = {
+        "sigma0": "sigma0",
+        "gc": "Gc",
+        "eta": "eta",
+        "mu": "mu",
+        "sigma02": "sigma02",
+        "gc2": "Gc2",
+        "kc": "kc",
+    }
+    material = Material(
+        **{names[key]: v[0] for name, g in found if name == "material" for key, v in g.items()}
+    )
+    pattern = {key: v[0] for name, g in found if name == "pattern" for key, v in g.items()}
+    sides = int(pattern.pop("sides"))
+    preload, sigma_N, direction = 0, 0.0, 0.0
+    slips = [np.zeros(1)]
+    for step in (group for name, group in found if name == "step"):
+        parts = [int(n) for n in step["increments"]]
+        if step.keys() <= {"t_n", "increments"} and preload == 0:
+            preload, sigma_N = parts[0], step["t_n"][0]
+        elif step.keys() <= {"slip", "direction", "increments", "t_n"} and step.get("t_n", [sigma_N]) == [
+            sigma_N
+        ]:
+            direction = step.get("direction", [0.0])[0]
+            for target, n in zip(step["slip"], parts, strict=True):
+                slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
+        elif not step.keys() <= {"s_n", "increments"}:
+            raise ValueError(f"{path}: expected &step with t_N, then slip under it, or with s_N alone")
+    planes = Pattern.regular(sides, pattern.pop("theta", 0.0), **pattern)
+    return SlipTest(value, material, planes, preload, sigma_N, direction, np.concatenate(slips)[1:])
+
+
+def _values(text: str) -> list[str]:
+    return [value.strip().strip("'\"") for value in text.split(",") if value.strip()]

@@ -1,0 +1,140 @@
+"""Command `asperity`."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import __version__, tables
+from .cases import labels
+from .installed import cases, driver
+from .results import read_rows, results_of
+
+DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
+"""Exit codes; the last one is the driver's."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns the exit code, 0 if all is well."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    try:
+        return int(options.action(options))
+    except (OSError, ValueError) as error:
+        print(f"asperity: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="asperity",
+        description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
+    )
+    parser.add_argument("--version", action="version", version=f"asperity {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="run a case by the driver and draw it")
+    run.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
+    run.add_argument(
+        "-o", "--output", type=Path, metavar="OUT.csv", help="result (default: the case's name, .csv, here)"
+    )
+    run.add_argument(
+        "--plot",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE.png",
+        help="draw traction, dilation and damage (default: the result's name, .png)",
+    )
+    run.add_argument(
+        "--units",
+        default="mm,MPa",
+        metavar="LENGTH,STRESS",
+        help="units for the labels (default: %(default)s)",
+    )
+    run.set_defaults(action=_run)
+
+    compare = commands.add_parser(
+        "compare", help="compare the library with the NumPy reference and the 2D law"
+    )
+    compare.add_argument(
+        "--figure",
+        action="append",
+        metavar="NUMBER",
+        help="a figure of the paper, may be repeated (default: all)",
+    )
+    compare.set_defaults(action=_compare)
+
+    table = commands.add_parser(
+        "tables", help="print the tables of PROPS and STATEV, or fill them into files"
+    )
+    table.add_argument(
+        "files", nargs="*", type=Path, metavar="FILE.md", help="fill between <!-- props --> markers"
+    )
+    table.add_argument(
+        "--check", action="store_true", help="change nothing, exit 1 if a file is not up to date"
+    )
+    table.set_defaults(action=_tables)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Driver, then the picture of what it wrote; its exit code, with 2 the rows that converged are drawn."""
+    units = options.units.split(",")
+    if len(units) != 2:
+        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
+    output = options.output or Path(options.case.stem + ".csv")
+    before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
+    code = subprocess.run([driver(), options.case, "-o", output], check=False).returncode
+    written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
+    if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
+        from .plots import draw
+
+        png = output.with_suffix(".png") if options.plot == Path() else options.plot
+        results = {value: read_rows(path) for value, path in written.items()}
+        draw(results, png, *labels(options.case), *units)
+        print(png)
+    return code if code >= 0 else BAD_INPUT
+
+
+def _compare(options: argparse.Namespace) -> int:
+    """One line per case, as it is done."""
+    from .compare import LAW_TOLERANCE, TEST_TOLERANCE, compare, find
+
+    wanted = [path for figure in options.figure for path in find(figure)] if options.figure else cases()
+    print("Largest difference of tractions between the driver and others, relative to K |s|")
+    print(f"  law: along the driver's separations, tolerance {LAW_TOLERANCE:.0e} (NumPy reference, 2D law)")
+    print(f"  test: each follows the equilibrium itself, tolerance {TEST_TOLERANCE:.0e}")
+    head = ("law/NumPy", "test/NumPy", "law/2D", "test/2D")
+    print(f"{'case':<20}{'curves':>7}{'rows':>7}" + "".join(f"{name:>12}" for name in head))
+    agree = True
+    for path in dict.fromkeys(wanted):
+        result = compare(path)
+        numbers = (result.law_reference, result.test_reference, result.law_planar, result.test_planar)
+        texts = "".join(f"{'-' if number != number else f'{number:.1e}':>12}" for number in numbers)
+        verdict = "agrees" if result.agrees else "DIFFERS"
+        print(f"{result.case:<20}{result.curves:>7}{result.rows:>7}{texts}  {verdict}", flush=True)
+        agree = agree and result.agrees
+    return 0 if agree else DIFFERS
+
+
+def _tables(options: argparse.Namespace) -> int:
+    """Print, fill or check."""
+    if not options.files:
+        if options.check:
+            raise ValueError("--check: expected files to check")
+        print("\n\n".join(table() for table in tables.TABLES.values()))
+        return 0
+    stale = [path for path in options.files if not tables.refresh(path, options.check)]
+    for path in stale:
+        print(f"{path}: {'tables are not up to date' if options.check else 'tables filled'}")
+    return DIFFERS if options.check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""Files that are installed with the package."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+DRIVER_VARIABLE = "ASPERITY_DRIVER"
+"""Environment variable with the path of another driver."""
+
+
+def library() -> Path:
+    """Path of the shared library: symbols umat_ and those of asperity.h."""
+    suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+    return _installed(f"libasperity{suffix}")
+
+
+def driver() -> Path:
+    """Path of the driver rie_driver: the installed one, or that of the variable ASPERITY_DRIVER."""
+    other = os.environ.get(DRIVER_VARIABLE)
+    if other is None:
+        return _installed("rie_driver.exe" if sys.platform == "win32" else "rie_driver")
+    if not Path(other).is_file():
+        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {other}: expected the path of rie_driver")
+    return Path(other)
+
+
+def cases() -> list[Path]:
+    """Case files of the paper's figures."""
+    return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
+
+
+def _installed(name: str) -> Path:
+    path = Path(str(files(__package__) / name))
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: expected to be installed with the package")
+    return path

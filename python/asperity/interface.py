@@ -1,0 +1,217 @@
+"""The interface law for arrays of points and for the history of one point."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core, cards, contract
+from .contract import Floats
+from .material import Material, ModelWarning
+from .pattern import Pattern
+
+SMALL_CLOSURE = 0.1
+"""Closure of the facing planes under a normal traction, as a share of s_f, above which a warning is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Update:
+    """Points at the end of an increment; the first axis of every field is the point.
+
+    traction (n, 3): (N, Tx, Ty), stress.  state (n, nstatv): contract.statev_table().  tangent (n, 3, 3):
+    [i, j] = d traction_i / d s_j, stress/length, consistent and not symmetric.
+    """
+
+    traction: Floats
+    state: Floats
+    tangent: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """One point along a path; the first axis of every field is the row.
+
+    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text).
+    """
+
+    separation: Floats
+    traction: Floats
+    damage: Floats
+    state: Floats
+    events: list[tuple[int, str]] = field(default_factory=list)
+
+
+class EquilibriumLost(RuntimeError):
+    """No equilibrium was found for a row of a path; `history` holds the rows before it, `row` its number."""
+
+    def __init__(self, message: str, history: History) -> None:
+        """Message and the rows that converged."""
+        super().__init__(message)
+        self.history = history
+
+    @property
+    def row(self) -> int:
+        """Number of the row without equilibrium, from 0."""
+        return len(self.history.damage)
+
+    def __reduce__(self) -> tuple[type[EquilibriumLost], tuple[str, History]]:
+        """Survive the way between processes."""
+        return type(self), (str(self), self.history)
+
+
+@dataclass(frozen=True)
+class Interface:
+    """Rough quasi-brittle interface: a material on a pattern of planes (Albarella et al. 2015).
+
+    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  Raises
+    ValueError naming every value out of range.
+    """
+
+    material: Material
+    pattern: Pattern
+    n_planes: int = field(init=False, repr=False, compare=False)
+    _props: Floats = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Pack the constants."""
+        props = self.props()
+        props.flags.writeable = False
+        object.__setattr__(self, "_props", props)
+        object.__setattr__(self, "n_planes", contract.check(props))
+
+    @property
+    def nstatv(self) -> int:
+        """State variables of a point."""
+        return contract.n_statev(self.n_planes)
+
+    def update(self, s: ArrayLike, state: ArrayLike | None = None, s_old: ArrayLike | None = None) -> Update:
+        """Take n points over one increment; nothing that comes in is modified.
+
+        s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): at the start, None is
+        zero, the virgin point at rest (s_old enters the energies only).  Raises ValueError for wrong shapes
+        and for values that are not finite or out of range.
+        """
+        s = _array("s", s, 3)
+        n = len(s)
+        new = np.zeros((n, self.nstatv)) if state is None else _array("state", state, self.nstatv, n).copy()
+        s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
+        result = Update(np.empty((n, 3)), new, np.empty((n, 3, 3)))
+        if n > 0:  # f2py takes no empty arrays
+            _raise(
+                *_core.interface_update(
+                    self._props, s_old.T, s.T, result.state.T, result.traction.T, result.tangent.T
+                )
+            )
+        return result
+
+    def replay(self, S: ArrayLike) -> History:
+        """Take one virgin point along the separations S (T, 3), length, a row for each increment.
+
+        Raises ValueError for a wrong shape and for values that are not finite or too large.
+        """
+        S = _array("S", S, 3)
+        traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
+        if len(S) > 0:
+            _raise(*_core.interface_replay(self._props, S.T, traction.T, state.T))
+        return self._history(S.copy(), traction, state)
+
+    def confined_slip(
+        self, direction_deg: float, slips: ArrayLike, sigma_N: float, preload: int = 100
+    ) -> History:
+        """Slip test of Section 4 under a held normal traction: a row for each of the slips (T,), length.
+
+        The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
+        applied first at zero slip in `preload` increments (its damage counts, it is no row), then held.
+        Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
+        equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
+        """
+        slips = np.asarray(slips, dtype=float, order="C")
+        if slips.ndim != 1:
+            raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
+        n = n_done = len(slips)
+        separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
+        if n > 0:
+            n_done, status, message = _core.interface_confined_slip(
+                self._props, float(direction_deg), slips, float(sigma_N), int(preload),
+                separation.T, traction.T, state.T,
+            )  # fmt: skip
+            _raise(status, message)
+            self._warn_if_soft(sigma_N)
+        history = self._history(separation[:n_done], traction[:n_done], state[:n_done])
+        if n_done < n:
+            text = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
+            history.events.append((n_done, text))
+            raise EquilibriumLost(f"row {n_done} (of 0 to {n - 1}): {text}", history)
+        return history
+
+    def props(
+        self,
+        h: float = contract.default("h"),
+        map: int = int(contract.default("map")),
+        dalpha: float = contract.default("dalpha"),
+        r: float = contract.default("r"),
+    ) -> Floats:
+        """Vector PROPS for a host, contract.props_table(); h is the thickness it divides by.
+
+        Raises ValueError naming every value out of range.
+        """
+        values = (
+            self.material.values() | self.pattern.values() | {"h": h, "map": map, "dalpha": dalpha, "r": r}
+        )
+        props = contract.pack(values, self.pattern.constants())
+        contract.check(props)
+        return props
+
+    def card(
+        self,
+        host: str,
+        h: float = contract.default("h"),
+        map: int = int(contract.default("map")),
+        dalpha: float = contract.default("dalpha"),
+        r: float = contract.default("r"),
+        name: str = "INTERFACE",
+    ) -> str:
+        """Material block of the input of a host, "abaqus", "calculix" or "kratos".
+
+        Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
+        """
+        return cards.card(host, name, self.props(h, map, dalpha, r), contract.statev_names(self.n_planes))
+
+    def _history(self, separation: Floats, traction: Floats, state: Floats) -> History:
+        damage = contract.statev_names(self.n_planes).index("damage")
+        return History(separation, traction, state[:, damage].copy(), state)
+
+    def _warn_if_soft(self, sigma_N: float) -> None:
+        """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
+        inclined = np.any(self.pattern.normals[:, 1:], axis=1)
+        if not (sigma_N < 0.0 and inclined.any()):
+            return
+        gamma = self.pattern.weights[inclined].min()
+        m = self.material
+        closure = -sigma_N * (1.0 - m.eta) / (gamma * m.sigma0 * (m.kc or contract.default("kc")))
+        if closure > SMALL_CLOSURE:
+            warnings.warn(
+                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {closure:.2g} s_f "
+                f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
+                "the bond, raise kc where closure matters",
+                ModelWarning,
+                stacklevel=3,
+            )
+
+
+def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:
+    """Contiguous array of doubles of shape (rows, columns)."""
+    array = np.asarray(value, dtype=float, order="C")
+    if array.ndim != 2 or array.shape[1] != columns or rows not in (None, len(array)):
+        expected = f"({'n' if rows is None else rows}, {columns})"
+        raise ValueError(f"{name} has shape {array.shape}: expected {expected}")
+    return array
+
+
+def _raise(status: int, message: bytes) -> None:
+    """ValueError with the text of the library."""
+    if status != 0:
+        raise ValueError(message.decode("ascii").rstrip())

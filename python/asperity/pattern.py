@@ -1,0 +1,95 @@
+"""Patterns of planes (the representative interface element)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core, contract
+
+_ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
+"""Admissible values that let the library check a pattern on its own."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Planes of the representative interface element; build one with `Pattern.regular` or `Pattern.planes`.
+
+    m, theta, flat and turn are PROPS 6, 5, 7 and 8 (angles in degrees); listed holds (n_N, n_Tx, n_Ty,
+    gamma) of every plane of a free list, as given.
+    """
+
+    m: int
+    theta: float = contract.default("theta")
+    flat: float = contract.default("flat")
+    turn: float = contract.default("turn")
+    listed: tuple[tuple[float, ...], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        if (self.listed or self.m < 0) and self.m != -len(self.listed):
+            raise ValueError(
+                f"m = {self.m}: expected {-len(self.listed)} for {len(self.listed)} listed planes"
+            )
+        contract.check(contract.pack(_ANY_MATERIAL | self.values(), self.constants()))
+
+    @classmethod
+    def regular(
+        cls,
+        sides: int,
+        theta: float,
+        flat: float = contract.default("flat"),
+        turn: float = contract.default("turn"),
+    ) -> Pattern:
+        """`sides` equal planes inclined by theta and a flat plane of share `flat`, turned about N.
+
+        Equations (41)-(43); sides = 0 is the flat interface.  RT of Table 4 is regular(2, theta), RP-m is
+        regular(m, theta), the five planes of Table 3 are regular(4, theta, flat=1/5).  Angles in degrees.
+        Raises ValueError for a value out of range.
+        """
+        if sides < 0:
+            raise ValueError(f"sides = {sides}: expected 0 or 2 to {contract.MAX_INCLINED}")
+        return cls(sides, theta, flat, turn)
+
+    @classmethod
+    def planes(cls, normals: ArrayLike, weights: ArrayLike) -> Pattern:
+        """Planes given one by one: normals (k, 3), n_N > 0, of any length, and weights (k,) that sum to 1.
+
+        Raises ValueError for wrong shapes and for values out of range.
+        """
+        n = np.asarray(normals, dtype=float)
+        gamma = np.asarray(weights, dtype=float)
+        if gamma.ndim != 1 or not 1 <= gamma.size <= contract.MAX_INCLINED:
+            raise ValueError(
+                f"weights have shape {gamma.shape}: expected (k,) with k = 1 to {contract.MAX_INCLINED}"
+            )
+        if n.shape != (gamma.size, 3):
+            raise ValueError(
+                f"normals have shape {n.shape}: expected {(gamma.size, 3)}, a row for each weight"
+            )
+        return cls(-gamma.size, listed=tuple(map(tuple, np.column_stack([n, gamma]).tolist())))
+
+    @property
+    def normals(self) -> contract.Floats:
+        """Unit normals (N, Tx, Ty) of the planes, (Np, 3), the flat plane first."""
+        return self._planes()[0]
+
+    @property
+    def weights(self) -> contract.Floats:
+        """Weights gamma of the planes, (Np,)."""
+        return self._planes()[1]
+
+    def values(self) -> dict[str, float]:
+        """Entries of PROPS that belong to the pattern, by name."""
+        return {"m": self.m, "theta": self.theta, "flat": self.flat, "turn": self.turn}
+
+    def constants(self) -> list[float]:
+        """Values of the listed planes, which follow the entries that have a name."""
+        return [value for plane in self.listed for value in plane]
+
+    def _planes(self) -> tuple[contract.Floats, contract.Floats]:
+        props = contract.pack(_ANY_MATERIAL | self.values(), self.constants())
+        normals, weights = _core.interface_planes(props, contract.check(props))
+        return normals.T, weights

@@ -1,0 +1,80 @@
+"""Drawing of a driver's results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .contract import Floats
+from .results import Rows
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#E69F00", "#CC79A7")
+"""Colours that colour-blind readers tell apart (Okabe and Ito), for up to six curves."""
+
+LINES = ("-", "--", "-.", ":")
+"""Line styles, for print in black and white."""
+
+
+def slip_direction(separation: Floats) -> Floats:
+    """Unit vector (Tx, Ty) of a path's first slip of half the largest size; (1, 0) where there is none."""
+    slip = separation[:, 1:]
+    size = np.hypot(*slip.T)
+    if not size.any():
+        return np.array([1.0, 0.0])
+    first = (size >= 0.5 * size.max()).argmax()
+    e: Floats = slip[first] / size[first]
+    return e
+
+
+def draw(
+    results: Mapping[float | None, Rows], png: Path, title: str, sweep: str, length: str, stress: str
+) -> None:
+    """Traction, dilation and damage of the results over the slip, or over the opening where nothing slips.
+
+    results by the value of the sweep, whose name goes to the legend; length and stress: units for the labels.
+    A cross marks a lost equilibrium.
+    """
+    slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())
+    x_label = f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]"
+    labels = [rf"traction $\tau_L$ [{stress}]" if slips else rf"traction $\sigma_N$ [{stress}]"]
+    labels += [f"dilation $s_N$ [{length}]"] if slips else []
+    labels += ["damage [-]"]
+    figure, axes = plt.subplots(1, len(labels), figsize=(4.0 * len(labels), 3.5), layout="constrained")
+    for i, (value, rows) in enumerate(results.items()):
+        colour = COLOURS[i] if len(results) <= len(COLOURS) else plt.cm.cividis(i / len(results))
+        style = LINES[i % len(LINES)]
+        e = slip_direction(rows.separation)
+        opening = rows.separation[:, 0]
+        x = rows.separation[:, 1:] @ e if slips else opening
+        curves = (
+            [rows.traction[:, 1:] @ e, opening, rows.damage] if slips else [rows.traction[:, 0], rows.damage]
+        )
+        for ax, y in zip(axes, curves, strict=True):
+            ax.plot(x, y, style, color=colour, linewidth=1.5, label=None if value is None else f"{value:g}")
+            if "lost" in rows.events[-1]:
+                ax.plot(x[-1], y[-1], "x", color=colour)
+    for ax, label in zip(axes, labels, strict=True):
+        ax.set_xlabel(x_label)
+        ax.set_ylabel(label)
+        ax.grid(alpha=0.3)
+    axes[-1].set_ylim(-0.02, 1.05)
+    if None not in results:
+        handles, texts = axes[0].get_legend_handles_labels()
+        figure.legend(
+            handles,
+            texts,
+            title=sweep,
+            loc="outside right upper",
+            fontsize="small",
+            ncols=1 + len(texts) // 14,
+        )
+    figure.suptitle(title, fontsize="medium")
+    figure.savefig(png, dpi=200)
+    plt.close(figure)

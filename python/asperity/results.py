@@ -1,0 +1,54 @@
+"""Results of the driver: the files a run writes, and their rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .contract import Floats
+
+COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", "event")
+"""Columns that are read."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of a result: separation and traction (T, 3), damage (T,), event by row."""
+
+    separation: Floats
+    traction: Floats
+    damage: Floats
+    events: list[str]
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(self.damage)
+
+
+def read_rows(path: Path) -> Rows:
+    """Rows of a driver's CSV; raises ValueError where columns that are read, or rows, are missing."""
+    header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
+    names = header.split(",")
+    missing = [name for name in COLUMNS if name not in names]
+    if missing:
+        raise ValueError(f"{path}: expected columns {', '.join(missing)}")
+    if not lines:
+        raise ValueError(f"{path}: expected rows after the header")
+    cells = [line.split(",") for line in lines]
+    column = {name: [row[names.index(name)] for row in cells] for name in COLUMNS}
+    numbers = np.array([column[name] for name in COLUMNS[:-1]], dtype=float).T
+    return Rows(numbers[:, 0:3], numbers[:, 3:6], numbers[:, 6], column["event"])
+
+
+def results_of(output: Path) -> dict[float | None, Path]:
+    """Files of a run with this output by the value of the sweep, in order of size; None without one."""
+    found: dict[float | None, Path] = {None: output} if output.is_file() else {}
+    values = {}
+    for path in output.parent.glob(f"{output.stem}_*.csv"):
+        try:
+            values[float(path.stem.removeprefix(output.stem + "_"))] = path
+        except ValueError:
+            continue
+    return found | dict(sorted(values.items()))

@@ -1,0 +1,67 @@
+"""Tables of PROPS and STATEV in Markdown, and the files that show them between markers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from . import contract
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
+
+
+def props() -> str:
+    """Table of PROPS."""
+    table = contract.props_table()
+    rows: list[list[str]] = []
+    for row in table:
+        if row.name == "reserved" and rows[-1][1] == "reserved":
+            rows[-1][0] = f"{rows[-1][0].split('-')[0]}-{row.index}"
+            continue
+        default = "required" if row.default is None else f"{row.default:.4g}"
+        rows.append([str(row.index), row.name, row.meaning, row.unit, row.admissible, default])
+    listed = "normal (N, Tx, Ty) of any length and weight gamma of each listed plane"
+    rows.append([f"{len(table) + 1}..", "planes", listed, "-", "n_N > 0, gamma > 0, sum of gamma 1", "-"])
+    return _markdown(["#", "name", "meaning", "unit", "admissible", "default"], rows)
+
+
+def statev() -> str:
+    """Table of STATEV."""
+    rows = []
+    for row in contract.statev_table():
+        beyond = row.index - contract.N_POINT_STATEV
+        place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
+        rows.append([str(row.index) if beyond <= 0 else place, row.name, row.meaning, row.unit])
+    return _markdown(["#", "name", "meaning", "unit"], rows)
+
+
+TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
+"""Tables by the name of their marker."""
+
+
+def fill(text: str) -> str:
+    """Text with the tables between its markers <!-- props --> ... <!-- /props --> and statev."""
+    for name, table in TABLES.items():
+        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # re.sub reads backslashes
+        text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
+    return text
+
+
+def refresh(path: Path, check: bool) -> bool:
+    """Fill the tables of a file; with check, leave it alone and say whether they are up to date.
+
+    Raises ValueError for a file without markers.
+    """
+    text = path.read_text(encoding="utf-8")
+    if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in TABLES):
+        names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in TABLES)
+        raise ValueError(f"{path}: expected markers {names}")
+    filled = fill(text)
+    if not check and filled != text:
+        path.write_text(filled, encoding="utf-8")
+    return filled == text

@@ -1,0 +1,228 @@
+! Entry points of the Python package, in the shape f2py reads: flat external routines, explicit shapes, plain kinds.
+!
+! Arrays are (3, n) here and (n, 3) in Python, the same memory; results go to arrays of the caller. What can fail hands
+! back a status code of asperity_contract and, if it is not 0, the message; `threadsafe` releases the lock of the
+! interpreter.
+
+!> Sizes of the contract.
+subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_inclined)
+  use asperity_contract, only: max_inclined, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, &
+    n_required_props
+  implicit none
+  integer, intent(out) :: n_fixed      !! PROPS before the listed planes
+  integer, intent(out) :: n_required   !! PROPS without a default
+  integer, intent(out) :: n_listed     !! PROPS of a listed plane
+  integer, intent(out) :: n_point      !! state variables before those of the planes
+  integer, intent(out) :: n_plane      !! state variables of a plane
+  integer, intent(out) :: n_inclined   !! most inclined planes
+  n_fixed = n_fixed_props
+  n_required = n_required_props
+  n_listed = n_listed_values
+  n_point = n_point_statev
+  n_plane = n_plane_statev
+  n_inclined = max_inclined
+end subroutine contract_sizes
+
+!> Entry i of PROPS.
+subroutine contract_prop(i, name, meaning, unit, admissible, default_value)
+  use asperity_contract, only: prop_table
+  implicit none
+  integer, intent(in) :: i                        !! 1..n_fixed
+  character(len=8), intent(out) :: name           !! symbol
+  character(len=64), intent(out) :: meaning       !! one line
+  character(len=14), intent(out) :: unit          !! in the user's consistent set
+  character(len=40), intent(out) :: admissible    !! what an error message says was expected
+  double precision, intent(out) :: default_value  !! value where none is given
+  name = prop_table(i)%name
+  meaning = prop_table(i)%meaning
+  unit = prop_table(i)%unit
+  admissible = prop_table(i)%admissible
+  default_value = prop_table(i)%default
+end subroutine contract_prop
+
+!> State variable i; those of a plane follow those of the point once.
+subroutine contract_statev(i, name, meaning, unit)
+  use asperity_contract, only: statev_table
+  implicit none
+  integer, intent(in) :: i                        !! 1..n_point + n_plane
+  character(len=10), intent(out) :: name          !! symbol
+  character(len=64), intent(out) :: meaning       !! one line
+  character(len=14), intent(out) :: unit          !! in the user's consistent set
+  name = statev_table(i)%name
+  meaning = statev_table(i)%meaning
+  unit = statev_table(i)%unit
+end subroutine contract_statev
+
+!> Version of the library.
+subroutine contract_version(text)
+  use asperity_contract, only: version
+  implicit none
+  character(len=16), intent(out) :: text   !! padded with blanks
+  text = version
+end subroutine contract_version
+
+!> Check PROPS: all bad values at once.
+subroutine interface_review(nprops, props, n_planes, status, message)
+  use asperity_checks, only: review_props
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface
+  implicit none
+  integer, intent(in) :: nprops                    !! number of constants
+  double precision, intent(in) :: props(nprops)    !! PROPS
+  integer, intent(out) :: n_planes                 !! planes of the pattern, 0 if PROPS is not admissible
+  integer, intent(out) :: status                   !! 0, status_props or status_nprops
+  character(len=32768), intent(out) :: message     !! a line for every bad value
+  !f2py threadsafe
+  type(interface_type) :: interface
+  character(len=:), allocatable :: text
+  text = ""
+  n_planes = 0
+  call new_interface(props, interface, status)
+  if (status == status_ok) then
+    n_planes = interface%rie%pattern%n
+  else
+    call review_props(props, status, text)
+  end if
+  message = text
+end subroutine interface_review
+
+!> Normals and weights of the planes of admissible PROPS.
+subroutine interface_planes(nprops, props, n_planes, normals, weights)
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_pattern, only: plane_normal
+  implicit none
+  integer, intent(in) :: nprops                          !! number of constants
+  double precision, intent(in) :: props(nprops)          !! PROPS
+  integer, intent(in) :: n_planes                        !! as interface_review says
+  double precision, intent(out) :: normals(3, n_planes)  !! unit normals (N, Tx, Ty)
+  double precision, intent(out) :: weights(n_planes)     !! gamma
+  type(interface_type) :: interface
+  integer :: k, status
+  call new_interface(props, interface, status)
+  do k = 1, n_planes
+    normals(:, k) = plane_normal(interface%rie%pattern, k)
+    weights(k) = interface%rie%pattern%gamma(k)
+  end do
+end subroutine interface_planes
+
+!> Update n points over one increment.
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction, tangent, status, message)
+  use asperity_checks, only: integer_text
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface, point_message, update_points
+  implicit none
+  integer, intent(in) :: nprops                          !! number of constants
+  double precision, intent(in) :: props(nprops)          !! admissible PROPS
+  integer, intent(in) :: nstatv                          !! state variables of a point
+  integer, intent(in) :: n                               !! points
+  double precision, intent(in) :: s_old(3, n)            !! separation (N, Tx, Ty) at the start, length
+  double precision, intent(in) :: s(3, n)                !! separation at the end, length
+  double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
+  double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
+  double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
+  integer, intent(out) :: status                         !! 0 or that of the first point rejected, nothing written then
+  character(len=4096), intent(out) :: message            !! its bad values; points count from 0
+  !f2py threadsafe
+  type(interface_type) :: interface
+  integer :: failed, i
+  message = ""
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  call update_points(interface, s, state, traction, status, failed, s_old, tangent)
+  if (status /= status_ok) then
+    message = "point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // &
+      point_message(interface, s_old(:, failed), s(:, failed), state(:, failed))
+    return
+  end if
+  do i = 1, n
+    tangent(:, :, i) = transpose(tangent(:, :, i))
+  end do
+end subroutine interface_update
+
+!> Take one virgin point along a history of separations.
+subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status, message)
+  use asperity_checks, only: integer_text
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface, point_message, update_points
+  implicit none
+  integer, intent(in) :: nprops                          !! number of constants
+  double precision, intent(in) :: props(nprops)          !! admissible PROPS
+  integer, intent(in) :: nstatv                          !! state variables of a point
+  integer, intent(in) :: n                               !! rows
+  double precision, intent(in) :: s(3, n)                !! separation (N, Tx, Ty) at the end of each increment, length
+  double precision, intent(inout) :: traction(3, n)      !! traction, stress
+  double precision, intent(inout) :: state(nstatv, n)    !! STATEV
+  integer, intent(out) :: status                         !! 0 or that of the first row rejected
+  character(len=4096), intent(out) :: message            !! its bad values; rows count from 0
+  !f2py threadsafe
+  type(interface_type) :: interface
+  double precision :: from(3, 1)
+  integer :: failed, i
+  message = ""
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  from = 0.0d0
+  do i = 1, n
+    if (i > 1) then
+      from(:, 1) = s(:, i - 1)
+      state(:, i) = state(:, i - 1)
+    else
+      state(:, i) = 0.0d0
+    end if
+    call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from)
+    if (status /= status_ok) then
+      message = "row " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // &
+        point_message(interface, from(:, 1), s(:, i), state(:, i))
+      return
+    end if
+  end do
+end subroutine interface_replay
+
+!> Confined slip test: slips along a direction under a held normal traction.
+subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, separation, traction, &
+                                   state, n_done, status, message)
+  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_contract, only: status_ok, status_separation
+  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use mixed_control, only: confined_slip
+  implicit none
+  integer, intent(in) :: nprops                            !! number of constants
+  double precision, intent(in) :: props(nprops)            !! admissible PROPS
+  integer, intent(in) :: nstatv                            !! state variables of a point
+  integer, intent(in) :: n                                 !! slips
+  double precision, intent(in) :: direction                !! from Tx towards Ty, degrees
+  double precision, intent(in) :: slips(n)                 !! slips in their order, length
+  double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
+  integer, intent(in) :: preload                           !! increments of the preload, >= 1
+  double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
+  double precision, intent(inout) :: traction(3, n)   !! traction, stress
+  double precision, intent(inout) :: state(nstatv, n)   !! STATEV
+  integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
+  integer, intent(out) :: status                           !! 0 or status_separation
+  character(len=4096), intent(out) :: message              !! every bad value; slips count from 0
+  !f2py threadsafe
+  type(interface_type) :: interface
+  character(len=:), allocatable :: text
+  double precision :: bound
+  integer :: i, iterations(n)
+  n_done = 0
+  text = ""
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  bound = separation_bound(interface)
+  if (.not. bounded(direction, huge(direction))) &
+    call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
+  if (.not. bounded(sigma_n, huge(sigma_n))) &
+    call append(text, "sigma_N = " // to_text(sigma_n) // ": expected a finite traction")
+  if (preload < 1) call append(text, "preload = " // integer_text(preload) // ": expected at least 1 increment")
+  do i = 1, n
+    if (.not. bounded(slips(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
+      to_text(slips(i)) // ": expected a finite number of magnitude up to " // to_text(bound))
+  end do
+  message = text
+  if (len(text) > 0) then
+    status = status_separation
+    return
+  end if
+  call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done)
+end subroutine interface_confined_slip
