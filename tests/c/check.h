@@ -1,0 +1,30 @@
+/* Counts tests: a test is a function that returns the number of its failed checks. */
+#ifndef CHECK_H
+#define CHECK_H
+
+#include <math.h>
+#include <stdio.h>
+
+/* 1, with a line on standard error, if the condition does not hold. */
+#define FAILS(condition) \
+  ((condition) ? 0 : (fprintf(stderr, "%s:%d: expected %s\n", __FILE__, __LINE__, #condition), 1))
+
+/* 1, with both values on standard error, if a value is further than tolerance from expected (or not a number). */
+#define DIFFERS(expected, value, tolerance) check_differs(__FILE__, __LINE__, #value, expected, value, tolerance)
+
+static inline int check_differs(const char *file, int line, const char *name, double expected, double value,
+                                double tolerance) {
+  if (fabs(value - expected) <= tolerance) return 0;
+  fprintf(stderr, "%s:%d: %s = %.17g, expected %.17g +- %.1g\n", file, line, name, value, expected, tolerance);
+  return 1;
+}
+
+/* Run the tests, print the closing line; the exit status of main. */
+static inline int check_run(int count, int (*const tests[])(void)) {
+  int failed = 0;
+  for (int i = 0; i < count; i++) failed += tests[i]() != 0;
+  printf("%d passed, %d failed\n", count - failed, failed);
+  return failed != 0;
+}
+
+#endif

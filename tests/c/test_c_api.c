@@ -1,0 +1,146 @@
+/* The C API as a C program sees it: texts, sizes, errors, array layout, and the UMAT behind the same library. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "asperity.h"
+#include "check.h"
+
+/* Parameters of the paper's Table 2, (12): s0 = (1 - eta) 2 Gc/sigma0, K = sigma0/s0. */
+enum { SIGMA0 = 3, FLAT_STATEV = 9 + 3, ALPHA = 9 };
+static const double GC = 0.3, ETA = 0.9, MU = 0.5;
+#define S0 ((1.0 - ETA) * 2.0 * GC / SIGMA0)
+#define K (SIGMA0 / S0)
+#define FLAT_PROPS {SIGMA0, GC, ETA, MU}
+enum { N_FLAT_PROPS = 4 };
+
+/* A few roundings of numbers of the size of the strength. */
+static const double STRESS_TOLERANCE = 16 * 2.3e-16 * SIGMA0;
+#define TANGENT_TOLERANCE (16 * 2.3e-16 * K)
+
+static int version_is_text(void) {
+  char text[] = "####################", cut[] = "######";
+  int length = asperity_version(text, sizeof text);
+  int bad = FAILS(length == (int)strlen(text)) + FAILS(strcmp(text, ASPERITY_EXPECTED_VERSION) == 0);
+  bad += FAILS(asperity_version(cut, 3) == length) + FAILS(strlen(cut) == 2 && strncmp(cut, text, 2) == 0);
+  bad += FAILS(cut[3] == '#');
+  return bad + FAILS(asperity_version(NULL, 0) == length);
+}
+
+static int nstatv_counts_planes(void) {
+  /* contract: 9 + 3 Np; m inclined planes and, by the default share, the flat one */
+  const double regular[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, flat[] = FLAT_PROPS;
+  char message[] = "######";
+  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) == 9 + 3 * (4 + 1)) + FAILS(message[0] == '\0');
+  return bad + FAILS(asperity_nstatv(flat, N_FLAT_PROPS, NULL, 0) == FLAT_STATEV);
+}
+
+static int bad_props_are_named_all_at_once(void) {
+  const double props[] = {-1.0, GC, 2.0, MU};
+  char message[512], tiny[] = "########";
+  int bad = FAILS(asperity_nstatv(props, 4, message, sizeof message) == 0);
+  bad += FAILS(strstr(message, "sigma0") != NULL) + FAILS(strstr(message, "eta") != NULL);
+  bad += FAILS(asperity_nstatv(props, 4, tiny, 8) == 0);
+  return bad + FAILS(strlen(tiny) == 7 && strncmp(tiny, message, strlen(tiny)) == 0);
+}
+
+static int elastic_points_follow_the_stiffness(void) {
+  /* below onset, (6): |s| < s0 on every point */
+  const double props[] = FLAT_PROPS;
+  const double s[2][3] = {{0.5 * S0, 0.0, 0.0}, {0.1 * S0, -0.2 * S0, 0.3 * S0}};
+  double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[2][3][3];
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 2, NULL, s[0], FLAT_STATEV, state[0], traction[0],
+                                  tangent[0][0], NULL, 0) == ASPERITY_OK);
+  for (int p = 0; p < 2; p++)
+    for (int i = 0; i < 3; i++) {
+      bad += DIFFERS(K * s[p][i], traction[p][i], STRESS_TOLERANCE);
+      for (int j = 0; j < 3; j++) bad += DIFFERS(i == j ? K : 0.0, tangent[p][i][j], TANGENT_TOLERANCE);
+    }
+  return bad;
+}
+
+static int tangent_comes_by_rows(void) {
+  /* dead flat plane in contact, sliding far beyond stick: t_N = K s_N, t_Tx = -mu K s_N, so only row Tx has s_N in it */
+  const double props[] = FLAT_PROPS;
+  const double s[3] = {-0.1 * S0, 10.0 * S0, 0.0};
+  double state[FLAT_STATEV] = {0}, traction[3], tangent[3][3];
+  state[ALPHA] = 1.0;
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 1, NULL, s, FLAT_STATEV, state, traction, tangent[0], NULL, 0) ==
+                  ASPERITY_OK);
+  bad += DIFFERS(K * s[0], traction[0], STRESS_TOLERANCE) + DIFFERS(-MU * K * s[0], traction[1], STRESS_TOLERANCE);
+  return bad + DIFFERS(-MU * K, tangent[1][0], TANGENT_TOLERANCE) + DIFFERS(0.0, tangent[0][1], TANGENT_TOLERANCE);
+}
+
+static int null_start_and_null_tangent(void) {
+  const double props[] = FLAT_PROPS, zero[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
+  double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[3][3];
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 1, NULL, s, FLAT_STATEV, state[0], traction[0], NULL, NULL, 0) ==
+                  ASPERITY_OK);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 1, zero, s, FLAT_STATEV, state[1], traction[1], tangent[0], NULL,
+                               0) == ASPERITY_OK);
+  bad += FAILS(state[0][ALPHA] > 0.0);
+  bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0);
+  return bad + FAILS(memcmp(traction[0], traction[1], sizeof traction[0]) == 0);
+}
+
+/* The call must return the status, name the culprit, and leave state and traction as they came. */
+static int rejected(int expected, const char *culprit, const double *props, int nprops, int n, double s_n,
+                    int nstatv, double alpha) {
+  const double marker = -7.0, s[3] = {s_n, 0.0, 0.0};
+  double state[FLAT_STATEV] = {0}, before[FLAT_STATEV], traction[3] = {marker, marker, marker};
+  char message[256];
+  state[ALPHA] = alpha;
+  memcpy(before, state, sizeof state);
+  int bad = FAILS(asperity_update(props, nprops, n, NULL, s, nstatv, state, traction, NULL, message, sizeof message) ==
+                  expected);
+  bad += FAILS(strstr(message, culprit) != NULL) + FAILS(memcmp(before, state, sizeof state) == 0);
+  for (int i = 0; i < 3; i++) bad += FAILS(traction[i] == marker);
+  return bad;
+}
+
+static int errors_write_nothing_but_the_message(void) {
+  const double good[] = FLAT_PROPS, negative[] = {SIGMA0, -GC, ETA, MU};
+  int bad = rejected(ASPERITY_BAD_PROPS, "Gc", negative, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 0.0);
+  bad += rejected(ASPERITY_FEW_PROPS, "3", good, 3, 1, S0, FLAT_STATEV, 0.0);
+  bad += rejected(ASPERITY_FEW_STATEV, "12", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV - 1, 0.0);
+  bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, nan(""), FLAT_STATEV, 0.0);
+  bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, HUGE_VAL, FLAT_STATEV, 0.0);
+  bad += rejected(ASPERITY_BAD_STATE, "alpha", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 1.5);
+  return bad + rejected(ASPERITY_BAD_SIZE, "-1", good, N_FLAT_PROPS, -1, S0, FLAT_STATEV, 0.0);
+}
+
+static int no_points_is_no_error(void) {
+  const double props[] = FLAT_PROPS, s[3] = {0};
+  double state[FLAT_STATEV] = {0}, traction[3];
+  return FAILS(asperity_update(props, N_FLAT_PROPS, 0, NULL, s, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
+               ASPERITY_OK);
+}
+
+static int umat_is_the_same_law(void) {
+  /* thickness 1: strain is separation; every argument a host may leave out is NULL */
+  const double props[] = FLAT_PROPS, stran[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
+  const int ndi = 1, nshr = 2, ntens = 3, nstatv = FLAT_STATEV, nprops = N_FLAT_PROPS;
+  const char name[80] = "flat";
+  double state[2][FLAT_STATEV] = {{0}}, traction[3], tangent[3][3], stress[3], ddsdde[3][3], sse, spd, scd;
+  int bad = FAILS(asperity_update(props, nprops, 1, NULL, s, nstatv, state[0], traction, tangent[0], NULL, 0) ==
+                  ASPERITY_OK);
+  umat_(stress, state[1], ddsdde[0], &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, s, NULL, NULL, NULL, NULL, NULL,
+        NULL, name, &ndi, &nshr, &ntens, &nstatv, props, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
+        NULL, NULL, NULL);
+  bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0) + FAILS(memcmp(stress, traction, sizeof stress) == 0);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) bad += FAILS(ddsdde[j][i] == tangent[i][j]); /* columns in Fortran, rows in C */
+  return bad;
+}
+
+int main(void) {
+  int (*const tests[])(void) = {version_is_text,
+                                nstatv_counts_planes,
+                                bad_props_are_named_all_at_once,
+                                elastic_points_follow_the_stiffness,
+                                tangent_comes_by_rows,
+                                null_start_and_null_tangent,
+                                errors_write_nothing_but_the_message,
+                                no_points_is_no_error,
+                                umat_is_the_same_law};
+  return check_run(sizeof tests / sizeof tests[0], tests);
+}

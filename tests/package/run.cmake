@@ -1,0 +1,42 @@
+# Installs the library to a fresh prefix, checks what it exports, builds the foreign project against it and runs it.
+# Called by CTest with WORK, BINARY_DIR, LIBRARY, NM, GENERATOR, C_COMPILER, FORTRAN_COMPILER, FORTRAN_FLAGS.
+set(prefix ${WORK}/prefix)
+set(build ${WORK}/build)
+set(passed 0)
+file(REMOVE_RECURSE ${WORK})
+
+function(finish failed)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E echo "${passed} passed, ${failed} failed")
+  if(failed)
+    message(FATAL_ERROR "the installed package does not serve a foreign project")
+  endif()
+endfunction()
+
+# A step is a test; the first that fails ends the run, the later ones need it. Sets `output`.
+macro(step name)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message("${name} failed (${result}):\n${output}")
+    finish(1)
+  endif()
+  math(EXPR passed "${passed} + 1")
+endmacro()
+
+step(install ${CMAKE_COMMAND} --install ${BINARY_DIR} --prefix ${prefix})
+
+file(GLOB_RECURSE library ${prefix}/${LIBRARY})
+step(exports ${NM} -D --defined-only ${library})
+foreach(symbol umat_ asperity_version asperity_nstatv asperity_update)
+  if(NOT output MATCHES " T ${symbol}\n")
+    message("${LIBRARY} does not export ${symbol}:\n${output}")
+    finish(1)
+  endif()
+endforeach()
+
+step(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${build} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
+     -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
+     -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
+step(build ${CMAKE_COMMAND} --build ${build})
+step(from_c ${build}/from_c)
+step(from_fortran ${build}/from_fortran)
+finish(0)

@@ -1,0 +1,262 @@
+"""The library against the independent NumPy reference and the 2D law, and under a change of view.
+
+Tolerances are multiples of the rounding error 2.2e-16 of what is summed: tractions K |s|, slips |s|, energies
+K |s|^2 with the largest |s| of the history.
+"""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, ModelWarning, Pattern, planar, reference
+from asperity.compare import compare, find
+from asperity.contract import N_POINT_STATEV, statev_names
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+TRACTION = 1e-12
+"""Of K |s|: 4500 rounding errors, for sums over up to 65 planes after up to 20 increments."""
+
+STATE = 1e-13
+"""Of |s| for slips, K |s|^2 for energies, |s|/(s0 eta) for damage: 450 rounding errors."""
+
+TANGENT = 1e-13
+"""Of K (1 + (|s|/s0)^2/eta) |s|/|s_T - s_di|: growing damage, and the direction of a small trial stress."""
+
+SEED = 20150131
+
+
+def random_material(rng: np.random.Generator) -> Material:
+    """Admissible values over orders of magnitude, mode II and closing stiffness equal or not."""
+    sigma0, Gc = 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
+    mixed = rng.random() < 0.3
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        return Material(
+            sigma0=sigma0,
+            Gc=Gc,
+            eta=rng.choice([rng.uniform(0.1, 0.9), 0.9, 0.99]),
+            mu=rng.choice([0.0, rng.uniform(0.0, 1.5)], p=[0.1, 0.9]),
+            sigma02=sigma0 * rng.uniform(0.5, 2.0) if mixed else 0.0,
+            Gc2=Gc * rng.uniform(0.5, 2.0) if mixed else 0.0,
+            kc=10 ** rng.uniform(-1, 2) if rng.random() < 0.3 else 1.0,
+        )
+
+
+def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern]:
+    """The same pattern for the library and for the reference: regular, or a list of planes of any length."""
+    if rng.random() < 0.3:
+        k = int(rng.integers(1, 9))
+        tilt, azimuth = np.radians(rng.uniform(0, 80, k)), rng.uniform(0, 2 * np.pi, k)
+        tilt[rng.random(k) < 0.2] = 0.0
+        normals = np.stack(
+            [np.cos(tilt), np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth)], axis=1
+        )
+        normals *= 10 ** rng.uniform(-2, 2, (k, 1))
+        weights = rng.dirichlet(np.ones(k))
+        return Pattern.planes(normals, weights), reference.listed_pattern(normals, weights)
+    sides = int(rng.choice([0, 2, 3, 4, 5, 6, 7, 8, 12, 32, 64]))
+    theta = rng.choice([0.0, 30.0, rng.uniform(0.0, 80.0)], p=[0.1, 0.2, 0.7])
+    flat = rng.choice([1 / 3, 0.0, 1.0, rng.uniform(0, 1)], p=[0.5, 0.1, 0.05, 0.35])
+    turn = rng.choice([0.0, rng.uniform(-360, 360)])
+    return Pattern.regular(sides, theta, flat, turn), reference.regular_pattern(sides, theta, flat, turn)
+
+
+def random_history(rng: np.random.Generator, length: float, points: int, increments: int) -> np.ndarray:
+    """Separations (increments, points, 3): random walks with steps from a small share of `length` to several.
+
+    Some increments leave s_N as it is.  None has s_N = 0, where the tangent has two sides.
+    """
+    steps = rng.standard_normal((increments, points, 3)) * 10 ** rng.uniform(
+        -1.5, 0.7, (increments, points, 1)
+    )
+    steps[..., 0] *= rng.choice([0.2, 1.0], (increments, points))
+    steps[1:, :, 0] *= rng.random((increments - 1, points)) > 0.1
+    return length * np.cumsum(steps, axis=0)
+
+
+def parameters_of(material: Material) -> reference.Parameters:
+    """The same material for the reference."""
+    m = material
+    return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
+
+
+def stiffness(p: reference.Parameters) -> float:
+    """K of K |s|: the largest stiffness of a plane."""
+    return max(p.Kn, p.Kt, p.kc * p.Kn)
+
+
+def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance: np.ndarray | float) -> None:
+    """Every difference within the tolerance."""
+    excess = np.abs(actual - expected) - tolerance
+    worst = np.unravel_index(np.argmax(excess), excess.shape)
+    assert np.all(excess <= 0.0), f"{name}{list(worst)}: {actual[worst]!r} instead of {expected[worst]!r}"
+
+
+def test_random_histories() -> None:
+    """Tractions, states and tangents of random points, patterns and parameters, every branch met often."""
+    rng = np.random.default_rng(SEED)
+    counts = dict.fromkeys(
+        itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)), 0
+    )
+    updates = 0
+    for _ in range(400):
+        material, (pattern, planes) = random_material(rng), random_pattern(rng)
+        p, interface = parameters_of(material), Interface(material, pattern)
+        shortest = min(p.s0, p.s02)
+        S = random_history(rng, shortest, points=10, increments=12)
+        s_old, state, largest = np.zeros((10, 3)), np.zeros((10, interface.nstatv)), np.zeros(10)
+        for s in S:
+            ours = interface.update(s, state, s_old)
+            theirs = reference.update(p, planes, s, state, s_old)
+            largest = np.maximum(largest, np.linalg.norm(s, axis=1))
+            ratio = (largest / shortest)[:, None]
+            K, scale = stiffness(p), largest[:, None]
+            assert_within("traction", ours.traction, theirs.traction, TRACTION * K * scale)
+            tolerance = np.empty_like(state)
+            tolerance[:, 1:5] = STATE * K * scale**2
+            tolerance[:, 5:9] = 0.0
+            tolerance[:, [0]] = tolerance[:, N_POINT_STATEV::3] = STATE * ratio / p.eta
+            tolerance[:, N_POINT_STATEV + 1 :: 3] = tolerance[:, N_POINT_STATEV + 2 :: 3] = STATE * scale
+            assert_within("state", ours.state, theirs.state, tolerance)
+            margin = np.where(
+                theirs.branch == reference.SLIP, trial_distance(planes, s, state), largest[:, None]
+            )
+            closest = (largest / margin.min(axis=1))[:, None, None]
+            growth = 1.0 + ratio[..., None] ** 2 / p.eta
+            assert_within("tangent", ours.tangent, theirs.tangent, TANGENT * K * growth * closest)
+            for branch, damaging in counts:
+                counts[branch, damaging] += int(
+                    ((theirs.branch == branch) & (theirs.damaging == damaging)).sum()
+                )
+            updates += len(s)
+            state, s_old = ours.state, s
+    assert updates == 48000
+    assert min(counts.values()) > 1000, counts
+
+
+def trial_distance(planes: reference.Pattern, s: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """|s_T - s_di| of every plane at the start of the return mapping, (n, k)."""
+    local = np.einsum("kab,nb->nka", reference.frames(planes[0]), s)
+    slip = state[:, N_POINT_STATEV:].reshape(len(s), -1, 3)[..., 1:]
+    return np.linalg.norm(local[..., 1:] - slip, axis=-1)
+
+
+hundredths = st.integers(-500, 500).map(lambda i: i / 100)
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(
+    eta=st.integers(1, 99).map(lambda i: i / 100),
+    mu=st.integers(0, 150).map(lambda i: i / 100),
+    kc=st.sampled_from([1.0, 0.5, 10.0]),
+    sides=st.sampled_from([0, 2, 3, 4, 5, 8]),
+    theta=st.integers(0, 80),
+    flat=st.sampled_from([1 / 3, 0.0, 0.5, 1.0]),
+    turn=st.integers(-180, 180),
+    path=st.lists(st.tuples(hundredths, hundredths, hundredths), min_size=1, max_size=8),
+)
+def test_shrinking_histories(
+    eta: float,
+    mu: float,
+    kc: float,
+    sides: int,
+    theta: int,
+    flat: float,
+    turn: int,
+    path: list[tuple[float, ...]],
+) -> None:
+    """Short histories in hundredths of s_f: a failure shrinks to the simplest one, ties of branches occur."""
+    interface = Interface(Material(3.0, 0.3, eta, mu, kc=kc), Pattern.regular(sides, theta, flat, turn))
+    p = parameters_of(interface.material)
+    S = p.sf * np.array(path)
+    largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
+    theirs = reference.replay(p, reference.regular_pattern(sides, theta, flat, turn), S)
+    ours = interface.replay(S)
+    assert_within("traction", ours.traction, theirs.traction, TRACTION * stiffness(p) * largest)
+    assert_within("damage", ours.damage, theirs.state[:, 0], STATE * (1.0 + largest[:, 0] / p.s0) / p.eta)
+
+
+def test_planar_law() -> None:
+    """The plane-symmetric pattern under random histories in its plane is the 2D law, nothing pulls across."""
+    rng = np.random.default_rng(SEED + 1)
+    for theta in (0.0, 15.0, 30.0, 45.0, 60.0):
+        material = Material(3.0, 0.3, 0.9, 0.5)
+        p = parameters_of(material)
+        S = random_history(rng, p.s0, points=1, increments=200)[:, 0] * [1.0, 1.0, 0.0]
+        ours = Interface(material, Pattern.regular(2, theta)).replay(S).traction
+        theirs = np.array(planar.replay(p, planar.trapezoid(theta), S[:, :2].tolist()))
+        largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
+        assert_within("traction", ours[:, :2], theirs, TRACTION * p.Kn * largest)
+        assert np.all(ours[:, 2] == 0.0)
+
+
+@pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
+def test_figures(figure: str) -> None:
+    """Driver, reference and 2D law each follow the equilibrium of a figure's cases, to the same end."""
+    for case in find(figure):
+        result = compare(case)
+        assert result.rows >= 100
+        assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", range(20))
+def test_turn(case: int) -> None:
+    """Turning pattern and separation together turns the traction and leaves damage and energies alone."""
+    rng = np.random.default_rng([SEED, case])
+    material = random_material(rng)
+    p = parameters_of(material)
+    sides, theta, flat = int(rng.integers(2, 10)), rng.uniform(5, 70), rng.uniform(0, 0.9)
+    angle = rng.uniform(-360, 360)
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    S = random_history(rng, min(p.s0, p.s02), points=1, increments=60)[:, 0]
+    straight = Interface(material, Pattern.regular(sides, theta, flat)).replay(S)
+    turned = Interface(material, Pattern.regular(sides, theta, flat, angle)).replay(S @ rotation.T)
+    assert_same_history(p, S, turned.traction @ rotation, turned.state[:, :5], straight)
+
+
+@pytest.mark.parametrize("case", range(20))
+def test_mirror(case: int) -> None:
+    """Mirroring every normal and the separation about the (N, Tx) plane mirrors the traction."""
+    rng = np.random.default_rng([SEED, 100 + case])
+    material = random_material(rng)
+    p = parameters_of(material)
+    normals = np.column_stack([rng.uniform(0.2, 1, 6), rng.uniform(-1, 1, (6, 2))])
+    weights, mirror = rng.dirichlet(np.ones(6)), np.array([1.0, 1.0, -1.0])
+    S = random_history(rng, min(p.s0, p.s02), points=1, increments=60)[:, 0]
+    straight = Interface(material, Pattern.planes(normals, weights)).replay(S)
+    mirrored = Interface(material, Pattern.planes(normals * mirror, weights)).replay(S * mirror)
+    assert_same_history(p, S, mirrored.traction * mirror, mirrored.state[:, :5], straight)
+
+
+@pytest.mark.parametrize("case", range(20))
+def test_units(case: int) -> None:
+    """The same interface in mm, MPa, N/mm and in m, Pa, N/m."""
+    rng = np.random.default_rng([SEED, 200 + case])
+    m, (pattern, _) = random_material(rng), random_pattern(rng)
+    p = parameters_of(m)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        metres = Material(1e6 * m.sigma0, 1e3 * m.Gc, m.eta, m.mu, 1e6 * m.sigma02, 1e3 * m.Gc2, kc=m.kc)
+    S = random_history(rng, min(p.s0, p.s02), points=1, increments=60)[:, 0]
+    ours, other = Interface(m, pattern).replay(S), Interface(metres, pattern).replay(1e-3 * S)
+    state = other.state[:, :5] * [1.0, 1e-3, 1e-3, 1e-3, 1e-3]
+    assert_same_history(p, S, 1e-6 * other.traction, state, ours)
+
+
+def assert_same_history(
+    p: reference.Parameters, S: np.ndarray, traction: np.ndarray, state: np.ndarray, expected: object
+) -> None:
+    """Tractions, damage and energies of a history from another point of view."""
+    largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
+    K = stiffness(p)
+    assert_within("traction", traction, expected.traction, TRACTION * K * largest)
+    assert_within("damage", state[:, :1], expected.state[:, :1], STATE * largest / min(p.s0, p.s02) / p.eta)
+    # energies are accumulated: one rounding error per row
+    rows = np.arange(1, len(S) + 1)[:, None]
+    assert_within("energies", state[:, 1:5], expected.state[:, 1:5], STATE * rows * K * largest**2)
+    assert statev_names(1)[:5] == ("damage", "stored", "rupture", "friction", "work")

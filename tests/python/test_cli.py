@@ -1,0 +1,352 @@
+"""The command `asperity`: exit codes, one-line errors, results, pictures and tables."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import asperity
+import matplotlib.image
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern, cases, compare, plots, results, tables
+from asperity.cli import main
+from asperity.installed import cases as case_files
+from asperity.installed import driver
+
+RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
+CASE = """&case title = 'Slip and back' /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 2, theta = 30.0 /
+&step t_N = -1.0, increments = 100 /
+&step slip = 0.1, -0.1, increments = 20, 40 /
+"""
+SLIPS = np.concatenate([0.1 * np.arange(1, 21) / 20, 0.1 - 0.2 * np.arange(1, 41) / 40])
+LOST = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 0 /
+&step t_N = 2.0, increments = 10 /
+&step slip = 0.1, increments = 100 /
+"""
+SWEEP = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 2, theta = theta_m /
+&sweep name = 'theta_m', values = 0.0, 45.0, 30.0 /
+&step s_Tx = 0.1, increments = 10 /
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ASPERITY_DRIVER", raising=False)
+    return tmp_path
+
+
+def write(name: str, text: str) -> str:
+    """A file in the current folder."""
+    Path(name).write_text(text, encoding="utf-8")
+    return name
+
+
+def assert_one_line(text: str, *parts: str) -> None:
+    """An error of one line that has these parts."""
+    assert text.startswith("asperity: ") and text.count("\n") == 1
+    assert all(part in text for part in parts), text
+
+
+# --- the command ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [["asperity"], [sys.executable, "-m", "asperity"]])
+def test_version(command: list[str]) -> None:
+    """Both ways to call it print the version."""
+    path = Path(sysconfig.get_path("scripts"))
+    program = shutil.which(command[0], path=str(path)) or command[0]
+    done = subprocess.run([program, *command[1:], "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"asperity {asperity.__version__}\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["walk"], ["run"], ["run", "a.nml", "--colour"]])
+def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Wrong arguments end with 2 and the usage."""
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+    assert capsys.readouterr().err.startswith("usage: asperity")
+
+
+# --- run -------------------------------------------------------------------
+
+
+def test_run_gives_the_confined_slip(folder: Path) -> None:
+    """The driver's rows, all digits, are those of Interface.confined_slip."""
+    assert main(["run", write("case.nml", CASE)]) == 0
+    rows = results.read_rows(folder / "case.csv")
+    history = RT.confined_slip(0.0, SLIPS, -1.0, preload=100)
+    assert len(rows) == 160
+    # slips are interpolated here and in the driver: a rounding error each, K = sigma0/s0 = 150 MPa/mm
+    assert np.allclose(rows.separation[100:], history.separation, rtol=0, atol=1e-14)
+    assert np.allclose(rows.traction[100:], history.traction, rtol=0, atol=150 * 1e-14)
+    assert np.allclose(rows.damage[100:], history.damage, rtol=0, atol=1e-12)
+
+
+def test_run_into_a_file_with_a_picture(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """-o names the result, --plot the picture; without a name it goes beside the result."""
+    write("case.nml", CASE)
+    assert main(["run", "case.nml", "-o", "out.csv", "--plot"]) == 0
+    assert capsys.readouterr().out == "out.png\n"
+    assert main(["run", "case.nml", "-o", "out.csv", "--plot", "other.png"]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["case.nml", "other.png", "out.csv", "out.png"]
+    picture = matplotlib.image.imread(folder / "out.png")
+    assert picture.shape[0] > 500 and picture.shape[1] > 1500
+    assert np.array_equal(picture, matplotlib.image.imread(folder / "other.png"))
+
+
+def test_run_of_a_sweep(folder: Path) -> None:
+    """One result per value, one picture; results of earlier runs are not drawn."""
+    write("sweep_20.csv", "old")
+    assert main(["run", write("sweep.nml", SWEEP), "--plot"]) == 0
+    found = results.results_of(folder / "sweep.csv")
+    assert list(found) == [0.0, 20.0, 30.0, 45.0]
+    assert (folder / "sweep.png").is_file()
+    assert np.all(results.read_rows(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
+
+
+def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """1 for bad input, with the driver's message and no picture; 2 for a lost equilibrium, which is drawn."""
+    assert main(["run", write("bad.nml", CASE.replace("mu = 0.5", "mu = -0.5")), "--plot"]) == 1
+    message = capfd.readouterr().err
+    assert "mu" in message and "-0.5" in message and "Traceback" not in message
+    assert main(["run", "missing.nml", "--plot"]) == 1
+    assert "missing.nml" in capfd.readouterr().err
+    assert not list(folder.glob("*.png"))
+    assert main(["run", write("lost.nml", LOST), "--plot"]) == 2
+    assert (folder / "lost.png").is_file()
+    assert results.read_rows(folder / "lost.csv").separation[-1, 1] == pytest.approx(0.031, abs=1e-3)
+
+
+@pytest.mark.parametrize("code", [0, 1, 2, 77])
+def test_run_takes_another_driver(code: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """ASPERITY_DRIVER names the driver; it gets the arguments, its exit code comes back."""
+    other = folder / "other"
+    other.write_text(f'#!/bin/sh\necho "$@" >arguments\nexit {code}\n')
+    other.chmod(0o755)
+    monkeypatch.setenv("ASPERITY_DRIVER", str(other))
+    assert main(["run", "case.nml", "-o", "here.csv", "--plot"]) == code
+    assert (folder / "arguments").read_text() == "case.nml -o here.csv\n"
+    assert not list(folder.glob("*.png"))
+
+
+def test_run_errors(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Errors of the command itself: exit code 1, one line."""
+    assert main(["run", write("case.nml", CASE), "--plot", "--units", "mm"]) == 1
+    assert_one_line(capsys.readouterr().err, "--units mm", "expected LENGTH,STRESS")
+    assert main(["run", "case.nml", "--plot", "no/such/folder.png"]) == 1
+    assert_one_line(capsys.readouterr().err, "no/such/folder.png")
+    monkeypatch.setenv("ASPERITY_DRIVER", "nowhere")
+    assert main(["run", "case.nml"]) == 1
+    assert_one_line(capsys.readouterr().err, "ASPERITY_DRIVER = nowhere", "expected the path of rie_driver")
+
+
+def test_driver_has_the_version() -> None:
+    """The installed driver is of this version."""
+    done = subprocess.run([driver(), "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"rie_driver {asperity.__version__}\n"
+
+
+# --- results and pictures -------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "expected columns s_N"),
+        ("s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,event\n", "expected columns damage"),
+        ("s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,event\n", "expected rows after the header"),
+        ("s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,event\n0,0,0,0,0,0,x,\n", "could not convert"),
+    ],
+)
+def test_results_that_are_none(text: str, message: str, folder: Path) -> None:
+    """A file that is no result of the driver is refused."""
+    with pytest.raises(ValueError, match=message):
+        results.read_rows(Path(write("out.csv", text)))
+
+
+def rows(s: np.ndarray, t: np.ndarray, event: str = "") -> results.Rows:
+    """Rows with damage 0.5."""
+    return results.Rows(s, t, np.full(len(s), 0.5), [""] * (len(s) - 1) + [event])
+
+
+@pytest.mark.parametrize("angle", [0.0, 45.0, 180.0, 300.0])
+def test_slip_direction(angle: float) -> None:
+    """Along the first long slip of a cycle, whichever way that goes."""
+    e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    slip = np.array([0.0, 1e-3, 0.4, -0.41, 0.4])
+    separation = np.column_stack([np.ones(5), slip[:, None] * e])
+    assert np.allclose(plots.slip_direction(separation), e, rtol=0, atol=1e-15)
+    assert plots.slip_direction(np.zeros((3, 3))).tolist() == [1.0, 0.0]
+
+
+def test_picture_shows_the_rows(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Curves are the columns along the slip, axes carry units, a sweep has a legend, a lost end a cross."""
+    monkeypatch.setattr(plt, "close", lambda figure: None)
+    s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
+    t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
+    plots.draw(
+        {1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, Path("a.png"), "Title", "theta", "m", "Pa"
+    )
+    figure = plt.gcf()
+    shown = [[line.get_xydata().tolist() for line in ax.lines] for ax in figure.axes]
+    assert shown[0] == [[[0, 0], [1, 4], [2, 7]], [[0, 0], [1, 8], [2, 14]], [[2, 14]]]
+    assert shown[1][0] == [[0, 0], [1, 0.1], [2, 0.3]]
+    assert shown[2][0] == [[0, 0.5], [1, 0.5], [2, 0.5]]
+    assert [ax.get_xlabel()[-3:] for ax in figure.axes] == ["[m]"] * 3
+    assert [ax.get_ylabel().split("[")[1] for ax in figure.axes] == ["Pa]", "m]", "-]"]
+    legend = figure.legends[0]
+    assert legend.get_title().get_text() == "theta"
+    assert [text.get_text() for text in legend.get_texts()] == ["1", "2.5"]
+    colours = [line.get_color() for line in figure.axes[0].lines[:2]]
+    assert len(set(colours)) == 2
+    assert figure.axes[0].lines[0].get_linestyle() != figure.axes[0].lines[1].get_linestyle()
+    plt.close("all")
+
+
+def test_picture_of_an_opening(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing slips: normal traction and damage over the opening; many curves have many colours."""
+    monkeypatch.setattr(plt, "close", lambda figure: None)
+    s, t = np.array([[0.0, 0, 0], [0.1, 0, 0]]), np.array([[0.0, 0, 0], [2.0, 0, 0]])
+    plots.draw({float(i): rows(s, i * t) for i in range(1, 9)}, Path("b.png"), "Title", "x", "mm", "MPa")
+    figure = plt.gcf()
+    assert len(figure.axes) == 2
+    assert figure.axes[0].lines[0].get_xydata().tolist() == [[0, 0], [0.1, 2]]
+    assert len({line.get_color() for line in figure.axes[0].lines}) == 8
+    plt.close("all")
+
+
+# --- cases and comparison -------------------------------------------------
+
+
+def test_case_is_read() -> None:
+    """Material, pattern, slips and preload of the shipped Figure 5(b)."""
+    path = next(path for path in case_files() if path.stem == "figure05b")
+    (test,) = cases.slip_tests(path)
+    assert (test.material, test.pattern) == (RT.material, RT.pattern)
+    assert (test.value, test.preload, test.sigma_N, test.direction) == (None, 100, -10.0, 0.0)
+    assert len(test.slips) == 800
+    assert test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
+    assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
+    assert cases.labels(path)[1] == ""
+
+
+def test_sweep_is_read(folder: Path) -> None:
+    """Values of the sweep in place of its name, comments and broken lines left out."""
+    text = SWEEP.replace("s_Tx", "! slip = 7\n  slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
+    path = Path(write("sweep.nml", text))
+    found = list(cases.slip_tests(path))
+    assert [test.value for test in found] == [test.pattern.theta for test in found] == [0.0, 45.0, 30.0]
+    assert [test.slips[-1] for test in found] == [0.1] * 3
+    assert cases.labels(path) == ("sweep", "theta_m")
+
+
+def test_case_that_cannot_be_compared(folder: Path) -> None:
+    """Another kind of path is refused, as is a case the driver refuses."""
+    with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
+        list(cases.slip_tests(Path(write("case.nml", SWEEP))))
+    with pytest.raises(ValueError, match=r"rie_driver: .*mu"):
+        compare.compare(Path(write("case.nml", CASE.replace("mu = 0.5", "mu = -0.5"))))
+
+
+@pytest.mark.parametrize("text", [CASE, LOST + "&expect end = 'lost' /\n"])
+def test_compare(text: str, folder: Path) -> None:
+    """Driver, reference and 2D law agree, where equilibrium is lost as well."""
+    result = compare.compare(Path(write("case.nml", text)))
+    assert result.agrees, result
+    assert result.curves == 1 and result.rows > 20
+    assert not np.isnan(
+        [result.law_reference, result.test_reference, result.law_planar, result.test_planar]
+    ).any()
+
+
+def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case run with another friction than the one compared with does not agree."""
+    path = Path(write("case.nml", CASE))
+    monkeypatch.setattr(compare, "slip_tests", lambda _: cases.slip_tests(Path("other.nml")))
+    write("other.nml", CASE.replace("mu = 0.5", "mu = 0.500001"))
+    result = compare.compare(path)
+    assert not result.agrees
+    assert min(result.law_reference, result.test_reference, result.law_planar, result.test_planar) > 1e-9
+
+
+def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line per case; exit code 1 where they differ or the figure is unknown."""
+    assert main(["compare", "--figure", "2"]) == 0
+    line = capsys.readouterr().out.splitlines()[-1].split()
+    assert line[:3] == ["figure02", "1", "100"] and line[-1] == "agrees"
+    monkeypatch.setattr(compare, "LAW_TOLERANCE", 0.0)
+    assert main(["compare", "--figure", "2"]) == 1
+    assert capsys.readouterr().out.splitlines()[-1].endswith("DIFFERS")
+    assert main(["compare", "--figure", "3"]) == 1
+    assert_one_line(capsys.readouterr().err, "figure 3", "expected one of 2, 4a")
+
+
+@pytest.mark.parametrize(
+    ("figure", "stems"),
+    [
+        ("5b", ["figure05b"]),
+        ("5", ["figure05a", "figure05b"]),
+        ("10b", ["figure09a_10b", "figure09b_10b"]),
+        ("13a", ["figure13a_00", "figure13a_45"]),
+    ],
+)
+def test_cases_of_a_figure(figure: str, stems: list[str]) -> None:
+    """By number and letter, or by number."""
+    assert [path.stem for path in compare.find(figure)] == stems
+
+
+# --- tables ----------------------------------------------------------------
+
+
+def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """A row for every constant and state variable, as wide as the head."""
+    assert main(["tables"]) == 0
+    props, statev = capsys.readouterr().out.strip().split("\n\n")
+    for text, columns, n_rows in ((props, 6, 18), (statev, 4, 12)):
+        lines = text.splitlines()
+        assert len(lines) == 2 + n_rows
+        assert {len(line.split(" | ")) for line in lines} == {columns}
+    assert "| 3 | eta | ductility 1 - s0/sf | - | 0 < eta < 1 | required |" in props
+    assert "| 17-19 | reserved |" in props
+    assert "| 6 | status |" in statev
+
+
+def test_tables_are_filled_and_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Between the markers only; --check tells a stale file by exit code 1 and leaves it alone."""
+    text = "before\n<!-- statev -->\nstale\n<!-- /statev -->\nbetween\n<!-- props --><!-- /props -->\nafter\n"
+    path = Path(write("page.md", text))
+    assert main(["tables", "page.md", "--check"]) == 1
+    assert capsys.readouterr().out == "page.md: tables are not up to date\n"
+    assert path.read_text() == text
+    assert main(["tables", "page.md"]) == 0
+    filled = path.read_text()
+    start, end = "before\n<!-- statev -->\n", "\n<!-- /props -->\nafter\n"
+    middle = "\n<!-- /statev -->\nbetween\n<!-- props -->\n"
+    assert filled == start + tables.statev() + middle + tables.props() + end
+    assert main(["tables", "page.md", "--check"]) == 0
+    assert main(["tables", "page.md"]) == 0
+    assert path.read_text() == filled
+
+
+def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Files without markers, no files to check, files that are not there."""
+    assert main(["tables", write("page.md", "no markers\n")]) == 1
+    assert_one_line(capsys.readouterr().err, "page.md", "expected markers <!-- props -->")
+    assert main(["tables", "--check"]) == 1
+    assert_one_line(capsys.readouterr().err, "--check: expected files")
+    assert main(["tables", "missing.md"]) == 1
+    assert_one_line(capsys.readouterr().err, "missing.md")

@@ -1,0 +1,293 @@
+"""README and docs: examples print what is shown, tables and names are the code's, links and maths hold."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import asperity
+import pytest
+from asperity.installed import driver
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+WITH_TABLES = ["README.md", "docs/contract.md"]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$(?:\n+```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
+
+
+class Block(NamedTuple):
+    """A fenced block: where it is, its language, its text, and the text block that follows, if one does."""
+
+    place: str
+    language: str
+    text: str
+    shown: str | None
+
+
+def blocks(language: str) -> list[Block]:
+    """Blocks of a language on all pages."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for m in FENCE.finditer(text):
+            if m[1] == language:
+                line = text.count("\n", 0, m.start()) + 1
+                found.append(Block(f"{page.name}:{line}", m[1], m[2], m[3]))
+    return found
+
+
+def examples(language: str) -> pytest.MarkDecorator:
+    """Parametrise a test by the blocks of a language, of which there is at least one."""
+    found = blocks(language)
+    assert found
+    return pytest.mark.parametrize("block", found, ids=[block.place for block in found])
+
+
+def run(*command: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a command."""
+    return subprocess.run(list(command), capture_output=True, text=True, cwd=cwd, timeout=120, check=False)
+
+
+def prose(page: Path) -> str:
+    """Text of a page without fenced blocks."""
+    return FENCE.sub("", page.read_text(encoding="utf-8"))
+
+
+def without_code(text: str) -> str:
+    """Text without code spans."""
+    return re.sub(r"`[^`]*`", "", text)
+
+
+# --- examples -----------------------------------------------------------------------------------------------
+
+
+@examples("python")
+def test_python_example(block: Block, tmp_path: Path) -> None:
+    """It prints what is shown, and warns of nothing."""
+    done = run(sys.executable, "-c", block.text, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == block.shown
+
+
+@examples("c")
+def test_c_example(block: Block, tmp_path: Path) -> None:
+    """It compiles without a warning, with the header of the tree and the library of the package."""
+    (tmp_path / "example.c").write_text(block.text, encoding="utf-8")
+    library = asperity.library()
+    flags = ["-Wall", "-Wextra", "-Werror", "-I", str(ROOT / "src"), f"-Wl,-rpath,{library.parent}"]
+    build = run(os.environ.get("CC", "cc"), *flags, "example.c", library, "-o", "example", cwd=tmp_path)
+    assert (build.returncode, build.stderr) == (0, "")
+    done = run(tmp_path / "example")
+    assert (done.returncode, done.stdout) == (0, block.shown)
+
+
+@examples("nml")
+def test_case_example(block: Block, tmp_path: Path) -> None:
+    """It ends as it expects, or is refused with the messages shown."""
+    (tmp_path / "case.nml").write_text(block.text, encoding="utf-8")
+    done = run(driver(), "case.nml", cwd=tmp_path)
+    if block.shown is None:
+        assert done.returncode == 0, done.stderr
+        assert "&expect" in block.text
+    else:
+        assert (done.returncode, done.stderr) == (1, block.shown)
+
+
+# --- tables and names ---------------------------------------------------------------------------------------
+
+
+def test_tables_are_up_to_date() -> None:
+    """`asperity tables --check` agrees."""
+    done = run(sys.executable, "-m", "asperity", "tables", "--check", *WITH_TABLES, cwd=ROOT)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    for name in WITH_TABLES:
+        text = (ROOT / name).read_text(encoding="utf-8")
+        assert "| sigma0 |" in text and "| s_dih |" in text
+
+
+def test_status_codes_are_those_of_the_header() -> None:
+    """Number and name of every code of asperity.h."""
+    header = (ROOT / "src" / "asperity.h").read_text(encoding="utf-8")
+    contract = (ROOT / "docs" / "contract.md").read_text(encoding="utf-8")
+    codes = re.findall(r"(ASPERITY_\w+) = (\d+)", header)
+    assert codes and re.findall(r"^\| (\d+) \| `(ASPERITY_\w+)`", contract, re.MULTILINE) == [
+        (number, name) for name, number in codes
+    ]
+
+
+def section(page: str, heading: str) -> str:
+    """Text under a heading, up to the next one of its level or above."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    level = heading.split(" ")[0]
+    pattern = rf"^{re.escape(heading)}\n(.*?)(?=^#{{1,{len(level)}}} |\Z)"
+    m = re.search(pattern, text, re.MULTILINE | re.DOTALL)
+    assert m, heading
+    return m[1]
+
+
+def names_in_table(text: str) -> set[str]:
+    """Names in the first column of a table, head left out, `s_N, ..., t_Ty` written out."""
+    body = re.sub(r"^\|.*\n\|---.*\n", "", text, flags=re.MULTILINE)
+    cells = re.findall(r"^\| ([^|]*) \|", body, re.MULTILINE)
+    names = {name.strip() for cell in cells for name in cell.split(",")}
+    if "..." in names:
+        names |= {f"{letter}_{component}" for letter in "st" for component in ("N", "Tx", "Ty")}
+    return names - {"..."}
+
+
+@pytest.mark.parametrize("group", ["case", "material", "pattern", "step", "expect", "sweep", "replay"])
+def test_names_of_the_case_file(group: str, tmp_path: Path) -> None:
+    """The driver lists the names of a group when it meets an unknown one; the page has just these."""
+    (tmp_path / "case.nml").write_text(f"&{group} unheard_of = 1 /\n", encoding="utf-8")
+    message = run(driver(), "case.nml", cwd=tmp_path).stderr
+    m = re.search(rf"&{group}: unheard_of = 1: unknown name, expected one of (.*)", message)
+    assert m, message
+    text = section("docs/driver.md", f"### &{group}")
+    shown = set(re.findall(r"(\w+) = ", text)) if group == "sweep" else names_in_table(text)
+    assert shown == set(m[1].split(", "))
+
+
+def test_columns_and_events(tmp_path: Path) -> None:
+    """Columns of the driver's CSV with those of one plane, and the events that its source names."""
+    case = next(block.text for block in blocks("nml") if block.shown is None)
+    (tmp_path / "case.nml").write_text(case, encoding="utf-8")
+    assert run(driver(), "case.nml", "--planes", cwd=tmp_path).returncode == 0
+    with (tmp_path / "case.csv").open(encoding="utf-8") as file:
+        columns = file.readline().strip().split(",")
+    rows = section("docs/driver.md", "## Rows")
+    of_rows, of_events = re.split(r"^(?=\| event \| what)", rows, flags=re.MULTILINE)
+    expected = {re.sub(r"_1$", "_k", name) for name in columns if not re.search(r"_[2-9]$", name)}
+    assert names_in_table(of_rows) == expected
+    source = (ROOT / "harness" / "history.f90").read_text(encoding="utf-8")
+    events = set(re.findall(r'name_event\("(\w+)"\)', source))
+    assert events and names_in_table(of_events) == events
+
+
+def test_commands_and_options_exist() -> None:
+    """Targets of make, options of CMake, cases and files that the pages name."""
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"`make (\w+)", text))
+    assert {"demo", "check"} <= targets
+    assert targets <= set(re.findall(r"^(\w+):", makefile, re.MULTILINE))
+    files = [ROOT / "CMakeLists.txt", *ROOT.glob("cmake/*")]
+    cmake = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    readme = PAGES[0].read_text(encoding="utf-8")
+    options = set(re.findall(r"`((?:ASPERITY|PFUNIT)_[A-Z]+)`", readme))
+    assert options and {name for name in options if name not in cmake} == set()
+    cases = set(re.findall(r"harness/cases/[\w.]+", text))
+    assert cases and {case for case in cases if not (ROOT / case).is_file()} == set()
+
+
+# --- links --------------------------------------------------------------------------------------------------
+
+
+def anchors(page: Path) -> set[str]:
+    """Names that GitHub gives to the headings of a page."""
+    headings = re.findall(r"^#+ (.*)$", prose(page), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links(page: Path) -> None:
+    """Files, headings and, where the link text is code, the named test in the file."""
+    links = LINK.findall(prose(page))
+    assert links
+    for text, target in links:
+        assert "://" not in target, target
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path) if path else page
+        assert file.exists(), target
+        if anchor:
+            assert anchor in anchors(file), target
+        if file.parts[-2:-1] == ("tests",):
+            name = text.strip("`")
+            pattern = rf"^\s*subroutine {name}\(\)$" if file.suffix == ".pf" else rf"^def {name}\("
+            assert re.search(pattern, file.read_text(encoding="utf-8"), re.MULTILINE), f"{target}: {name}"
+
+
+# --- maths --------------------------------------------------------------------------------------------------
+
+
+def unbalanced(tex: str) -> list[str]:
+    """What does not pair in a formula."""
+    depth, bad = 0, []
+    for brace in re.findall(r"(?<!\\)[{}]", tex):
+        depth += 1 if brace == "{" else -1
+        if depth < 0:
+            bad.append("}")
+            depth = 0
+    bad += ["{"] * depth
+    if len(re.findall(r"\\left\b", tex)) != len(re.findall(r"\\right\b", tex)):
+        bad.append(r"\left")
+    if re.findall(r"\\begin{(\w+)}", tex) != re.findall(r"\\end{(\w+)}", tex):
+        bad.append(r"\begin")
+    for opening, closing in ((r"\lvert", r"\rvert"), (r"\lVert", r"\rVert"), (r"\langle", r"\rangle")):
+        if tex.count(opening) != tex.count(closing):
+            bad.append(opening)
+    if r"\operatorname" in tex:
+        bad.append(r"\operatorname (GitHub refuses it)")
+    return bad
+
+
+def not_plain(tex: str) -> list[str]:
+    """What Markdown would change in an inline formula before the formula is set."""
+    rules = {
+        "emphasis": r"(?<![A-Za-z0-9])_|\*",
+        "escape": r"\\[^A-Za-z]",
+        "tag": r"<[A-Za-z/!]",
+        "space at an end": r"^\s|\s$|^$",
+    }
+    return [what for what, pattern in rules.items() if re.search(pattern, tex)]
+
+
+def inline(text: str) -> Iterator[tuple[str, str, str, str]]:
+    """Formulas between dollars of a line of prose: line, formula, character before, character after."""
+    for line in without_code(text).splitlines():
+        pieces = line.split("$")
+        assert len(pieces) % 2 == 1, f"odd number of $: {line}"
+        for i in range(1, len(pieces), 2):
+            yield line, pieces[i], pieces[i - 1][-1:], pieces[i + 1][:1]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_maths(page: Path) -> None:
+    """Every formula is balanced, and Markdown hands it on as it is."""
+    text = page.read_text(encoding="utf-8")
+    assert len(re.findall(r"^```", text, re.MULTILINE)) == 2 * len(re.findall(r"^```$", text, re.MULTILINE))
+    for m in FENCE.finditer(text):
+        if m[1] == "math":
+            assert not unbalanced(m[2]) and "$" not in m[2], m[2]
+    for line, tex, before, after in inline(prose(page)):
+        assert not unbalanced(tex) and not not_plain(tex), f"{tex}: {unbalanced(tex)} {not_plain(tex)}"
+        assert re.fullmatch(r"[\s(|]?", before), f"{before}${tex}$"
+        assert re.fullmatch(r"[\s.,;:)|]?", after), f"${tex}${after}"
+        assert not (line.startswith("|") and "|" in tex), line
+
+
+def test_theory_has_maths() -> None:
+    """The page is found, and its formulas are."""
+    page = ROOT / "docs" / "theory.md"
+    assert len(list(inline(prose(page)))) > 50
+    assert len([block for block in blocks("math") if block.place.startswith(page.name)]) > 10
+
+
+@pytest.mark.parametrize(
+    "tex", [r"\frac{a}{b", r"a}", r"\left( x", r"\begin{cases} x", r"\lvert x", r"\operatorname{sign} x"]
+)
+def test_unbalanced_is_found(tex: str) -> None:
+    """Each example fails."""
+    assert unbalanced(tex)
+
+
+@pytest.mark.parametrize("tex", [r"\mathbf{s}_n", r"a \, b", r"\{a\}", "a<b", " a", "a*b", r"\_"])
+def test_not_plain_is_found(tex: str) -> None:
+    """Each example fails; what the pages use passes."""
+    assert not_plain(tex)
+    assert not not_plain(r"\langle s_n \rangle_+ < \mathbf s_{di,0}")

@@ -1,0 +1,796 @@
+"""The driver `rie_driver`: rows against closed forms, load paths, replay, exit codes, bad input."""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import re
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = ROOT / "harness" / "cases"
+COLUMNS = (
+    "step increment time s_N s_Tx s_Ty t_N t_Tx t_Ty damage stored rupture friction work iterations event"
+).split()
+
+# Table 2 of the paper, and what follows from it (12)
+SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
+S_F = 2 * GC / SIGMA0
+S_0 = (1 - ETA) * S_F
+K = SIGMA0 / S_0
+
+MATERIAL = f"&material sigma0 = {SIGMA0}, Gc = {GC}, eta = {ETA}, mu = {MU} /\n"
+FLAT = "&pattern sides = 0 /\n"
+RP_4 = "&pattern sides = 4, theta = 30.0 /\n"
+
+# The solver accepts a residual of 1e-13 (K |s| + |sigma|), at most 1e-13 (150*0.6 + 20) MPa: ten times that.
+TRACTION_TOLERANCE = 1.1e-10
+
+
+def find_driver() -> Path:
+    """The binary of ASPERITY_DRIVER, or of the tree: of `make check` or `make build` before any other."""
+    if os.environ.get("ASPERITY_DRIVER"):
+        return Path(os.environ["ASPERITY_DRIVER"]).resolve()
+    built = sorted(ROOT.glob("build/*/harness/rie_driver"), key=lambda path: -path.stat().st_mtime)
+    preferred = [path for name in ("test", "release") for path in built if path.parts[-3] == name]
+    if not built:
+        pytest.fail("no rie_driver: `make build` makes one, or set ASPERITY_DRIVER")
+    return (preferred + built)[0]
+
+
+@pytest.fixture(scope="session")
+def driver() -> Path:
+    """Path of the driver."""
+    return find_driver()
+
+
+class Result:
+    """What a run of the driver left: exit code, messages and rows."""
+
+    def __init__(self, process: subprocess.CompletedProcess[str], output: Path):
+        """Read the CSV if there is one."""
+        self.code, self.messages, self.stdout = process.returncode, process.stderr, process.stdout
+        self.header, self.rows = read_csv(output.read_text()) if output.exists() else ([], [])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A column as numbers."""
+        return np.array([float(row[self.header.index(name)]) for row in self.rows])
+
+    @property
+    def events(self) -> list[set[str]]:
+        """Events of every row."""
+        column = self.header.index("event")
+        return [set(row[column].split("+")) - {""} for row in self.rows]
+
+    def vector(self, prefix: str) -> np.ndarray:
+        """(T, 3): components N, Tx, Ty of `s` or `t`."""
+        return np.stack([self[f"{prefix}_{c}"] for c in ("N", "Tx", "Ty")], axis=1)
+
+
+def read_csv(text: str) -> tuple[list[str], list[list[str]]]:
+    """Header and rows; every row whole."""
+    assert text.endswith("\n")
+    lines = [line.split(",") for line in text.splitlines()]
+    assert {len(line) for line in lines} == {len(lines[0])}
+    return lines[0], lines[1:]
+
+
+def call(driver: Path, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the driver in a folder."""
+    return subprocess.run([driver, *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture
+def run(driver: Path, tmp_path: Path):
+    """Run a case given by its text; the exit code must be the expected one."""
+
+    def run_text(text: str | bytes, *options: str, code: int = 0) -> Result:
+        case = tmp_path / "case.nml"
+        case.write_bytes(text if isinstance(text, bytes) else text.encode())
+        output = tmp_path / "case.csv"
+        output.unlink(missing_ok=True)
+        process = call(driver, "case.nml", *options, folder=tmp_path)
+        assert process.returncode == code, process.stderr
+        return Result(process, output)
+
+    return run_text
+
+
+@pytest.fixture(scope="session")
+def shipped(driver: Path, tmp_path_factory: pytest.TempPathFactory):
+    """Run a shipped case once; its results by the value of the sweep ("" if there is none)."""
+    done: dict[str, dict[str, Result]] = {}
+
+    def run_case(name: str) -> dict[str, Result]:
+        if name not in done:
+            folder = tmp_path_factory.mktemp(name)
+            process = call(driver, CASES / f"{name}.nml", folder=folder)
+            assert process.returncode == 0, process.stderr
+            found = {path.stem[len(name) + 1 :]: Result(process, path) for path in folder.glob("*.csv")}
+            assert found
+            done[name] = found
+        return done[name]
+
+    return run_case
+
+
+def assert_traction(actual: np.ndarray, expected: np.ndarray | float) -> None:
+    """Equal within what the solver accepts."""
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=TRACTION_TOLERANCE)
+
+
+# --- the paper's figures ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in CASES.glob("*.nml")))
+def test_shipped_cases_end_as_expected(shipped, name: str) -> None:
+    """Every shipped case ends with 0, needs few Newton iterations in a row, and balances its energies."""
+    for result in shipped(name).values():
+        assert result.header == COLUMNS
+        regular = [i for i, event in enumerate(result.events) if not event & {"lost", "substeps"}]
+        assert len(regular) >= len(result.rows) - 1
+        assert result["iterations"][regular].max() <= 6  # quadratic convergence and a switch or two
+        ledger = result["stored"] + result["rupture"] + result["friction"]
+        # second order in the step of 0.0025 mm = s_0/8 (1.25 s_0 for eta = 0.99); the largest is 0.0043 N/mm
+        assert np.abs(result["work"] - ledger).max() < 0.005
+        assert (np.diff(result["friction"]) >= 0).all()
+
+
+def test_every_figure_has_its_case() -> None:
+    """The figures the project promises are there."""
+    names = " ".join(path.stem for path in CASES.glob("*.nml"))
+    wanted = "02 04a 04b 05a 05b 07a 07b 08a 08b 09a 09b 10a 10b 11 12 13a 13b".split()
+    assert [figure for figure in wanted if not re.search(rf"(figure|_){figure}(_| |$)", names)] == []
+
+
+def test_figure_2_is_the_triangle(shipped) -> None:
+    """Mode I: slope K to sigma0, then a straight line to s_f; area and work Gc."""
+    result = shipped("figure02")[""]
+    s, t = result["s_N"], result["t_N"]
+    law = np.where(s <= S_0, K * s, np.maximum(0.0, SIGMA0 * (S_F - s) / (S_F - S_0)))
+    np.testing.assert_allclose(t, law, rtol=0, atol=1e-13 * K * S_F)
+    area = np.trapezoid(np.append(0.0, t), np.append(0.0, s))
+    assert area == pytest.approx(GC, rel=1e-12)
+    assert result["work"][-1] == pytest.approx(GC, rel=1e-12)
+    assert result["rupture"][-1] == pytest.approx(GC, rel=2e-3)  # the trapezoid of Y is second order
+    # onset in the first row beyond s_0, full damage in the first at s_f
+    onset = next(i for i, event in enumerate(result.events) if "onset" in event)
+    assert s[onset - 1] <= S_0 * (1 + 1e-12) < s[onset] * (1 + 1e-9)
+    broken = next(i for i, event in enumerate(result.events) if "damaged" in event)
+    assert s[broken - 1] < S_F * (1 - 1e-9) and s[broken] == pytest.approx(S_F, rel=1e-12)
+
+
+def tension_limit(eta: float, sigma: float) -> float:
+    """Slip beyond which no opening s_N of an open interface gives (1-alpha) K s_N = sigma (7)."""
+    s_0 = (1 - eta) * S_F
+    opening = np.linspace(0.0, S_F, 200001)
+
+    def largest(slip: float) -> float:
+        r = np.maximum(1.0, np.hypot(opening, slip) / s_0)
+        return float(((1 - np.minimum(1.0, (1 - 1 / r) / eta)) * SIGMA0 / s_0 * opening).max())
+
+    low, high = 0.0, S_F
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if largest(middle) > sigma else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize(
+    ("name", "eta"), [("figure04a", 0.9), ("figure07a_08a_10a", 0.99), ("figure07b_08b_10a", 0.99)]
+)
+def test_tension_loses_equilibrium_where_the_law_does(shipped, name: str, eta: float) -> None:
+    """sigma_N = +2: the last row is the last equilibrium, where the closed form has its maximum."""
+    result = shipped(name)["2"]
+    assert "lost" in result.events[-1] and not any("lost" in event for event in result.events[:-1])
+    slip = np.hypot(result["s_Tx"], result["s_Ty"])[-1]
+    # 2**-20 of a step, and the grid of the closed form
+    assert slip == pytest.approx(tension_limit(eta, 2.0), abs=1e-6)
+    assert_traction(result["t_N"][-11:], 2.0)
+
+
+def test_flat_residual_is_the_friction_strength(shipped) -> None:
+    """Figure 4(a): sigma_N held, the dead flat plane slides at mu |sigma_N|."""
+    for value, result in shipped("figure04a").items():
+        if float(value) > 0:
+            continue
+        dead = result["damage"] == 1.0
+        assert dead.sum() > 100
+        assert_traction(result["t_Tx"][dead], MU * abs(float(value)))
+        assert_traction(result["t_N"][result["step"] == 2], float(value))
+
+
+def test_residual_up_the_slope(shipped) -> None:
+    """Figure 5(a): sliding straight up one facing plane, (mu + tan theta)/(1 - mu tan theta)."""
+    slope = math.tan(math.radians(35.0))
+    for value, result in shipped("figure05a").items():
+        expected = abs(float(value)) * (MU + slope) / (1 - MU * slope)
+        assert result["t_Tx"][-1] == pytest.approx(expected, abs=TRACTION_TOLERANCE)
+
+
+def test_direction_symmetry(shipped) -> None:
+    """Figure 11: theta_L and 90 - theta_L mirror each other at 45 degrees, Tx and Ty exchanged."""
+    results = shipped("figure11")
+    for a, b in (("0", "90"), ("15", "75"), ("30", "60")):
+        s, t = results[a].vector("s"), results[b].vector("s")
+        np.testing.assert_allclose(s, t[:, [0, 2, 1]], rtol=0, atol=1e-12)
+        s, t = results[a].vector("t"), results[b].vector("t")
+        assert_traction(s, t[:, [0, 2, 1]])
+
+
+def test_frictionless_energy_is_gc_to_second_order(run) -> None:
+    """Figure 13(b): without friction G_T = Gc whatever the slope; the error of the work is second order."""
+    for theta in (0.0, 30.0, 45.0):
+        errors = []
+        for increments in (240, 1920):
+            result = run(
+                f"&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.0 /\n"
+                f"&pattern sides = 4, theta = {theta}, flat = 0.2 /\n"
+                f"&step t_N = 0.0, slip = 0.6, direction = 45.0, increments = {increments} /\n"
+            )
+            errors.append(abs(result["work"][-1] - GC))
+        assert errors[0] < 1e-4
+        assert errors[1] < errors[0] / 32 or errors[1] < 1e-12  # 64 but for kinks between the points
+
+
+def test_known_point(run) -> None:
+    """RP-4, 30 degrees, direction 0, sigma_N = -10: |tau| = 10.5781, s_N = -0.053572 at s_L = 0.6."""
+    result = run(MATERIAL + RP_4 + "&step t_N = -10.0 /\n&step slip = 0.6, increments = 2400 /\n")
+    assert result["t_Tx"][-1] == pytest.approx(10.5781, abs=5e-5)
+    assert result["s_N"][-1] == pytest.approx(-0.053572, abs=5e-7)
+
+
+# --- load paths ---------------------------------------------------------------------------------------------
+
+
+def test_rows_and_targets(run) -> None:
+    """Lists, increments by target, cycles and time: one row per increment, targets hit exactly."""
+    result = run(
+        MATERIAL + FLAT + "&step s_N = 0.001, time = 3.0 /\n"
+        "&step s_Tx = 0.4, -0.4, increments = 10, 20, cycles = 2, time = 6.0 /\n"
+    )
+    assert len(result.rows) == 100 + 2 * 30
+    assert [int(row[0]) for row in result.rows] == [1] * 100 + [2] * 60
+    assert [int(row[1]) for row in result.rows] == [*range(1, 101), *range(1, 61)]
+    times = [*np.arange(1, 101) * 0.03, *(3 + np.arange(1, 61) * 0.1)]
+    np.testing.assert_allclose(result["time"], times, rtol=1e-14)
+    slip = result["s_Tx"][100:]
+    assert list(slip[[9, 29, 39, 59]]) == [0.4, -0.4, 0.4, -0.4]
+    assert slip[19] == 0.0 and slip[14] == pytest.approx(0.2)
+    assert (result["s_N"][100:] == 0.001).all() and (result["s_Ty"] == 0.0).all()
+
+
+def test_slip_along_a_direction(run) -> None:
+    """Slip keeps its direction, exactly along the axes; the next step keeps the direction."""
+    for degrees in (0.0, 30.0, 90.0, 180.0, 270.0, -90.0, 450.0):
+        result = run(MATERIAL + RP_4 + f"&step slip = 0.01, direction = {degrees} /\n&step slip = 0.02 /\n")
+        slip = np.repeat([0.01, 0.02], 100) * 0.01 * np.tile(np.arange(1, 101), 2)
+        slip[100:] = 0.01 + 0.0001 * np.arange(1, 101)
+        angle = math.radians(degrees)
+        np.testing.assert_allclose(result["s_Tx"], slip * math.cos(angle), rtol=0, atol=1e-16)
+        np.testing.assert_allclose(result["s_Ty"], slip * math.sin(angle), rtol=0, atol=1e-16)
+        if degrees % 90 == 0:
+            assert (result["s_Tx"] == 0).all() or (result["s_Ty"] == 0).all()
+
+
+def test_steps_go_on(run) -> None:
+    """Two steps are one step; what is not named is held as it was."""
+    whole = run(MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.4, increments = 160 /\n")
+    parts = run(
+        MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_Tx = 0.1, increments = 40 /\n"
+        "&step s_Tx = 0.4, increments = 120 /\n"
+    )
+    for name in COLUMNS[3:14]:
+        np.testing.assert_allclose(parts[name], whole[name], rtol=0, atol=1e-10, err_msg=name)
+    assert_traction(parts["t_N"][100:], -5.0)
+
+
+def test_normal_stiffness(run) -> None:
+    """CNS: t_N = t_N0 - k (s_N - s_N0) from the start of the step on, until it is switched off."""
+    k = 20.0
+    result = run(
+        MATERIAL + RP_4 + f"&step t_N = -1.0 /\n&step k_N = {k}, slip = 0.3, 0.6 /\n&step slip = 0.5 /\n"
+        "&step k_N = 0.0, slip = 0.6 /\n&step k_N = 5.0, t_N = -4.0 /\n"
+    )
+    s, t, step = result["s_N"], result["t_N"], result["step"]
+    springy = (step == 2) | (step == 3)
+    assert_traction(t[springy], -1.0 - k * (s[springy] - s[99]))
+    assert t[step == 2][-1] < -3.0  # the dilation built up pressure
+    before = t[step == 3][-1]
+    assert_traction(t[step == 4], before)
+    s_start = s[step == 4][-1]
+    ramp = before + (-4.0 - before) * np.arange(1, 101) / 100
+    assert_traction(t[step == 5], ramp - 5.0 * (s[step == 5] - s_start))
+
+
+def test_free_transverse_traction(run) -> None:
+    """s_Tx given, t_Ty = 0 on a turned pattern: the point moves aside."""
+    result = run(
+        MATERIAL + "&pattern sides = 2, theta = 30.0, turn = 20.0 /\n&step t_N = -2.0, t_Ty = 0.0 /\n"
+        "&step s_Tx = 0.3 /\n"
+    )
+    assert_traction(result["t_Ty"], 0.0)
+    assert abs(result["s_Ty"][-1]) > 0.01
+
+
+def test_traction_control_of_all_components(run) -> None:
+    """Below the onset of damage and without inclined planes s = t/K."""
+    result = run(MATERIAL + FLAT + "&step t_N = 1.5, t_Tx = 1.0, -2.0, t_Ty = -0.5 /\n")
+    np.testing.assert_allclose(result.vector("s"), result.vector("t") / K, rtol=1e-12, atol=1e-17)
+    assert list(np.round(result.vector("t")[-1], 12)) == [1.5, -2.0, -0.5]
+    assert result["damage"].max() == 0.0
+
+
+def test_control_may_change(run) -> None:
+    """From traction to separation and back: the point goes on from where it is."""
+    result = run(
+        MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_N = -0.05 /\n&step s_Tx = 0.1 /\n&step t_N = -5.0 /\n"
+        "&step s_Tx = 0.12, s_Ty = 0.05 /\n"
+    )
+    step = result["step"]
+    assert (result["s_N"][step == 3] == -0.05).all()
+    t_start, t = result["t_N"][step == 3][-1], result["t_N"][step == 4]
+    assert_traction(t, t_start + (-5.0 - t_start) * np.arange(1, 101) / 100)
+    assert_traction(result["t_N"][step == 5], -5.0)
+
+
+def test_listed_planes_are_the_regular_pattern(run) -> None:
+    """Table 1 as listed planes gives what the trapezoidal pattern gives; normals need not be of length 1."""
+    path = "&step t_N = -5.0 /\n&step slip = 0.3, direction = 25.0 /\n"
+    slope = math.tan(math.radians(30.0))
+    regular = run(MATERIAL + "&pattern sides = 2, theta = 30.0 /\n" + path)
+    listed = run(
+        MATERIAL
+        + f"&pattern normals = 1, 0, 0, 2, {-2 * slope}, 0, 1, {slope}, 0, weights = 3*0.3333333333333333 /\n"
+        + path
+    )
+    for name in COLUMNS[3:14]:
+        np.testing.assert_allclose(listed[name], regular[name], rtol=0, atol=1e-9, err_msg=name)
+
+
+def test_columns_per_plane(run) -> None:
+    """--planes and &case planes: alpha_k, s_dit_k, s_dih_k, whose weighted sum is the damage."""
+    path = MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.1, direction = 10.0 /\n"
+    result = run(path, "--planes")
+    names = [f"{name}_{k}" for k in range(1, 6) for name in ("alpha", "s_dit", "s_dih")]
+    assert result.header == COLUMNS + names
+    weights = [1 / 3] + [1 / 6] * 4
+    total = sum(w * result[f"alpha_{k}"] for k, w in enumerate(weights, 1))
+    np.testing.assert_allclose(total, result["damage"], rtol=1e-14, atol=1e-16)
+    assert np.abs(result["s_dit_2"]).max() > 0 and np.abs(result["s_dih_1"]).max() > 0
+    assert run("&case planes = .true. /\n" + path).header == result.header
+    assert run("&case planes = F /\n" + path).header == COLUMNS
+
+
+def test_events(run) -> None:
+    """Each event at the row where the columns show it."""
+    result = run(
+        MATERIAL + FLAT + "&step s_N = 0.03, increments = 30 /\n&step s_N = -0.02, increments = 50 /\n"
+        "&step s_Tx = 0.05, increments = 50 /\n&step s_N = 0.25, increments = 27 /\n",
+        "--planes",
+    )
+    s, alpha = result["s_N"], result["alpha_1"]
+    rows = {name: [i for i, event in enumerate(result.events) if name in event] for name in COLUMNS_OF_EVENTS}
+    assert rows["onset"] == [int(np.argmax(alpha > 0))]
+    assert rows["damaged"] == [int(np.argmax(alpha >= 1))]
+    assert rows["close"] == [int(np.argmax((s < 0) & (np.arange(len(s)) > 30)))]
+    assert rows["open"] == [int(np.argmax((s > 0) & (np.arange(len(s)) > 100)))]
+    # the slip starts where the elastic shear of the damaged part reaches mu p: s_Tx = mu |s_N|
+    start = int(np.argmax(np.abs(result["s_dit_1"]) > 0))
+    assert rows["slip"] == [start]
+    assert result["s_Tx"][start] == pytest.approx(MU * 0.02, abs=0.05 / 50 + 1e-12)
+    assert rows["lost"] == rows["substeps"] == rows["cut"] == []
+
+
+COLUMNS_OF_EVENTS = "onset damaged open close slip substeps cut lost".split()
+
+
+def test_numbers_come_back_exactly(run) -> None:
+    """17 digits: a value reads back as it was; also in very small and very large units."""
+    result = run(MATERIAL + FLAT + "&step s_N = 0.1234567890123456789 /\n")
+    assert result["s_N"][-1] == 0.1234567890123456789
+    opening = FLAT + "&step s_N = 0.25 /\n"
+    small = run("&material sigma0 = 3.0e-40, Gc = 3.0e-41, eta = 0.9, mu = 0.5 /\n" + opening)
+    large = run("&material sigma0 = 3.0e40, Gc = 3.0e39, eta = 0.9, mu = 0.5 /\n" + opening)
+    np.testing.assert_allclose(small["t_N"] * 1e40, large["t_N"] * 1e-40, rtol=1e-12, atol=1e-12)
+
+
+# --- sweeps and output --------------------------------------------------------------------------------------
+
+
+def test_sweep(run, tmp_path: Path) -> None:
+    """One CSV per value, each what the case with that value written in gives."""
+    text = (
+        MATERIAL + "&pattern sides = 2, theta = THETA /\n&sweep name = 'Theta', values = 0.0, 30.0, 12.5 /\n"
+        "&step t_N = -5.0 /\n&step slip = 0.1 /\n"
+    )
+    run(text)
+    names = ["case_0.csv", "case_12.5.csv", "case_30.csv"]
+    assert sorted(path.name for path in tmp_path.glob("*.csv")) == names
+    run(text, "-o", "other.csv")
+    renamed = [name.replace("case", "other") for name in names]
+    assert sorted(path.name for path in tmp_path.glob("other*")) == renamed
+    run(re.sub("&sweep.*\n", "", text).replace("THETA", "12.5"))
+    assert (tmp_path / "case.csv").read_bytes() == (tmp_path / "case_12.5.csv").read_bytes()
+    assert (tmp_path / "other_30.csv").read_bytes() == (tmp_path / "case_30.csv").read_bytes()
+    assert "standard output" in run(text, "-o", "-", code=1).messages
+
+
+def test_output(run, driver: Path, tmp_path: Path) -> None:
+    """-o FILE, -o - on standard output; the default is the name of the case in the current directory."""
+    text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
+    default = run(text)
+    assert "written to case.csv" in default.messages and len(default.messages.splitlines()) == 1
+    quiet = run(text, "--quiet", "-o", "-")
+    assert quiet.messages == "" and quiet.rows == []
+    assert read_csv(quiet.stdout) == (default.header, default.rows)
+    (tmp_path / "elsewhere").mkdir()
+    subprocess.run([driver, "../case.nml"], cwd=tmp_path / "elsewhere", check=True, capture_output=True)
+    assert read_csv((tmp_path / "elsewhere" / "case.csv").read_text())[1] == default.rows
+    assert "cannot be written" in run(text, "-o", "no/such/folder.csv", code=1).messages
+    assert "replace the case file" in run(text, "-o", "case.nml", code=1).messages
+    if Path("/dev/full").exists():
+        assert "cannot be written" in run(text, "-o", "/dev/full", code=1).messages
+
+
+def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
+    """A long run shows its progress on standard error; killed, its CSV holds whole rows."""
+    (tmp_path / "long.nml").write_text(
+        MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
+    )
+    with subprocess.Popen([driver, "long.nml", "--planes"], cwd=tmp_path, stderr=subprocess.PIPE) as process:
+        # the first progress line, after two seconds
+        line = process.stderr.read(len("\rrie_driver: long.nml: "))
+        process.kill()
+        process.wait()
+    assert line == b"\rrie_driver: long.nml: " and process.returncode != 0
+    header, rows = read_csv((tmp_path / "long.csv").read_text())
+    assert len(rows) > 100 and len(header) == len(COLUMNS) + 3 * 65
+    assert [int(row[1]) for row in rows] == [*range(1, len(rows) + 1)]
+    assert float(rows[-1][4]) == pytest.approx(0.02 * len(rows) / 1e7, rel=1e-14)
+
+
+def test_short_run_shows_no_progress(run) -> None:
+    """No progress line where none is needed."""
+    started = time.monotonic()
+    result = run(MATERIAL + FLAT + "&step s_N = 0.1 /\n")
+    assert time.monotonic() - started > 2 or "\r" not in result.messages
+
+
+# --- ends and exit codes ------------------------------------------------------------------------------------
+
+LOSES = MATERIAL + FLAT + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n"
+
+
+def test_lost_equilibrium_is_exit_2(run) -> None:
+    """Unexpected: message and exit 2, every converged row kept and the last equilibrium marked."""
+    result = run(LOSES, code=2)
+    assert "equilibrium lost" in result.messages
+    assert len(result.rows) == 100 + 31 + 1
+    assert "lost" in result.events[-1]
+    assert result["s_Tx"][-1] == pytest.approx(tension_limit(ETA, 2.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("expect", "code", "fragment"),
+    [
+        ("end = 'lost'", 0, ""),
+        ("end = 'lost', slip = 0.031, s_Tx = 0.031, t_N = 2.0, tolerance = 1e-4", 0, ""),
+        ("end = 'lost', slip = 0.05, tolerance = 1e-4", 2, "expected 0.05 within"),
+        ("end = 'complete'", 2, "equilibrium lost"),
+    ],
+)
+def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
+    """The end that a case states decides between 0 and 2."""
+    assert fragment in run(LOSES + f"&expect {expect} /\n", code=code).messages
+
+
+def test_expected_end_that_does_not_come(run) -> None:
+    """A run that completes where a loss is expected, or with other values, is exit 2 with all rows."""
+    completes = MATERIAL + FLAT + "&step s_N = 0.1, increments = 7 /\n"
+    result = run(completes + "&expect end = 'lost' /\n", code=2)
+    assert "loss of equilibrium was expected" in result.messages and len(result.rows) == 7
+    result = run(completes + "&expect t_N = 1.0, damage = 0.5, tolerance = 0.01 /\n", code=2)
+    for fragment in ("t_N = 1.66", "damage = 0.88", "line 4"):
+        assert fragment in result.messages
+    run(completes + "&expect t_N = 1.6667, tolerance = 0.001 /\n")
+
+
+def test_commands(driver: Path, tmp_path: Path) -> None:
+    """--help and --version; a wrong command line is exit 1."""
+
+    version = re.search(r'version = "(.*)"', (ROOT / "src" / "asperity_contract.f90").read_text())
+    assert version is not None
+    assert call(driver, "--version", folder=tmp_path).stdout == f"rie_driver {version[1]}\n"
+    assert "usage: rie_driver CASE.nml" in call(driver, "--help", folder=tmp_path).stdout
+    for arguments in ([], ["a.nml", "b.nml"], ["--no-such"], ["a.nml", "-o"], [""], ["a.nml", "-o", ""]):
+        process = call(driver, *arguments, folder=tmp_path)
+        assert process.returncode == 1 and "--help" in process.stderr, arguments
+
+
+def test_warnings(run) -> None:
+    """Mode II values of their own, and a contact as soft as the bond, are worth a warning."""
+    path = RP_4 + "&step t_N = -10.0 /\n"
+    assert "warning: the contact is soft" in run(MATERIAL + path).messages
+    stiff = MATERIAL.replace("/", ", kc = 1000.0 /")
+    assert "warning" not in run(stiff + path).messages
+    assert "warning" not in run(MATERIAL + path.replace("-10.0", "-0.1")).messages
+    assert "warning" not in run(MATERIAL + FLAT + "&step t_N = -10.0 /\n").messages
+    # closure/s_f = |sigma_N| (1-eta)/(gamma sigma0) with gamma = 1/6
+    assert "close by 2 s_f" in run(MATERIAL + path).messages
+    for other in ("sigma02 = 4.0", "Gc2 = 0.5"):
+        text = MATERIAL.replace("/", f", {other} /") + FLAT + "&step s_N = 0.1 /\n"
+        assert "warning: sigma02 or Gc2 differ" in run(text).messages
+    text = MATERIAL.replace("/", ", sigma02 = 3.0, Gc2 = 0.0 /") + FLAT + "&step s_N = 0.1 /\n"
+    assert "warning" not in run(text).messages
+
+
+# --- case files ---------------------------------------------------------------------------------------------
+
+PLAIN = (
+    MATERIAL + RP_4 + "&step t_N = -5.0, increments = 10 /\n"
+    "&step s_Tx = 0.1, 0.0, 0.0, 0.0, increments = 9 /\n"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAIN.replace("\n", "\r\n"),
+        PLAIN.rstrip("\n"),
+        "! before\n\n" + PLAIN.replace(" /\n", " / ! after\n") + "! behind /\n",
+        PLAIN.upper(),
+        PLAIN.replace(", ", "\n\t"),
+        PLAIN.replace(", ", " ! a comment, with 'quotes' and / in it\n"),
+        PLAIN.replace("0.0, 0.0, 0.0", "3*0.0").replace(" = ", "="),
+        PLAIN.replace("0.1", "1d-1").replace("9.", "+.9D+1"),
+        "\ufeff" + PLAIN + "! Umlaute: äöü /\n",
+        "&case title = 'it''s / not ! the \"end\"' /" + PLAIN.replace("\n", ""),
+    ],
+    ids="crlf no-newline comments case tabs inner-comments repeats exponents bom one-line".split(),
+)
+def test_ways_to_write_a_case(run, text: str) -> None:
+    """Line ends, comments, blanks, case, repeat counts and exponents change nothing."""
+    assert run(text).rows == run(PLAIN).rows
+
+
+END = "increments = 9 /"
+PATTERN = "sides = 4, theta = 30.0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "fragments"),
+    [
+        ("sigma0 = 3.0", "sigma0 = -3.0", 1, ["&material: sigma0 = -3.0", "expected > 0"]),
+        ("sigma0 = 3.0, ", "", 1, ["&material: sigma0 is missing", "expected > 0"]),
+        ("sigma0", "sigma_0", 1, ["sigma_0 = 3.0: unknown name, expected one of sigma0, Gc, eta, mu"]),
+        ("eta = 0.9", "eta = 1.0", 1, ["eta = 1.0", "0 < eta < 1"]),
+        ("eta = 0.9", "eta = nan", 1, ['eta = "nan": expected a number']),
+        ("eta = 0.9", "eta = inf", 1, ['eta = "inf": expected a number']),
+        ("eta = 0.9", "eta = 1e999", 1, ['eta = "1e999": expected a number']),
+        ("eta = 0.9", "eta = 0.9.1", 1, ['eta = "0.9.1": expected a number']),
+        ("eta = 0.9", "eta = '0.9'", 1, ["eta", "expected a number"]),
+        ("eta = 0.9", "eta = 0.9, 0.8", 1, ["eta = 0.9, 0.8: expected one number"]),
+        ("eta = 0.9", "eta =", 1, ["&material: eta: empty value before a comma"]),
+        ("mu = 0.5", "mu =", 1, ["mu = : no value"]),
+        ("eta = 0.9", "eta = ,", 1, ["&material: eta: empty value"]),
+        ("eta = 0.9", "eta = 0.9, eta = 0.9", 1, ["eta is given twice, first in line 1"]),
+        ("eta = 0.9", "eta(1) = 0.9", 1, ["eta(1): subscripts are not read"]),
+        ("mu = 0.5", "mu = 0.5, tau_v = 1.0", 1, ["tau_v = 1.0", "no effect yet"]),
+        ("mu = 0.5", "mu = 0.5, kc = -1", 1, ["kc = -1", ">= 0"]),
+        ("sides = 4", "sides = 1", 2, ["sides = 1", "expected 0 (flat) or 2 to 64"]),
+        ("sides = 4", "sides = 2.5", 2, ["sides = 2.5", "whole number from 0 to 64"]),
+        ("sides = 4", "sides = -3", 2, ["sides = -3", "whole number from 0 to 64"]),
+        ("sides = 4, ", "", 2, ["&pattern: expected sides (0: flat), or normals and weights"]),
+        ("theta = 30.0", "theta = 90.0", 2, ["theta = 90.0", "0 <= theta < 90"]),
+        ("theta = 30.0", "flat = 1.5", 2, ["flat = 1.5", "0 <= flat <= 1"]),
+        ("sides = 4", "normals = 1, 0, 0, weights = 1", 2, ["do not go with normals"]),
+        (PATTERN, "normals = 1, 0, 0, 1, weights = 1", 2, ["4 values of normals and 1 weights"]),
+        (PATTERN, "normals = 0, 1, 0, weights = 1", 2, ["n_N of listed plane 1 = 0: expected > 0"]),
+        (PATTERN, "normals = 1, 0, 0, weights = .5", 2, ["sum to 0.5: expected 1"]),
+        ("&pattern", "&patern", 2, ["&patern: unknown group: expected &case, &material, &pattern"]),
+        ("&pattern", "pattern", 2, ["outside a group"]),
+        ("30.0 /", "30.0", 2, ["&pattern: no closing / before &step in line 3"]),
+        ("&step t_N", "&step s_N = 0.1, t_N", 3, ["s_N and t_N: expected the one or the other"]),
+        ("&step t_N", "&step k_N = -1, t_N", 3, ["k_N = -1: expected >= 0"]),
+        ("&step t_N", "&step k_Tx = 1, t_N", 3, ["k_Tx where the separation is given: expected t_Tx"]),
+        ("&step t_N", "&step slip = 0.1, s_Ty = 0, t_N", 3, ["slip sets s_Tx and s_Ty"]),
+        ("&step t_N", "&step direction = 45, t_N", 3, ["direction without slip"]),
+        ("&step t_N", "&step time = -1, t_N", 3, ["time = -1: expected >= 0"]),
+        ("increments = 10", "increments = 0", 3, ["increments = 0: expected a whole number from 1"]),
+        ("increments = 10", "increments = 10, 20", 3, ["2 values of increments: expected 1 to 1"]),
+        ("increments = 10", "increments = 10.5", 3, ["increments = 10.5: expected a whole number"]),
+        ("increments = 10", "cycles = 0", 3, ["cycles = 0"]),
+        ("increments = 10", "cycles = 1000001", 3, ["cycles = 1000001"]),
+        ("s_Tx = 0.1", "s_Tx = 1e60", 4, ["s_Tx = ", "expected a magnitude up to"]),
+        ("s_Tx = 0.1", "s_Tx = what", 4, ['s_Tx = "what": expected a number']),
+        (END, END + "\n&step /\n&expect end = 'x' /", 6, ["'x': expected 'complete' or 'lost'"]),
+        (END, END + "\n&expect t_N = 1 /", 5, ["tolerance"]),
+        (END, END + "\n&expect when = 1 /", 5, ["when = 1: expected a value of &sweep"]),
+        (END, END + "\n&expect s_n = 1, tol = 1 /", 5, ["tol = 1: unknown name"]),
+        (END, END + "\n&sweep name = 'x', values = 1, 2, 1 /", 5, ["1 is given twice"]),
+        (END, END + "\n&sweep name = '1', values = 1 /", 5, ["expected a name of letters"]),
+        (END, END + "\n&sweep values = 1 /", 5, ["expected name and values"]),
+        (END, END + "\n&material /", 5, ["given twice, first in line 1"]),
+        (END, END + "\n&case planes = 3 /", 5, ["planes = 3: expected .true. or .false."]),
+        (END, END + "\n&case title = x /", 5, ["expected one string in quotes"]),
+        (END, END + "\n&case title = 'x /", 5, ["string without its closing '"]),
+    ],
+)  # fmt: skip
+def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments: list[str]) -> None:
+    """Exit 1; file, line, group, name and value, and what was expected; no output file."""
+    assert old in PLAIN
+    messages = run(PLAIN.replace(old, new, 1), code=1).messages
+    assert f"case.nml:{line}: " in messages
+    for fragment in fragments:
+        assert fragment in messages, messages
+    assert not (tmp_path / "case.csv").exists()
+
+
+def test_all_bad_values_at_once(run) -> None:
+    """Whatever can be told of a file is told in one go."""
+    messages = run(
+        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = 1, kc = -1 /\n"
+        "&pattern sides = 65, theta = -1, flat = 2 /\n&step t_N = x /\n",
+        code=1,
+    ).messages
+    for name in "sigma0 Gc eta mu sigma02 Gc2 tau_v kc sides theta flat t_N".split():
+        assert re.search(rf": {name} = .*: expected", messages), name
+
+
+def test_missing_parts(run) -> None:
+    """A case needs material, pattern, and steps or a replay."""
+    lines = PLAIN.splitlines(keepends=True)
+    assert "no group &material" in run("".join(lines[1:]), code=1).messages
+    assert "no group &pattern" in run(lines[0] + "".join(lines[2:]), code=1).messages
+    assert "0 groups &step and 0 &replay" in run("".join(lines[:2]), code=1).messages
+    assert "2 groups &step and 1 &replay" in run(PLAIN + "&replay file = 'x' /\n", code=1).messages
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\x00\x01\x02", b"\x7fELF" + bytes(range(256)), PLAIN.encode() + b"\x00"]
+)
+def test_no_text(run, content: bytes) -> None:
+    """Empty and binary files."""
+    messages = run(content, code=1).messages
+    assert "case.nml" in messages and "expected a" in messages
+
+
+def test_no_file(driver: Path, tmp_path: Path) -> None:
+    """A file that is not there, and a directory."""
+    for name in ("none.nml", "."):
+        process = call(driver, name, folder=tmp_path)
+        assert process.returncode == 1 and name in process.stderr
+
+
+def test_truncated_case(run) -> None:
+    """Cut anywhere, a case is refused, or is a shorter case of whole groups; never anything else."""
+    for cut in range(1, len(PLAIN), 7):
+        groups = PLAIN[:cut].count("/")
+        whole = groups >= 3 and PLAIN[:cut].count("&") == groups
+        run(PLAIN[:cut], code=0 if whole else 1)
+
+
+def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
+    """Random damage (seeded): exit 0, 1 or 2, a message with every 1 and 2, whole rows, no crash."""
+    rng = random.Random(5)
+    base = PLAIN + (
+        "&expect end = 'complete', t_N = -5.0, tolerance = 1e-6 /\n&sweep name = 'x', values = 1.0, 2.0 /\n"
+    )
+    pieces = ["", "=", "/", "&", ",", "'", "1", "-", "*", "\n", "é", "x", "."]
+    codes = set()
+    for _ in range(150):
+        text = list(base)
+        for _ in range(rng.randint(1, 6)):
+            i = rng.randrange(len(text))
+            text[i : i + rng.randint(0, 3)] = rng.choice(pieces)
+        (tmp_path / "m.nml").write_text("".join(text))
+        process = call(driver, "m.nml", "--quiet", folder=tmp_path)
+        assert process.returncode in (0, 1, 2), "".join(text)
+        assert process.returncode == 0 or process.stderr.startswith("rie_driver: "), "".join(text)
+        codes.add(process.returncode)
+        for path in tmp_path.glob("m*.csv"):
+            read_csv(path.read_text())
+            path.unlink()
+    assert {0, 1} <= codes
+
+
+# --- replay -------------------------------------------------------------------------------------------------
+
+CYCLE = (
+    "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, 0.1, direction = 20.0, increments = 40 /\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "pattern"),
+    [
+        ("", RP_4),
+        ("h = 0.01", RP_4),
+        ("ntens = 6, h = 0.5", RP_4),
+        ("ntens = 6, map = 1", RP_4),
+        ("ntens = 6, r = 0.1", RP_4),
+        ("ntens = 2", "&pattern sides = 2, theta = 30.0 /\n"),
+    ],
+)
+def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: str) -> None:
+    """The separations of a direct run through umat, with trial calls in every increment, give its rows."""
+    path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
+    direct = run(MATERIAL + pattern + path, "--planes")
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    replay = run(MATERIAL + pattern + f"&replay file = 'record.csv', {options} /\n", "--planes")
+    assert replay.header == direct.header and len(replay.rows) == len(direct.rows)
+    assert [row[1] for row in replay.rows] == [str(i) for i in range(1, len(direct.rows) + 1)]
+    for name in direct.header:
+        if name in ("step", "increment", "iterations", "event"):
+            continue
+        # strain = separation/h and the sum of the increments round: some units in the last place of K |s|
+        np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    assert replay.events == direct.events
+    assert set(replay["iterations"]) == {4.0}
+
+
+def test_replay_of_strains(run, tmp_path: Path) -> None:
+    """Strains without a header, or with e_1.. and time in any order, other columns, blank lines, comments."""
+    rows = [(0.001 * i, 0.002 * i, -0.0005 * i) for i in range(1, 60)]
+    (tmp_path / "plain.csv").write_text("".join(f"{a}, {b},{c}\n" for a, b, c in rows))
+    (tmp_path / "named.csv").write_text(
+        "# a record\r\ne_3,note,time,e_1,E_2\r\n\r\n"
+        + "\r\n".join(f"{c},x,{0.5 * i},{a},{b}" for i, (a, b, c) in enumerate(rows, 1))
+    )
+    plain = run(MATERIAL + RP_4 + "&replay file = 'plain.csv', h = 2.0, dtime = 0.5 /\n")
+    named = run(MATERIAL + RP_4 + "&replay file = 'named.csv', h = 2.0 /\n")
+    assert plain.rows == named.rows
+    np.testing.assert_allclose(plain.vector("s"), 2 * np.array(rows), rtol=1e-14)
+    np.testing.assert_allclose(plain["time"], 0.5 * np.arange(1, 60), rtol=1e-14)
+    direct = run(MATERIAL + RP_4 + "&step s_N = 0.118, s_Tx = 0.236, s_Ty = -0.059, increments = 59 /\n")
+    np.testing.assert_allclose(plain.vector("t"), direct.vector("t"), rtol=0, atol=1e-12 * K)
+
+
+def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
+    """A relative name is relative to the case."""
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "record.csv").write_text("0.01,0,0\n")
+    (tmp_path / "a" / "r.nml").write_text(MATERIAL + FLAT + "&replay file = 'record.csv' /\n")
+    subprocess.run([driver, "a/r.nml"], cwd=tmp_path, check=True, capture_output=True)
+    _, rows = read_csv((tmp_path / "r.csv").read_text())
+    assert float(rows[0][6]) == pytest.approx(0.01 * K, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("options", "record", "fragments"),
+    [
+        ("", None, ["record.csv", "cannot be opened"]),
+        ("through = 'vumat',", "0,0,0\n", ["case.nml:3: &replay: through = 'vumat'", "no vumat yet"]),
+        ("through = 'hypela',", "0,0,0\n", ["through = 'hypela': expected 'umat'"]),
+        ("ntens = 4,", "0,0,0\n", ["ntens = 4: expected 2, 3 or 6"]),
+        ("h = -1,", "0,0,0\n", ["h = -1: expected > 0"]),
+        ("map = 2,", "0,0,0\n", ["map = 2: expected 0 or 1"]),
+        ("r = 2,", "0,0,0\n", ["r = 2: expected 0 <= r <= 1"]),
+        ("dtime = -1,", "0,0,0\n", ["dtime = -1: expected >= 0"]),
+        ("", "0,0,0\n0,0\n", ["record.csv:2: column 3", "expected a number"]),
+        ("", "0,0,0\n0,nan,0\n", ['record.csv:2: column 2 = "nan": expected a number']),
+        ("", "0,0,0\n0,1e60,0\n", ["record.csv:2: expected strains of a magnitude up to"]),
+        ("", "s_N,s_Tx\n0,0\n", ["record.csv:1: no column s_ty"]),
+        ("", "e_1,e_2\n0,0\n", ["record.csv:1: no column e_3"]),
+        ("ntens = 2,", "s_N,s_Tx,s_Ty\n0,0,1\n", ["record.csv:2: s_Ty = 1: expected 0 with ntens = 2"]),
+        ("", "s_N,s_Tx,s_Ty\n", ["no line of numbers"]),
+        ("", "", ["record.csv", "expected a"]),
+        ("", "0,0,0\n\x00", ["record.csv:2: byte 0: expected a text file"]),
+        ("files = 'x',", "0,0,0\n", ["files = 'x': unknown name"]),
+    ],
+)
+def test_bad_replay(run, tmp_path: Path, options: str, record: str | None, fragments: list[str]) -> None:
+    """Exit 1 with the line of the record or of the case."""
+    if record is not None:
+        (tmp_path / "record.csv").write_text(record)
+    messages = run(MATERIAL + FLAT + f"&replay {options} file = 'record.csv' /\n", code=1).messages
+    for fragment in fragments:
+        assert fragment in messages, messages
+    assert not (tmp_path / "case.csv").exists()

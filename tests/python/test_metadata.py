@@ -1,0 +1,112 @@
+"""What the tree says of itself: one version everywhere, and nothing in it that belongs to one machine."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+import asperity
+import pytest
+
+ROOT = Path(__file__).parents[2]
+# The owner of the version.
+OWNER = ROOT / "src" / "asperity_contract.f90"
+LARGEST_FILE = 2_000_000
+"""Bytes; a picture fits, a build or a data set does not."""
+PICTURES = {".png", ".svg"}
+
+# (what, pattern); the parts are put together here so that this file does not contain them.
+FOLDERS = "(?:" + "|".join(["home", "root", "tmp", "work", "Users", "mnt"]) + ")"
+REGISTRIES = "(?:" + "|".join(["py" + "pi", "pythonhosted", "con" + "da"]) + ")"
+FORBIDDEN = [
+    ("absolute path of one machine", re.compile(r"(?<![\w.$})*~-])/" + FOLDERS + r"/\w")),
+    ("host of a package registry", re.compile(r"\b" + REGISTRIES + r"\.(?:org|io|com)\b")),
+    ("unresolved merge", re.compile(r"^(?:<{7}|>{7}) ", re.MULTILINE)),
+]
+
+
+def tracked_files() -> list[Path]:
+    """Files git tracks or would track; outside a clone every file of the source folders and of the top."""
+    command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    try:
+        names = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split("\0")
+        files = [ROOT / name for name in names if name]
+    except (FileNotFoundError, subprocess.CalledProcessError):
+        folders = [ROOT / name for name in ("src", "harness", "tests", "python", "docs", "cmake", ".ci")]
+        files = [*ROOT.iterdir(), *(file for folder in folders for file in folder.rglob("*"))]
+        made_by_tools = {"__pycache__", ".hypothesis", ".pytest_cache", ".ruff_cache"}
+        files = [file for file in files if not made_by_tools.intersection(file.parts)]
+    return [file for file in files if file.is_file()]
+
+
+@pytest.fixture(scope="module")
+def version() -> str:
+    """Version in the file that owns it."""
+    found = re.findall(r'public :: version = "(\d+\.\d+\.\d+)"', OWNER.read_text(encoding="utf-8"))
+    assert len(found) == 1
+    return found[0]
+
+
+def test_citation_has_the_version(version: str) -> None:
+    """CITATION.cff is retyped for those who read it without a build."""
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.findall(r"^version: (\S+)$", citation, re.MULTILINE) == [version]
+
+
+def test_changelog_starts_with_the_version(version: str) -> None:
+    """The newest entry of the changelog is the version of the source."""
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## (\S+)", changelog, re.MULTILINE)[0] == version
+
+
+def test_package_has_the_version(version: str) -> None:
+    """pyproject.toml reads it from its owner, the package from the library it was built with."""
+    assert metadata.version("asperity") == version
+    assert asperity.__version__ == version
+
+
+def test_library_has_the_version(version: str) -> None:
+    """asperity_version of asperity.h; CMake's is compared with it in tests/c."""
+    library = ctypes.CDLL(str(asperity.library()))
+    text = ctypes.create_string_buffer(32)
+    assert library.asperity_version(text, len(text)) == len(version)
+    assert text.value.decode() == version
+
+
+def test_licence_is_the_same_everywhere() -> None:
+    """LICENSE, pyproject.toml and CITATION.cff name one licence and one owner."""
+    licence, citation = ((ROOT / name).read_text(encoding="utf-8") for name in ("LICENSE", "CITATION.cff"))
+    assert licence.startswith("BSD 3-Clause License") and "asperity developers" in licence
+    assert "license: BSD-3-Clause" in citation and "asperity developers" in citation
+    assert metadata.metadata("asperity")["License-Expression"] == "BSD-3-Clause"
+
+
+def test_tree_is_small() -> None:
+    """No build product and no data set is tracked."""
+    files = tracked_files()
+    assert len(files) > 20
+    assert [str(file) for file in files if file.stat().st_size > LARGEST_FILE] == []
+
+
+@pytest.mark.parametrize(("what", "pattern"), FORBIDDEN, ids=[what for what, _ in FORBIDDEN])
+def test_tree_names_no_machine(what: str, pattern: re.Pattern[str]) -> None:
+    """Every file but pictures is text, and free of what works on one machine only."""
+    hits = []
+    for file in tracked_files():
+        if file.suffix not in PICTURES:
+            text = file.read_text(encoding="utf-8")
+            hits += [f"{file.relative_to(ROOT)}: {m.group()}" for m in pattern.finditer(text)]
+    assert hits == [], what
+
+
+def test_patterns_find_what_they_are_for() -> None:
+    """Each pattern finds its example and passes over what is alike and allowed."""
+    machine, registry, merge = (pattern for _, pattern in FORBIDDEN)
+    assert machine.search("open('/" + "home/me/case.nml')") and machine.search(" /" + "tmp/x")
+    for allowed in ("$PREFIX/home/x", "a/work/b", "${ROOT}/tmp/x"):
+        assert not machine.search(allowed)
+    assert registry.search("https://py" + "pi.org/simple") and not registry.search("the Python package index")
+    assert merge.search("a\n" + "<" * 7 + " HEAD\n") and not merge.search("a << b")

@@ -1,0 +1,784 @@
+"""The package as the contract has it: names, shapes, errors, threads, restart, and the C API."""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+import json
+import os
+import pickle
+import threading
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import FrozenInstanceError, fields
+from importlib import metadata
+from importlib.resources import files
+from itertools import pairwise
+from pathlib import Path
+
+import asperity
+import numpy as np
+import pytest
+from asperity import EquilibriumLost, History, Interface, Material, ModelWarning, Pattern, contract
+
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
+NAN, INF = float("nan"), float("inf")
+
+
+def random_path(seed: int, rows: int, points: int | None = None) -> np.ndarray:
+    """Separations (rows, 3) or (rows, points, 3), mm: a random walk through every branch of the law."""
+    rng = np.random.default_rng(seed)
+    shape = (rows, 3) if points is None else (rows, points, 3)
+    return np.cumsum(0.03 * rng.standard_normal(shape), axis=0)
+
+
+# --- names of the contract ------------------------------------------------
+
+
+def test_signatures() -> None:
+    """Arguments and defaults of the contract, in its order."""
+
+    def arguments(call: object) -> dict[str, object]:
+        parameters = inspect.signature(call).parameters.values()
+        return {p.name: p.default for p in parameters if p.name != "self"}
+
+    required = inspect.Parameter.empty
+    material = dict.fromkeys(("sigma0", "Gc", "eta", "mu"), required)
+    assert arguments(Material) == material | {"sigma02": 0.0, "Gc2": 0.0, "tau_v": 0.0, "kc": 1.0}
+    assert list(arguments(Material)) == ["sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc"]
+    assert arguments(Pattern.regular) == {"sides": required, "theta": required, "flat": 1 / 3, "turn": 0.0}
+    assert arguments(Pattern.planes) == {"normals": required, "weights": required}
+    assert arguments(Interface) == {"material": required, "pattern": required}
+    assert arguments(Interface.update) == {"s": required, "state": None, "s_old": None}
+    assert arguments(Interface.replay) == {"S": required}
+    assert list(arguments(Interface.confined_slip))[:3] == ["direction_deg", "slips", "sigma_N"]
+    assert arguments(Interface.props) == {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0}
+    assert arguments(Interface.card).items() >= arguments(Interface.props).items()
+    assert list(arguments(Interface.card))[:1] == ["host"]
+    assert arguments(asperity.library) == {}
+
+
+def test_results_have_their_fields() -> None:
+    """Fields and shapes of the results."""
+    result = RP_4.update(random_path(1, 7))
+    assert RP_4.n_planes == 5 and RP_4.nstatv == 9 + 3 * 5
+    assert (result.traction.shape, result.state.shape, result.tangent.shape) == ((7, 3), (7, 24), (7, 3, 3))
+    for history in (RP_4.replay(random_path(1, 7)), RP_4.confined_slip(0.0, [0.1, 0.2], 0.0)):
+        rows = len(history.damage)
+        assert history.separation.shape == history.traction.shape == (rows, 3)
+        assert history.damage.shape == (rows,)
+        assert history.state.shape == (rows, 24)
+        assert history.events == []
+        assert np.array_equal(history.damage, history.state[:, 0])
+    for name in ("traction", "state", "tangent"):
+        array = getattr(result, name)
+        assert array.dtype == np.float64 and array.flags.c_contiguous
+
+
+def test_everything_is_frozen() -> None:
+    """No attribute of an input or a result can be set."""
+    for thing in (TABLE_2, RP_4.pattern, RP_4, RP_4.update([[0, 0, 0]]), RP_4.replay([[0, 0, 0]])):
+        for field in fields(thing):
+            with pytest.raises(FrozenInstanceError):
+                setattr(thing, field.name, None)
+    with pytest.raises(ValueError):
+        RP_4._props[0] = 1.0
+
+
+def test_values_compare_and_hash() -> None:
+    """Equal inputs are equal, in sets as well, and survive pickling."""
+    listed = Pattern.planes([[1, 0, 0], [1, 1, 0]], [0.5, 0.5])
+    assert listed == Pattern.planes(np.array([[1.0, 0, 0], [1, 1, 0]]), (0.5, 0.5))
+    assert len({RP_4, Interface(TABLE_2, Pattern.regular(4, 30.0)), Interface(TABLE_2, listed)}) == 2
+    again = pickle.loads(pickle.dumps(RP_4))
+    assert again == RP_4
+    assert np.array_equal(again.replay([[0.1, 0.1, 0]]).traction, RP_4.replay([[0.1, 0.1, 0]]).traction)
+
+
+def test_typed_and_versioned() -> None:
+    """py.typed is installed; package, library and metadata agree on the version."""
+    assert (files(asperity) / "py.typed").is_file()
+    assert asperity.__version__ == metadata.version("asperity") == contract.library_version()
+    assert set(asperity.__all__) <= set(dir(asperity))
+
+
+# --- the contract's numbers ----------------------------------------------
+
+
+def test_props_by_name() -> None:
+    """Every named constant lands where the contract has it."""
+    with pytest.warns(ModelWarning):
+        material = Material(3.0, 0.3, 0.9, 0.5, sigma02=4.0, Gc2=0.5, kc=7.0)
+    interface = Interface(material, Pattern.regular(6, 25.0, flat=0.4, turn=10.0))
+    values = dict(
+        zip((row.name for row in contract.props_table()), interface.props(2.0, 1, 0.0, 0.25), strict=True)
+    )
+    del values["reserved"]
+    expected = dict(
+        sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, theta=25.0, m=6.0, flat=0.4, turn=10.0, h=2.0, map=1.0
+    )
+    assert values == expected | dict(sigma02=4.0, Gc2=0.5, tau_v=0.0, dalpha=0.0, r=0.25, kc=7.0)
+    listed = Interface(TABLE_2, Pattern.planes([[1, 0, 0], [2, 0, 1]], [0.25, 0.75])).props()
+    assert listed[contract.index("m")] == -2.0
+    assert listed[contract.N_FIXED_PROPS :].tolist() == [1, 0, 0, 0.25, 2, 0, 1, 0.75]
+
+
+def test_tables() -> None:
+    """Rows of the tables count from 1; the required constants are the first ones."""
+    props, statev = contract.props_table(), contract.statev_table()
+    assert [row.index for row in props] == list(range(1, 20))
+    assert [row.name for row in props if row.default is None] == ["sigma0", "Gc", "eta", "mu"]
+    assert [row.index for row in statev] == list(range(1, 13))
+    assert contract.statev_names(2)[-6:] == ("alpha_1", "s_dit_1", "s_dih_1", "alpha_2", "s_dit_2", "s_dih_2")
+    assert len(contract.statev_names(2)) == contract.n_statev(2) == 15
+    with pytest.raises(ValueError, match="sigma0 has no default"):
+        contract.default("sigma0")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "n_planes"),
+    [
+        (Pattern.regular(0, 30.0), 1),
+        (Pattern.regular(5, 30.0, flat=0.0), 5),
+        (Pattern.regular(5, 30.0, flat=1.0), 1),
+        (Pattern.regular(5, 30.0), 6),
+        (Pattern.regular(64, 30.0), 65),
+        (Pattern.planes(np.tile([1.0, 0.1, 0.0], (64, 1)), np.full(64, 1 / 64)), 64),
+    ],
+)
+def test_planes_of_a_pattern(pattern: Pattern, n_planes: int) -> None:
+    """Np of the contract; unit normals that point up, weights that sum to 1."""
+    assert Interface(TABLE_2, pattern).n_planes == len(pattern.weights) == len(pattern.normals) == n_planes
+    assert np.allclose(np.linalg.norm(pattern.normals, axis=1), 1.0, rtol=0, atol=1e-15)
+    assert np.all(pattern.normals[:, 0] > 0)
+    assert abs(pattern.weights.sum() - 1.0) < 1e-14
+
+
+def test_normals_of_table_3() -> None:
+    """The five planes of Table 3, which come by rotation (41)-(43)."""
+    c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
+    expected = [[1, 0, 0], [c, -s, 0], [c, 0, -s], [c, s, 0], [c, 0, s]]
+    assert np.allclose(Pattern.regular(4, 30.0, flat=1 / 5).normals, expected, rtol=0, atol=1e-15)
+
+
+# --- input ----------------------------------------------------------------
+
+
+def test_input_of_any_kind() -> None:
+    """Lists, single precision, other orders and strides give what contiguous doubles give."""
+    path = np.round(random_path(2, 6), 3).astype(np.float32)
+    expected = RP_4.update(path.astype(float))
+    padded = np.zeros((12, 7))
+    padded[::2, 1:4] = path
+    for s in (
+        path,
+        path.tolist(),
+        np.asfortranarray(path.astype(float)),
+        padded[::2, 1:4],
+        padded[:, 1:4][::2],
+    ):
+        result = RP_4.update(s)
+        for name in ("traction", "state", "tangent"):
+            assert np.array_equal(getattr(result, name), getattr(expected, name))
+    backwards = RP_4.update(path[::-1], s_old=np.zeros((6, 3), order="F"), state=np.zeros((6, 24))[::-1])
+    assert np.array_equal(backwards.traction[::-1], expected.traction)
+    assert np.array_equal(RP_4.replay(path.tolist()).traction, RP_4.replay(path.astype(float)).traction)
+    slips = np.linspace(0, 0.1, 11)
+    twice = RP_4.confined_slip(0, np.repeat(slips, 2)[::2], 0)
+    assert np.array_equal(RP_4.confined_slip(0, slips.tolist(), 0).traction, twice.traction)
+
+
+def test_no_points() -> None:
+    """n = 0 and T = 0 work."""
+    result = RP_4.update(np.empty((0, 3)), np.empty((0, 24)), np.empty((0, 3)))
+    assert (result.traction.shape, result.state.shape, result.tangent.shape) == ((0, 3), (0, 24), (0, 3, 3))
+    for history in (RP_4.replay(np.empty((0, 3))), RP_4.confined_slip(0.0, [], -1.0)):
+        assert (
+            history.separation.shape == (0, 3)
+            and history.state.shape == (0, 24)
+            and history.damage.shape == (0,)
+        )
+
+
+def test_inputs_are_not_modified() -> None:
+    """Arrays that come in stay as they are and are not shared with what goes out."""
+    s, s_old = random_path(3, 5), random_path(4, 5)
+    state = RP_4.update(s_old).state
+    copies = s.copy(), state.copy(), s_old.copy()
+    for array in (s, state, s_old):
+        array.flags.writeable = False
+    result, history = RP_4.update(s, state, s_old), RP_4.replay(s)
+    for array, copy in zip((s, state, s_old), copies, strict=True):
+        assert np.array_equal(array, copy)
+        outputs = (result.traction, result.state, result.tangent, history.separation, history.state)
+        assert not any(np.shares_memory(array, out) for out in outputs)
+
+
+@pytest.mark.parametrize("good", [0, 1, 4])
+def test_state_untouched_on_error(good: int) -> None:
+    """An update that is rejected at a late point changes neither the state nor anything else that came in."""
+    s, state = random_path(5, 6), RP_4.update(random_path(6, 6)).state
+    s[good + 1] = NAN
+    copies = s.copy(), state.copy()
+    with pytest.raises(
+        ValueError, match=rf"point {good + 1} \(of 0 to 5\): s_N = NaN: expected a finite number"
+    ):
+        RP_4.update(s, state)
+    assert np.array_equal(s, copies[0], equal_nan=True)
+    assert np.array_equal(state, copies[1])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: RP_4.update([0.0, 0.0, 0.0]), r"s has shape \(3,\): expected \(n, 3\)"),
+        (lambda: RP_4.update(1.0), r"s has shape \(\): expected \(n, 3\)"),
+        (lambda: RP_4.update(np.zeros((2, 4))), r"s has shape \(2, 4\): expected \(n, 3\)"),
+        (
+            lambda: RP_4.update(np.zeros((2, 3)), np.zeros((2, 23))),
+            r"state has shape \(2, 23\): expected \(2, 24\)",
+        ),
+        (
+            lambda: RP_4.update(np.zeros((2, 3)), np.zeros((1, 24))),
+            r"state has shape \(1, 24\): expected \(2, 24\)",
+        ),
+        (lambda: RP_4.update(np.zeros((2, 3)), np.zeros(48)), r"state has shape \(48,\): expected \(2, 24\)"),
+        (
+            lambda: RP_4.update(np.zeros((2, 3)), s_old=np.zeros((3, 2))),
+            r"s_old has shape \(3, 2\): expected \(2, 3\)",
+        ),
+        (lambda: RP_4.replay(np.zeros((2, 2, 3))), r"S has shape \(2, 2, 3\): expected \(n, 3\)"),
+        (lambda: RP_4.confined_slip(0.0, [[0.1]], 0.0), r"slips have shape \(1, 1\): expected \(T,\)"),
+        (lambda: Pattern.planes([[1, 0, 0]], [0.5, 0.5]), r"normals have shape \(1, 3\): expected \(2, 3\)"),
+        (lambda: Pattern.planes([1, 0, 0], 1.0), r"weights have shape \(\): expected \(k,\)"),
+        (
+            lambda: Pattern.planes(np.ones((65, 3)), np.full(65, 1 / 65)),
+            r"\(65,\): expected \(k,\) with k = 1 to 64",
+        ),
+        (lambda: Pattern.planes(np.ones((0, 3)), []), r"\(0,\): expected \(k,\) with k = 1 to 64"),
+    ],
+)
+def test_wrong_shapes(call: object, message: str) -> None:
+    """A wrong shape is named together with the one expected."""
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+GOOD = dict(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+BAD_MATERIAL = {
+    "sigma0": (0.0, -1.0, NAN, INF, 1e60),
+    "Gc": (0.0, -1.0, NAN, INF, 1e60),
+    "eta": (0.0, 1.0, -0.1, 1.1, NAN),
+    "mu": (-0.1, NAN, INF, 1e11),
+    "sigma02": (-1.0, NAN, INF),
+    "Gc2": (-1.0, NAN, INF),
+    "tau_v": (-1.0, 1.0, NAN),
+    "kc": (-1.0, NAN, INF),
+}
+BAD_PATTERN = {
+    "m": (1, 65, 2.5, NAN),
+    "theta": (-1.0, 90.0, NAN),
+    "flat": (-0.1, 1.1, NAN),
+    "turn": (NAN, INF),
+}
+BAD_HOST = {"h": (-1.0, NAN, INF), "map": (2, -1, 0.5), "dalpha": (0.1, -0.1, 1.0), "r": (-0.1, 1.1, NAN)}
+
+
+def build(kind: str, name: str, value: float) -> object:
+    """What holds the constant of this name."""
+    if kind == "material":
+        return Material(**(GOOD | {name: value}))
+    if kind == "pattern":
+        values = {"sides": 4, "theta": 30.0} | {"sides" if name == "m" else name: value}
+        return Pattern.regular(**values)
+    return RP_4.props(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [
+        (kind, name, value)
+        for kind, table in (("material", BAD_MATERIAL), ("pattern", BAD_PATTERN), ("host", BAD_HOST))
+        for name, values in table.items()
+        for value in values
+    ],
+)
+def test_every_bad_constant(kind: str, name: str, value: float) -> None:
+    """A constant out of range is named with its index, its value and what was expected."""
+    row = next(row for row in contract.props_table() if row.name == name)
+    with pytest.raises(ValueError) as error:
+        build(kind, name, value)
+    lines = str(error.value).splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith(f"PROPS({row.index}) {name} = ")
+    assert lines[0].endswith(f": expected {row.admissible}")
+    printed = lines[0].removeprefix(f"PROPS({row.index}) {name} = ").split(":")[0]
+    assert np.array_equal(float(printed), value, equal_nan=True)
+
+
+def test_every_constant_is_covered() -> None:
+    """The lists of bad values name every constant of the contract."""
+    names = {row.name for row in contract.props_table()} - {"reserved"}
+    assert names == {*BAD_MATERIAL, *BAD_PATTERN, *BAD_HOST}
+
+
+def test_bounds_are_admissible() -> None:
+    """Values at the closed ends of the ranges are taken."""
+    Interface(Material(3.0, 0.3, 0.9, mu=0.0, kc=0.0), Pattern.regular(64, 0.0, flat=1.0, turn=-1e4)).props(
+        0, 1, 0, 1
+    )
+    Pattern.regular(2, np.nextafter(90.0, 0.0), flat=0.0)
+    with pytest.warns(ModelWarning):
+        Material(3.0, 0.3, 0.9, 0.5, sigma02=1e50)
+
+
+def test_all_bad_values_at_once() -> None:
+    """One error names all of them."""
+    with pytest.raises(ValueError) as error:
+        Material(sigma0=-3.0, Gc=NAN, eta=2.0, mu=-1.0, sigma02=-1.0, tau_v=5.0)
+    starts = [
+        "PROPS(1) sigma0",
+        "PROPS(2) Gc",
+        "PROPS(3) eta",
+        "PROPS(4) mu",
+        "PROPS(11) sigma02",
+        "PROPS(13) tau_v",
+    ]
+    assert [line.split(" = ")[0] for line in str(error.value).splitlines()] == starts
+
+
+@pytest.mark.parametrize(
+    ("normals", "weights", "message"),
+    [
+        ([[0, 1, 0], [1, 0, 0]], [0.5, 0.5], r"PROPS\(20\) n_N of listed plane 1 = 0: expected > 0"),
+        ([[1, 0, 0], [-1, 0, 0]], [0.5, 0.5], r"PROPS\(24\) n_N of listed plane 2 = -1: expected > 0"),
+        ([[1, NAN, 0], [1, 0, 0]], [0.5, 0.5], r"PROPS\(21\) n_Tx of listed plane 1 = NaN: expected finite"),
+        (
+            [[1, 0, 0], [1, 0, INF]],
+            [0.5, 0.5],
+            r"PROPS\(26\) n_Ty of listed plane 2 = Inf.*: expected finite",
+        ),
+        ([[1, 0, 0], [1, 0, 0]], [1.0, 0.0], r"PROPS\(27\) gamma of listed plane 2 = 0: expected > 0"),
+        (
+            [[1, 0, 0], [1, 0, 0]],
+            [0.5, 0.4],
+            r"weights gamma of the listed planes sum to 0.9: expected 1 within",
+        ),
+    ],
+)
+def test_bad_planes(normals: list[list[float]], weights: list[float], message: str) -> None:
+    """A listed plane that cannot be is named."""
+    with pytest.raises(ValueError, match=message):
+        Pattern.planes(normals, weights)
+
+
+def test_bad_patterns() -> None:
+    """Patterns that are neither regular nor a list."""
+    with pytest.raises(ValueError, match="sides = -2: expected 0 or 2 to 64"):
+        Pattern.regular(-2, 30.0)
+    with pytest.raises(ValueError, match="m = -2: expected 0 for 0 listed planes"):
+        Pattern(-2)
+
+
+@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e80])
+@pytest.mark.parametrize(("component", "name"), [(0, "s_N"), (1, "s_Tx"), (2, "s_Ty")])
+def test_separations_that_are_not_finite(component: int, name: str, value: float) -> None:
+    """NaN, infinities and separations beyond the range are refused in s, s_old and S, by name."""
+    s = np.zeros((3, 3))
+    s[1, component] = value
+    with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 2\): {name} = .*: expected a finite number"):
+        RP_4.update(s)
+    with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 2\): {name} at the start = "):
+        RP_4.update(np.zeros((3, 3)), s_old=s)
+    with pytest.raises(ValueError, match=rf"^row 1 \(of 0 to 2\): {name} = "):
+        RP_4.replay(s)
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "name"),
+    [(1, NAN, "stored"), (7, INF, "offset_Tx"), (9, -0.1, "alpha"), (12, 1.1, "alpha"), (13, NAN, "s_dit")],
+)
+def test_bad_states(index: int, value: float, name: str) -> None:
+    """A state that no update has written is refused, by index (from 1, as hosts count) and name."""
+    state = np.zeros((2, 24))
+    state[1, index] = value
+    with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 1\): STATEV\({index + 1}\) {name} = "):
+        RP_4.update(np.zeros((2, 3)), state)
+
+
+def test_bad_confined_slip() -> None:
+    """Every bad argument is named at once."""
+    with pytest.raises(ValueError) as error:
+        RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0)
+    starts = ("direction_deg = NaN: ", "sigma_N = -Inf", "preload = 0: ", "slips[1] = Inf")
+    for line, start in zip(str(error.value).splitlines(), starts, strict=True):
+        assert line.startswith(start) and ": expected " in line
+
+
+# --- behaviour ------------------------------------------------------------
+
+
+def test_residual_friction() -> None:
+    """Flat plane at constant sigma_N < 0: the residual is mu |sigma_N|."""
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    for sigma_N in (-1.0, -5.0, -10.0):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)
+            history = flat.confined_slip(40.0, np.linspace(0.01, 0.6, 60), sigma_N)
+        # accepted residual of the normal traction: 1e-13 of K |s|, K = sigma0/s0
+        tolerance = 1e-13 * 3.0 / 0.02 * 0.6
+        assert abs(np.hypot(*history.traction[-1, 1:]) - TABLE_2.mu * abs(sigma_N)) <= tolerance
+        assert history.damage[-1] == 1.0
+        direction = history.separation[-1, 1:] / np.hypot(*history.separation[-1, 1:])
+        assert np.allclose(direction, [np.cos(np.radians(40)), np.sin(np.radians(40))], rtol=0, atol=1e-15)
+
+
+def test_path_dependent_end() -> None:
+    """RP-4, 30 degrees, direction 0, sigma_N = -10: 10.5781 MPa and s_N = -0.053572 mm at s_L = 0.6 mm."""
+    with pytest.warns(ModelWarning, match=r"gamma = 0.167"):
+        history = RP_4.confined_slip(0.0, np.linspace(0, 0.6, 241), -10.0)
+    assert history.traction[-1, 1] == pytest.approx(10.5781, abs=5e-5)
+    assert history.separation[-1, 0] == pytest.approx(-0.053572, abs=5e-7)
+
+
+def test_lost_equilibrium() -> None:
+    """sigma_N = +2 on the flat plane ends at s_L = 0.031 mm; the rows before it come with the exception."""
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    slips = np.linspace(0.001, 0.05, 50)
+    with pytest.raises(
+        EquilibriumLost, match=r"row 31 \(of 0 to 49\): no equilibrium at slip 0.032, sigma_N = 2"
+    ) as error:
+        flat.confined_slip(0.0, slips, 2.0)
+    lost = error.value
+    assert isinstance(lost, RuntimeError)
+    assert lost.row == len(lost.history.damage) == 31
+    assert lost.history.events == [(31, "no equilibrium at slip 0.032, sigma_N = 2")]
+    assert np.array_equal(lost.history.separation[:, 1], slips[:31])
+    assert np.allclose(lost.history.traction[:, 0], 2.0, rtol=0, atol=1e-12)
+    again = pickle.loads(pickle.dumps(lost))
+    assert (str(again), again.row) == (str(lost), 31)
+    with pytest.raises(EquilibriumLost) as error:
+        flat.confined_slip(0.0, slips, 3.1)
+    assert error.value.row == 0 and error.value.history.traction.shape == (0, 3)
+
+
+def test_warnings() -> None:
+    """Mode II of its own and a contact as soft as the bond are admissible, and said."""
+    with pytest.warns(ModelWarning, match="sigma02 = 2 differs from sigma0 = 3"):
+        Material(3.0, 0.3, 0.9, 0.5, sigma02=2.0)
+    with pytest.warns(ModelWarning, match=r"Gc2 = 0.4 differs from Gc = 0.3"):
+        Material(3.0, 0.3, 0.9, 0.5, Gc2=0.4)
+    # |sigma_N| (1 - eta)/(gamma sigma0 kc), gamma of one inclined plane
+    for sides, gamma in ((2, 1 / 3), (4, 1 / 6)):
+        with pytest.warns(ModelWarning, match=f"by {10 * 0.1 / (gamma * 3):.2g} s_f"):
+            Interface(TABLE_2, Pattern.regular(sides, 30.0)).confined_slip(45.0, [0.0], -10.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Material(3.0, 0.3, 0.9, 0.5, sigma02=3.0, Gc2=0.3)
+        RP_4.confined_slip(0.0, [0.0], -0.4)
+        RP_4.confined_slip(0.0, [0.0], 0.5)
+        Interface(TABLE_2, Pattern.regular(0, 0.0)).confined_slip(0.0, [0.0], -20.0)
+        Interface(Material(3.0, 0.3, 0.9, 0.5, kc=1000.0), RP_4.pattern).confined_slip(0.0, [0.0], -10.0)
+
+
+def test_replay_is_a_chain_of_updates() -> None:
+    """Bit for bit, energies included."""
+    path = random_path(7, 50)
+    history, state, s_old = RP_4.replay(path), None, None
+    for row, s in enumerate(path):
+        result = RP_4.update(s[None], state, s_old)
+        state, s_old = result.state, s[None]
+        assert np.array_equal(result.traction[0], history.traction[row])
+        assert np.array_equal(result.state[0], history.state[row])
+
+
+def test_confined_slip_is_on_the_law() -> None:
+    """Rows of a test at sigma_N = 0 are those of a replay of its separations (each row is one increment)."""
+    history = RP_4.confined_slip(20.0, np.linspace(0.001, 0.2, 200), 0.0, preload=1)
+    replayed = RP_4.replay(history.separation)
+    assert np.array_equal(replayed.traction, history.traction)
+    assert np.array_equal(replayed.state, history.state)
+
+
+def test_restart(tmp_path: Path) -> None:
+    """Bit for bit from a saved state."""
+    path = random_path(8, 40, points=20)
+    state, s_old = np.zeros((20, RP_4.nstatv)), np.zeros((20, 3))
+    for s in path[:25]:
+        state, s_old = RP_4.update(s, state, s_old).state, s
+    np.savez(tmp_path / "saved.npz", state=state, s_old=s_old)
+    straight = [state := RP_4.update(s, state, old).state for old, s in pairwise(path[24:])]
+    saved = np.load(tmp_path / "saved.npz")
+    state, s_old = saved["state"], saved["s_old"]
+    again = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(4, 30.0))
+    for s, expected in zip(path[25:], straight, strict=True):
+        state, s_old = again.update(s, state, s_old).state, s
+        assert np.array_equal(state, expected)
+
+
+def test_two_threads() -> None:
+    """Two threads at once give what one gives, bit for bit."""
+    paths = [random_path(seed, 400) for seed in range(60)]
+    serial = [RP_4.replay(path) for path in paths]
+    with ThreadPoolExecutor(2) as pool:
+        parallel = list(pool.map(RP_4.replay, paths))
+    for one, two in zip(serial, parallel, strict=True):
+        assert np.array_equal(one.traction, two.traction)
+        assert np.array_equal(one.state, two.state)
+
+
+def test_interpreter_goes_on() -> None:
+    """The lock of the interpreter is released: another thread runs while the library works."""
+    wide = Interface(TABLE_2, Pattern.regular(64, 30.0))
+    path = random_path(9, 100_000)
+    times: list[float] = []
+    worker = threading.Thread(
+        target=lambda: times.extend([time.perf_counter(), wide.replay(path) and time.perf_counter()])
+    )
+    worker.start()
+    ticks = []
+    while worker.is_alive():
+        ticks.append(time.perf_counter())
+        time.sleep(0.001)
+    start, end = times
+    inside = [tick for tick in ticks if start < tick < end]
+    assert end - start > 0.05
+    assert max(np.diff([start, *inside, end])) < 0.5 * (end - start)
+
+
+def resident_bytes() -> int:
+    """Memory of this process that is in use."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
+def test_memory_does_not_grow() -> None:
+    """A million calls, the rejected ones and the short histories among them, leave nothing behind."""
+    s, state, bad = np.full((1, 3), 0.01), np.zeros((1, RP_4.nstatv)), np.full((1, 3), NAN)
+    slips = [0.001]
+
+    def calls(n: int) -> None:
+        for i in range(n):
+            RP_4.update(s, state, s)
+            if i % 100 == 0:
+                RP_4.replay(s)
+                RP_4.confined_slip(0.0, slips, 0.0, preload=1)
+                with pytest.raises(ValueError):
+                    RP_4.update(bad)
+
+    calls(20_000)
+    before = resident_bytes()
+    calls(980_000)
+    # a leak of one double per call would be 7.8 MB
+    assert resident_bytes() - before < 2_000_000
+
+
+# --- cards ----------------------------------------------------------------
+
+
+def numbers_after(card: str, keyword: str) -> list[float]:
+    """Values on the data lines after a keyword of an input file."""
+    lines = [line for line in card.splitlines() if not line.startswith("**")]
+    start = next(i for i, line in enumerate(lines) if line.lower().startswith(keyword)) + 1
+    data = []
+    for line in lines[start:]:
+        if line.startswith("*"):
+            break
+        assert line.count(",") <= 8
+        data += [float(text) for text in line.split(",") if text.strip()]
+    return data
+
+
+@pytest.mark.parametrize("host", ["abaqus", "calculix"])
+def test_cards_of_input_files(host: str) -> None:
+    """Constants in full precision, eight a line, the number of state variables, and their names."""
+    card = RP_4.card(host, h=0.1, r=1e-9, name="joint")
+    assert numbers_after(card, "*user material") == RP_4.props(h=0.1, r=1e-9).tolist()
+    assert "constants=19" in card.lower()
+    assert int(card.lower().split("*depvar\n")[1].split("\n")[0].strip(",")) == RP_4.nstatv
+    for name in contract.statev_names(RP_4.n_planes):
+        assert name in card
+    if host == "abaqus":
+        assert "*Material, name=joint\n" in card and "unsymm" in card
+    else:
+        assert "*MATERIAL, NAME=ABAQUSJOINT\n" in card
+
+
+def test_card_of_kratos() -> None:
+    """Material properties in JSON with the library that is installed."""
+    block = json.loads(RP_4.card("kratos", name="Joint"))
+    values = block["properties"][0]["Material"]["Variables"]
+    assert values["UDSM_NAME"] == str(asperity.library())
+    assert values["UMAT_PARAMETERS"] == RP_4.props().tolist()
+    assert values["STATE_VARIABLES"] == [0.0] * RP_4.nstatv
+    assert tuple(block["state_variables"].values()) == contract.statev_names(RP_4.n_planes)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, calculix, kratos"),
+        (dict(host="abaqus", name="2 joints"), "name = '2 joints': expected a letter"),
+        (dict(host="calculix", name="NLJOINT"), "expected none that begins with NL"),
+        (dict(host="calculix", map=1), "map = 1: expected 0 for calculix"),
+        (dict(host="abaqus", h=-1.0), r"PROPS\(9\) h = -1"),
+    ],
+)
+def test_bad_cards(arguments: dict[str, object], message: str) -> None:
+    """What a host cannot take is refused."""
+    with pytest.raises(ValueError, match=message):
+        RP_4.card(**arguments)
+
+
+def test_calculix_takes_regular_patterns_only() -> None:
+    """21 constants at most."""
+    with pytest.raises(ValueError, match="23 constants: expected at most 21 for calculix"):
+        Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0])).card("calculix")
+
+
+# --- C API of the shared library -----------------------------------------
+
+OK, BAD_PROPS, FEW_PROPS, FEW_STATEV, BAD_SEPARATION, BAD_STATE, BAD_SIZE = 0, 1, 2, 3, 5, 6, 7
+"""Status codes of asperity.h."""
+
+
+@pytest.fixture(scope="module")
+def library() -> ctypes.CDLL:
+    """The shared library that is installed with the package."""
+    return ctypes.CDLL(str(asperity.library()))
+
+
+def pointer(array: np.ndarray | None) -> ctypes.c_void_p:
+    """Address of an array, NULL for None."""
+    return ctypes.c_void_p(None if array is None else array.ctypes.data)
+
+
+def c_update(
+    library: ctypes.CDLL,
+    props: np.ndarray,
+    s: np.ndarray,
+    state: np.ndarray,
+    size: int = 200,
+    **optional: np.ndarray,
+) -> tuple[int, np.ndarray, str]:
+    """Status, traction and message of asperity_update; state is changed in place."""
+    traction = np.full((len(s), 3), 77.0)
+    message = ctypes.create_string_buffer(b"#" * 199, 200)
+    n, s_old, tangent = optional.get("n", len(s)), optional.get("s_old"), optional.get("tangent")
+    status = library.asperity_update(
+        pointer(props), len(props), n, pointer(s_old), pointer(s), state.shape[1],
+        pointer(state), pointer(traction), pointer(tangent), message, size,
+    )  # fmt: skip
+    return status, traction, message.value.decode()
+
+
+def test_library_has_the_symbols(library: ctypes.CDLL) -> None:
+    """The C API and the UMAT are there; the version is the package's."""
+    for symbol in ("asperity_update", "asperity_nstatv", "asperity_version", "umat_"):
+        assert hasattr(library, symbol)
+    text = ctypes.create_string_buffer(16)
+    assert library.asperity_version(text, 16) == len(asperity.__version__)
+    assert text.value.decode() == asperity.__version__
+
+
+def test_c_nstatv(library: ctypes.CDLL) -> None:
+    """Number of state variables, or 0 and the reasons; no message is fine."""
+    message = ctypes.create_string_buffer(500)
+    props = RP_4.props()
+    assert library.asperity_nstatv(pointer(props), len(props), message, 500) == RP_4.nstatv
+    assert message.value == b""
+    assert library.asperity_nstatv(pointer(props), len(props), None, 0) == RP_4.nstatv
+    assert library.asperity_nstatv(pointer(props), 3, message, 500) == 0
+    assert message.value == b"NPROPS = 3: expected at least 4 (sigma0, Gc, eta, mu)"
+    props[0] = -1.0
+    assert library.asperity_nstatv(pointer(props), len(props), message, 500) == 0
+    assert message.value.startswith(b"PROPS(1) sigma0 = -1: expected > 0")
+
+
+def test_c_update_is_the_package(library: ctypes.CDLL) -> None:
+    """Bit for bit the package's traction, state and tangent, with the optional arguments and without."""
+    s_old, s = random_path(10, 30), random_path(11, 30)
+    start = RP_4.update(s_old).state
+    expected = RP_4.update(s, start, s_old)
+    state, tangent = start.copy(), np.full((30, 3, 3), 77.0)
+    status, traction, message = c_update(library, RP_4.props(), s, state, s_old=s_old, tangent=tangent)
+    assert (status, message) == (OK, "")
+    assert np.array_equal(traction, expected.traction)
+    assert np.array_equal(state, expected.state)
+    assert np.array_equal(tangent, expected.tangent)
+    state = start.copy()
+    status, traction, _ = c_update(library, RP_4.props(), s, state)
+    assert status == OK
+    assert np.array_equal(traction, expected.traction)
+    assert np.array_equal(state, RP_4.update(s, start).state)
+
+
+def test_c_errors(library: ctypes.CDLL) -> None:
+    """Status codes, and nothing written but the message."""
+    props, s = RP_4.props(), random_path(12, 4)
+    bad_props, bad_s, bad_state = props.copy(), s.copy(), np.zeros((4, 24))
+    bad_props[2], bad_s[2, 1], bad_state[3, 9] = 1.0, NAN, 2.0
+    for status, arguments, text in (
+        (BAD_PROPS, (bad_props, s, np.zeros((4, 24))), "PROPS(3) eta = 1: expected 0 < eta < 1"),
+        (FEW_PROPS, (props[:2].copy(), s, np.zeros((4, 24))), "NPROPS = 2: expected at least 4"),
+        (
+            FEW_STATEV,
+            (props, s, np.zeros((4, 23))),
+            "point 1: NSTATV = 23: expected at least 24 for 5 planes",
+        ),
+        (BAD_SEPARATION, (props, bad_s, np.zeros((4, 24))), "point 3: s_Tx = NaN: expected a finite number"),
+        (
+            BAD_STATE,
+            (props, s, bad_state),
+            "point 4: STATEV(10) alpha = 2: expected a finite number from 0 to 1",
+        ),
+    ):
+        state = arguments[2].copy()
+        tangent = np.full((4, 3, 3), 77.0)
+        code, traction, message = c_update(library, arguments[0], arguments[1], state, tangent=tangent)
+        assert code == status
+        assert message.startswith(text)
+        assert np.array_equal(state, arguments[2])
+        assert np.all(traction == 77.0) and np.all(tangent == 77.0)
+    assert c_update(library, props, s, np.zeros((4, 24)), n=-1)[::2] == (
+        BAD_SIZE,
+        "n = -1 points: expected 0 or more",
+    )
+    assert c_update(library, props, s, np.zeros((4, 24)), n=0)[::2] == (OK, "")
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 10, 30])
+def test_c_message_is_cut(library: ctypes.CDLL, size: int) -> None:
+    """A message never goes beyond its buffer and is always closed; size 0 leaves it alone."""
+    props = RP_4.props()
+    props[0] = -1.0
+    message = ctypes.create_string_buffer(b"#" * 199, 200)
+    state, traction, s = np.zeros((1, 24)), np.zeros((1, 3)), np.zeros((1, 3))
+    status = library.asperity_update(
+        pointer(props),
+        len(props),
+        1,
+        None,
+        pointer(s),
+        24,
+        pointer(state),
+        pointer(traction),
+        None,
+        message,
+        size,
+    )
+    assert status == BAD_PROPS
+    full = b"PROPS(1) sigma0 = -1: expected > 0"
+    kept = full[: max(size - 1, 0)] + (b"\0" if size > 0 else b"")
+    assert message.raw[:size] == kept
+    assert message.raw[size:199] == b"#" * (199 - size)
+
+
+def test_history_is_a_plain_record() -> None:
+    """A history can be built by hand, each with its own list of events."""
+    rows = np.zeros((1, 3))
+    one, two = History(rows, rows, rows[:, 0], rows), History(rows, rows, rows[:, 0], rows)
+    one.events.append((0, "text"))
+    assert two.events == []

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Count the tests of all suites in a CTest log: a line per suite, then 'N passed, N failed'.
+
+The suites were run by pFUnit or by its stand-in. The exit status is 1 if a test failed, if a suite ran no
+test or did not end, or if CTest itself calls it failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+# One entry of Testing/Temporary/LastTest.log: name, output, and what CTest says of it.
+ENTRY = re.compile(
+    r"^\d+/\d+ Testing: (?P<name>.+?)\n.*?"
+    r"^Output:\n-+\n(?P<output>.*?)^<end of output>\n(?P<end>.*?)"
+    r"^\"(?P=name)\" end time",
+    re.MULTILINE | re.DOTALL,
+)
+STAND_IN = re.compile(r"^(\d+) passed, (\d+) failed$", re.MULTILINE)
+PFUNIT_OK = re.compile(r"^ OK\n \((\d+) tests?(?:, \d+ disabled)?\)$", re.MULTILINE)
+PFUNIT_FAILURES = re.compile(r"^Tests run: (\d+), Failures: (\d+), Errors: (\d+)", re.MULTILINE)
+
+
+def count(output: str) -> tuple[int, int]:
+    """Return the numbers of passed and failed tests by the last closing line; (0, 0) without one."""
+    found = [(m.start(), int(m[1]), int(m[2])) for m in STAND_IN.finditer(output)]
+    found += [(m.start(), int(m[1]), 0) for m in PFUNIT_OK.finditer(output)]
+    for m in PFUNIT_FAILURES.finditer(output):
+        failed = int(m[2]) + int(m[3])
+        found.append((m.start(), int(m[1]) - failed, failed))
+    return max(found)[1:] if found else (0, 0)
+
+
+def main() -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("log", type=Path, help="Testing/Temporary/LastTest.log in the build folder")
+    parser.add_argument("suites", nargs="*", help="suites that must be there; without any, all of the log")
+    options = parser.parse_args()
+    log = options.log.read_text(encoding="utf-8", errors="replace")
+    entries = {m["name"]: m for m in ENTRY.finditer(log)}
+    total_passed = total_failed = 0
+    for name in options.suites or entries:
+        entry = entries.get(name)
+        passed, failed = count(entry["output"]) if entry else (0, 0)
+        note = ""
+        if entry is None:
+            note = ", not in the log"
+        elif passed + failed == 0:
+            note = ", no test ran"
+        elif failed == 0 and "Test Passed." not in entry["end"]:
+            note = ", CTest calls it failed"
+        failed += bool(note)
+        print(f"{name}: {passed} passed, {failed} failed{note}")
+        total_passed += passed
+        total_failed += failed
+    print(f"{total_passed} passed, {total_failed} failed")
+    return 0 if total_passed and not total_failed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
