@@ -1,28 +1,36 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make check   lint, all builds and suites, coverage: what must pass
 # Each installs what is missing first (cmake/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, clean (build/), distclean (and .venv/).
-# Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of PFUNITConfig.cmake), JOBS.
+# driver), the parts of check by name, bench, clean (build/), distclean (and .venv/). What has passed runs again when a
+# file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of PFUNITConfig.cmake), JOBS.
 
 JOBS ?= 2
 export JOBS
-
-venv := .venv/bin
-step := cmake/step.sh
-log = build/logs/$@.log
-package_sources := pyproject.toml CMakeLists.txt $(wildcard cmake/*.cmake*) $(shell find src harness python -type f \
-  -not -path '*/.*' -not -path '*/__pycache__/*')
-
-# build, run and count all suites: $(call suites,CMake options)
-suites = PYTHON=$(venv)/python cmake/build-and-test.sh build/$@ -DASPERITY_WERROR=ON \
-  -DPython3_EXECUTABLE=$(CURDIR)/$(venv)/python $(1)
 ifdef PFUNIT_DIR
 export PFUNIT_DIR
 pfunit := -DPFUNIT_DIR=$(PFUNIT_DIR)
 endif
 
+venv := .venv/bin
+step := cmake/step.sh
+log = build/logs/$(@F).log
+done = @mkdir -p $(@D) && touch $@
+
+# what the builds depend on, what the Python package holds, and everything
+code := CMakeLists.txt Makefile $(shell find cmake src harness tests -type f -not -path '*/.*' -not -name '*.py*')
+package := pyproject.toml CMakeLists.txt $(wildcard cmake/*.cmake*) \
+  $(shell find src harness python -type f -not -path '*/.*' -not -name '*.pyc')
+tree := $(wildcard .ci/*) $(shell find . -type f -not -path './build*' -not -path '*/.*' -not -name '*.pyc')
+
+# build, run and count all suites: $(call suites,CMake options)
+suites = PYTHON=$(venv)/python cmake/build-and-test.sh build/$(@F) -DASPERITY_WERROR=ON \
+  -DPython3_EXECUTABLE=$(CURDIR)/$(venv)/python $(1)
+comma := ,
+
+parts := lint test debug sanitize flang coverage pytest
 .NOTPARALLEL:
-.PHONY: build demo check lint test debug sanitize flang coverage pytest bench dependencies clean distclean
+.DELETE_ON_ERROR:
+.PHONY: build demo check $(parts) bench dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake -S . -B build/release -G Ninja -DASPERITY_TESTS=OFF; \
@@ -34,35 +42,50 @@ demo: build .venv/installed
 	  $(venv)/asperity run harness/cases/figure05b.nml -o build/demo/figure05b.csv --plot build/demo/figure05b.png
 	@$(venv)/python cmake/demo_numbers.py build/demo/figure05b.csv
 
-check: lint test debug sanitize flang coverage pytest
+check: $(parts)
 	@echo "make check: everything passed"
 
-lint: .venv/installed
+$(parts): %: build/passed/%
+
+build/passed/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
 	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	$(done)
 
-test: .venv/installed
+build/passed/test: $(code) build/options | .venv/installed
 	@$(step) "Release: suites" $(log) env $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Release)
+	$(done)
 
-debug: .venv/installed
+build/passed/debug: $(code) build/options | .venv/installed
 	@$(step) "Debug, bounds, FPE traps, sNaN: suites" $(log) env $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Debug)
+	$(done)
 
-sanitize: .venv/installed
+build/passed/sanitize: $(code) build/options | .venv/installed
 	@$(step) "Address and undefined sanitizer: suites" $(log) env $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Debug \
-	  -DASPERITY_SANITIZE=address$(,)undefined)
+	  -DASPERITY_SANITIZE=address$(comma)undefined)
+	$(done)
 
-flang: .venv/installed
-	@flang="$$(cmake/flang.sh)"; \
-	if [ -z "$$flang" ]; then echo "flang: not installed, left out"; else \
+build/passed/flang: $(code) build/options | .venv/installed
+	@flang="$$(cmake/flang.sh)"; if [ -z "$$flang" ]; then echo "flang: not installed, left out"; else \
 	  $(step) "flang: suites" $(log) env $(call suites,$$flang -DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON); fi
+	$(done)
 
-coverage: .venv/installed
-	@$(step) "Coverage of src/" $(log) sh -ec 'find build/$@ -name "*.gcda" -delete 2>/dev/null || true; \
-	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Debug -DASPERITY_COVERAGE=ON); $(venv)/python cmake/coverage.py build/$@'
+build/passed/coverage: $(code) build/options cmake/coverage.py | .venv/installed
+	@$(step) "Coverage of src/" $(log) sh -ec 'mkdir -p build/$(@F); find build/$(@F) -name "*.gcda" -delete; \
+	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Debug -DASPERITY_COVERAGE=ON); \
+	  $(venv)/python cmake/coverage.py build/$(@F)'
+	$(done)
 
-pytest: .venv/installed
-	@$(step) "Python tests" $(log) env ASPERITY_DRIVER="$$($(venv)/python -c 'from asperity.installed import driver; print(driver())')" \
-	  $(venv)/python -m pytest --numprocesses $(JOBS) --junitxml=build/pytest/junit.xml
+build/passed/pytest: $(tree) build/options .venv/installed
+	@$(step) "Python tests" $(log) sh -ec 'ASPERITY_DRIVER="$$($(venv)/python -c \
+	  "from asperity.installed import driver; print(driver())")" $(venv)/python -m pytest --numprocesses $(JOBS) --junitxml=build/pytest/junit.xml'
+	$(done)
+
+build/options: force
+	@mkdir -p build; echo "$(FLANG) $(PFUNIT_DIR)" >$@.new; cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+
+bench: build
+	@build/release/harness/bench
 
 dependencies:
 	@$(step) "System packages" $(log) cmake/install-dependencies.sh
@@ -71,7 +94,7 @@ dependencies:
 	@$(step) "Python environment" build/logs/venv.log sh -ec '"$$(cmake/python.sh)" -m venv .venv; $@ --version'
 
 # the package and its tools, installed anew when a source has changed
-.venv/installed: .venv/bin/python $(package_sources) | dependencies
+.venv/installed: .venv/bin/python $(package) | dependencies
 	@$(step) "Python package and tools" build/logs/install.log \
 	  sh -ec '$(venv)/pip install --config-settings=build-dir=build/python ".[dev]"; touch $@; echo .venv'
 
@@ -80,5 +103,3 @@ clean:
 
 distclean: clean
 	rm -rf .venv
-
-, := ,

@@ -23,6 +23,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="build folder with ASPERITY_COVERAGE=ON")
     build = parser.parse_args().build
+    # an INCLUDE line leaves the bare name of the file, which gcov looks for where the compiler ran
+    for included in Path("src").glob("*.inc"):
+        link = build / included.name
+        link.unlink(missing_ok=True)
+        link.symlink_to(included.resolve())
     summary = build / "coverage.json"
     command = [sys.executable, "-m", "gcovr", "--root", ".", "--filter", "src/", "--txt", "-"]
     subprocess.run([*command, "--json-summary", str(summary), str(build / "src")], check=True)

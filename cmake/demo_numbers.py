@@ -16,7 +16,8 @@ def main() -> None:
         rows = list(csv.DictReader(file))
     slips = [float(row["s_Tx"]) for row in rows]
     preload = next(i for i, row in enumerate(rows) if row["step"] != rows[0]["step"]) - 1
-    turns = [i for i in range(1, len(rows) - 1) if (slips[i] - slips[i - 1]) * (slips[i + 1] - slips[i]) < 0.0]
+    steps = [b - a for a, b in zip(slips[:-1], slips[1:], strict=True)]
+    turns = [i for i in range(1, len(steps)) if steps[i - 1] * steps[i] < 0.0]
     peak = max(range(len(rows)), key=lambda i: abs(float(rows[i]["t_Tx"])))
     named = [("preload", preload), *(("turning point", i) for i in turns), ("end", len(rows) - 1)]
     print(f"{'':18}{'slip':>10}{'traction':>12}{'dilation':>12}{'damage':>10}")

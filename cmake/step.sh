@@ -14,7 +14,7 @@ if [ $status -eq 0 ]; then
   printf '%s (%d s)\n' "$(tail -n 1 "$log")" $seconds
 else
   printf 'FAILED (%d s)\n' $seconds
-  tail -n 100 "$log"
+  tail -n 60 "$log"
   echo "$headline: failed; whole output in $log"
 fi
 exit $status

@@ -1,23 +1,7 @@
 !> Meaning of a case file: material, pattern, load path or replay, and the end that is expected.
-!>
-!>     &case      title = '...', planes = .false. (columns per plane) /
-!>     &material  sigma0, Gc, eta, mu [, sigma02, Gc2, tau_v, kc] /
-!>     &pattern   sides (m), theta, flat, turn /   or   normals = n_N, n_Tx, n_Ty, ... , weights = gamma, ... /
-!>     &step      one or more; goes on from where the last one ended
-!>       s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to: one value, or a list run through in
-!>                  turn (a shorter list keeps its last value); a component not named is held as it was, at first s = 0
-!>       slip, direction                       s_Tx and s_Ty together: slip along a direction (degrees from Tx to Ty)
-!>       k_N, k_Tx, k_Ty                       stiffness of the surroundings (CNS): the traction of the component is its
-!>                  target - k (s - s at the start of the step); stays on until it is set to 0 or s is given
-!>       increments = 100                      for each target, one number or a list
-!>       cycles = 1                            how often the lists are run through
-!>       time = 1.0                            the step takes
-!>     &expect    end = 'complete' | 'lost', values of the last row (columns, or slip = |s_T|) within tolerance,
-!>                when = value of the sweep: a group for that run only /
-!>     &sweep     name = 'x', values = ... : the case is run for every value of x, a name to use in place of a number /
-!>     &replay    file = '...' [, through = 'umat', ntens = 3, h = 1, map = 0, r = 0, dtime = 1.0] instead of steps /
+!> The groups and their entries: `case_format`, which `rie_driver --help` prints.
 module case_file
-  use asperity_checks, only: append, integer_text
+  use asperity_checks, only: append, integer_text, to_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -26,13 +10,43 @@ module case_file
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
   use load_path, only: check_separations, read_steps, step_type
   use recorded_strains, only: read_strains, strains_type
-  use text_file, only: lower, number_text
+  use text_file, only: lower
   implicit none
   private
   public :: interpret_case, read_sweep
 
   character(len=*), parameter :: group_names(7) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay"]
+
+  character(len=*), parameter, public :: case_format(28) = [character(len=104) :: &
+    "case file: groups &name entry = value, ... /; comments after !; names in any case", &
+    "  &case      title = '...', planes = .false.                                     ! optional", &
+    "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc                        ! the last four are", &
+    "  &pattern   sides, theta, flat, turn   or   normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
+    "  &step      one or more; each goes on from where the last one ended", &
+    "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to, one value or a list run", &
+    "               through in turn (a shorter list keeps its last value); a component that is not named", &
+    "               is held as it was, at first s = 0", &
+    "    slip, direction = 0   s_Tx and s_Ty together, along a direction (degrees from Tx to Ty)", &
+    "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
+    "               k (s - s at the start of the step), until k is set again or s is given", &
+    "    increments = 100      to each target, one number or a list", &
+    "    cycles = 1            times that the lists are run through", &
+    "    time = 1.0            that the step takes", &
+    "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
+    "             tolerance; when = value of the sweep: for that run only             ! optional", &
+    "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
+    "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
+    "             map = 0, r = 0, dtime = 1.0; columns s_N, s_Tx, s_Ty or strains e_1 ... e_<ntens>, time", &
+    "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
+    "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
+    "  &pattern sides = 4, theta = 30.0 /", &
+    "  &step t_N = -5.0 /", &
+    "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
+    "rows: step, increment, time, separation, traction, damage, energies, iterations of Newton's method (a", &
+    "  replay: calls of umat), event: onset, damaged, open, close, slip, substeps, cut, lost; joined by +", &
+    "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; substeps: solved in parts;", &
+    "  cut: umat asked for a smaller increment; lost: no equilibrium was found beyond this last row"]
 
   !> What &expect may state, in this order.
   character(len=8), parameter, public :: expect_names(12) = [character(len=8) :: "s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", &
@@ -94,8 +108,8 @@ contains
         call get_reals(text, e, values, message)
         do i = 2, size(values)
           do j = 1, i - 1
-            if (number_text(values(i)) == number_text(values(j))) call append(message, entry_where(text, e) // ": " // &
-              number_text(values(i)) // " is given twice")
+            if (to_text(values(i)) == to_text(values(j))) call append(message, entry_where(text, e) // ": " // &
+              to_text(values(i)) // " is given twice")
           end do
         end do
       case default

@@ -1,6 +1,6 @@
 !> Run of one case: rows, end as expected or not, summary.
 module case_run
-  use asperity_checks, only: integer_text
+  use asperity_checks, only: integer_text, to_text
   use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored, v_work
   use asperity_kinds, only: wp
   use case_file, only: case_type, expect_names
@@ -8,7 +8,6 @@ module case_run
   use history, only: close_history, history_type, open_history
   use path_run, only: run_path
   use replay_run, only: run_replay
-  use text_file, only: number_text
   implicit none
   private
   public :: run_case, short
@@ -91,7 +90,7 @@ contains
     real(wp) :: rounded
     write (buffer, "(es16.5e3)") value
     read (buffer, "(f16.0)") rounded
-    text = number_text(rounded)
+    text = to_text(rounded)
   end function short
 
   !> Which values of the last row are not as expected; empty: none.
@@ -112,8 +111,8 @@ contains
       if (.not. case%expect%given(i)) cycle
       if (abs(values(i) - case%expect%values(i)) <= case%expect%tolerance) cycle
       if (len(complaint) > 0) complaint = complaint // ", "
-      complaint = complaint // trim(expect_names(i)) // " = " // number_text(values(i)) // ", expected " // &
-        number_text(case%expect%values(i)) // " within " // number_text(case%expect%tolerance)
+      complaint = complaint // trim(expect_names(i)) // " = " // to_text(values(i)) // ", expected " // &
+        to_text(case%expect%values(i)) // " within " // to_text(case%expect%tolerance)
     end do
   end function unexpected
 

@@ -1,12 +1,11 @@
 !> Load path of a case: the groups &step in turn.
 module load_path
-  use asperity_checks, only: append, bounded, integer_text
+  use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use case_text, only: entry_where, group_where, name_index, text_type, unknown_name
   use case_values, only: get_integer, get_integers, get_real, get_reals
   use mixed_control, only: control_type, direction_vector
-  use text_file, only: number_text
   implicit none
   private
   public :: read_steps, check_separations
@@ -54,7 +53,7 @@ contains
       call read_step(text, g, control, direction, steps(n), message)
       if (allocated(steps(n)%increments)) total = total + sum(real(steps(n)%increments, wp))
     end do
-    if (total > real(most_increments, wp)) call append(message, text%path // ": " // number_text(total) // &
+    if (total > real(most_increments, wp)) call append(message, text%path // ": " // to_text(total) // &
       " increments in all &step: expected at most " // integer_text(most_increments))
   end subroutine read_steps
 
@@ -206,8 +205,8 @@ contains
         if (steps(n)%control%traction(i)) cycle
         do j = 1, size(steps(n)%increments)
           if (.not. bounded(steps(n)%targets(i, j), bound)) call append(message, group_where(text, g) // "s_" // &
-            trim(component_names(i)) // " = " // number_text(steps(n)%targets(i, j)) // &
-            ": expected a magnitude up to " // number_text(bound))
+            trim(component_names(i)) // " = " // to_text(steps(n)%targets(i, j)) // &
+            ": expected a magnitude up to " // to_text(bound))
         end do
       end do
     end do

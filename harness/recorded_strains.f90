@@ -4,11 +4,11 @@
 !> the driver's own output is such a file), and `time` if there is one; other columns are ignored. Without a header:
 !> the NTENS strains. Lines that are blank or start with # are passed over.
 module recorded_strains
-  use asperity_checks, only: append, bounded, integer_text
+  use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_host, only: component_map
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
-  use text_file, only: blanks, line_end, load_file, lower, newline, number_text, printable, to_real
+  use text_file, only: blanks, line_end, load_file, lower, newline, printable, to_real
   implicit none
   private
   public :: read_strains
@@ -71,7 +71,7 @@ contains
       record%time(n) = merge(numbers(size(numbers)), real(n, wp)*dtime, column(size(column)) > 0)
       if (separations) then
         if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(message, path // ":" // &
-          integer_text(number) // ": s_Ty = " // number_text(numbers(3)) // ": expected 0 with ntens = 2")
+          integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
         do i = 1, 3
           if (position(i) > 0) record%strain(position(i), n) = numbers(i)/interface%h
         end do
@@ -79,7 +79,7 @@ contains
         record%strain(:, n) = numbers(:ntens)
       end if
       if (.not. all(bounded(record%strain(:, n), bound))) call append(message, path // ":" // integer_text(number) // &
-        ": expected strains of a magnitude up to " // number_text(bound))
+        ": expected strains of a magnitude up to " // to_text(bound))
     end do
     if (n == 0 .and. len(message) == earlier) call append(message, path // ": no line of numbers")
     record%strain = record%strain(:, :n)

@@ -11,6 +11,7 @@ module replay_run
   use asperity_kinds, only: wp
   use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type
+  use host_routines, only: umat
   use recorded_strains, only: strains_type
   implicit none
   private
@@ -23,27 +24,10 @@ module replay_run
   !> Of a division by h and a multiplication, relative.
   real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
 
-  interface
-    !> UMAT as an FE code sees it: every argument is passed.
-    subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, &
-                    temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, &
-                    celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
-      import :: wp
-      implicit none
-      integer, intent(in) :: ndi, nshr, ntens, nstatv, nprops
-      real(wp), intent(inout) :: stress(ntens), statev(nstatv), ddsdde(ntens, ntens), sse, spd, scd
-      real(wp), intent(in) :: stran(ntens), dstran(ntens), props(nprops)
-      character(len=80), intent(in) :: cmname
-      real(wp), intent(inout) :: rpl, ddsddt(ntens), drplde(ntens), drpldt, pnewdt
-      real(wp), intent(in) :: time(2), dtime, temp, dtemp, predef(1), dpred(1), coords(3), drot(9), celent, dfgrd0(9), &
-        dfgrd1(9)
-      integer, intent(in) :: noel, npt, layer, kspt, kstep, kinc
-    end subroutine umat
-  end interface
-
 contains
 
-  !> Replay a record; every record becomes a row (iterations: calls of umat).
+  !> Replay a record; every record becomes a row (iterations: calls of umat; a component that the
+  !> host does not have is 0, t_Ty with NTENS = 2 among them).
   subroutine run_replay(interface, props, ntens, record, label, table, progress, failure)
     type(interface_type), intent(in) :: interface            !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS

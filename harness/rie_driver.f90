@@ -1,14 +1,14 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_checks, only: append
+  use asperity_checks, only: append, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
-  use case_file, only: case_type, interpret_case, read_sweep
+  use case_file, only: case_format, case_type, interpret_case, read_sweep
   use case_run, only: run_case, short
   use case_text, only: read_text, text_type
   use driver_messages, only: exit_input, exit_ok, finish, say
-  use text_file, only: lower, number_text
+  use text_file, only: lower
   implicit none
 
   !> Closure of the facing planes, as a multiple of s_f, beyond which a warning is given.
@@ -44,7 +44,7 @@ contains
       argument = argument_text(i)
       select case (argument)
       case ("-h", "--help")
-        write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage))
+        write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage)), (trim(case_format(i)), i=1, size(case_format))
         call finish(exit_ok)
       case ("--version")
         write (output_unit, "(2a)") "rie_driver ", version
@@ -124,8 +124,8 @@ contains
     largest = 0.0_wp
     do i = 1, size(cases)
       if (size(values) > 0) then
-        call run_case(cases(i), path // " (" // variable // " = " // number_text(values(i)) // ")", &
-          stem // "_" // number_text(values(i)) // ".csv", planes, quiet, closure, code)
+        call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
+          stem // "_" // to_text(values(i)) // ".csv", planes, quiet, closure, code)
       else if (len(output) > 0) then
         call run_case(cases(i), path, output, planes, quiet, closure, code)
       else

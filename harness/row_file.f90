@@ -13,6 +13,7 @@ module row_file
     function c_creat(path, mode) bind(c, name="creat") result(fd)
       import :: c_char, c_int
       implicit none
+      ! allow(C071): as C has it
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
       integer(c_int) :: fd
@@ -22,6 +23,7 @@ module row_file
       import :: c_char, c_int, c_intptr_t, c_size_t
       implicit none
       integer(c_int), value :: fd
+      ! allow(C071): as C has it
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: n
       integer(c_intptr_t) :: written
@@ -37,6 +39,7 @@ module row_file
     subroutine c_perror(prefix) bind(c, name="perror")
       import :: c_char
       implicit none
+      ! allow(C071): as C has it
       character(kind=c_char), intent(in) :: prefix(*)
     end subroutine c_perror
   end interface

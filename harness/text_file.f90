@@ -4,7 +4,7 @@ module text_file
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: load_file, line_end, lower, number_text, printable, to_real
+  public :: load_file, line_end, lower, printable, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -90,46 +90,6 @@ contains
       if (name(i:i) >= "A" .and. name(i:i) <= "Z") low(i:i) = achar(iachar(name(i:i)) + 32)
     end do
   end function lower
-
-  !> Shortest text of a number that reads back the same, without an exponent where that is easily read.
-  pure function number_text(value) result(text)
-    real(wp), intent(in) :: value   !! finite
-    character(len=:), allocatable :: text
-    character(len=26) :: buffer
-    character(len=12) :: style
-    character(len=17) :: digits
-    real(wp) :: back
-    integer :: exponent, n
-
-    if (.not. abs(value) > 0.0_wp) then
-      text = "0"
-      return
-    end if
-    ! fewer digits of the largest numbers may round up beyond the range
-    do n = merge(1, 17, abs(value) < 1.0e300_wp), 17
-      write (style, "(a, i0, a)") "(es26.", n - 1, "e3)"
-      write (buffer, style) abs(value)
-      read (buffer, "(f26.0)") back
-      if (.not. abs(back - abs(value)) > 0.0_wp) exit
-    end do
-    n = min(n, 17)
-    buffer = adjustl(buffer)
-    digits = buffer(1:1) // buffer(3:)
-    read (buffer(index(buffer, "E") + 1:), "(i5)") exponent
-    if (exponent < -5 .or. exponent > 8) then
-      text = digits(1:1)
-      if (n > 1) text = text // "." // digits(2:n)
-      write (buffer, "(i0)") exponent
-      text = text // "e" // trim(buffer)
-    else if (exponent < 0) then
-      text = "0." // repeat("0", -exponent - 1) // digits(:n)
-    else if (n <= exponent + 1) then
-      text = digits(:n) // repeat("0", exponent + 1 - n)
-    else
-      text = digits(:exponent + 1) // "." // digits(exponent + 2:n)
-    end if
-    if (value < 0.0_wp) text = "-" // text
-  end function number_text
 
   !> Number from text: decimal, finite, with an exponent or without; anything else is refused.
   pure subroutine to_real(word, value, good)

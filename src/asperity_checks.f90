@@ -126,21 +126,51 @@ contains
     end if
   end subroutine append
 
-  !> Shortest plain text of a number.
+  !> Shortest text of a number that reads back the same, without an exponent where that is easily read.
   pure function to_text(value) result(text)
     real(wp), intent(in) :: value   !! any bits
     character(len=:), allocatable :: text
-    character(len=32) :: buffer
-    integer :: last, e
-    write (buffer, "(g0.16)") value
-    e = scan(buffer, "Ee")
-    if (e == 0) e = len_trim(buffer) + 1
-    last = e - 1
-    if (index(buffer, ".") > 0) then
-      last = verify(buffer(:last), "0", back=.true.)
-      if (buffer(last:last) == ".") last = last - 1
+    character(len=26) :: buffer
+    character(len=12) :: style
+    character(len=17) :: digits
+    real(wp) :: back
+    integer(int64), parameter :: infinity_bits = int(z"7FF0000000000000", int64)
+    integer :: exponent, n
+
+    if (.not. bounded(value, huge(1.0_wp))) then
+      text = "NaN"
+      if (transfer(value, 0_int64) == infinity_bits) text = "Inf"
+      if (transfer(-value, 0_int64) == infinity_bits) text = "-Inf"
+      return
     end if
-    text = buffer(:last) // trim(buffer(e:))
+    if (.not. abs(value) > 0.0_wp) then
+      text = "0"
+      return
+    end if
+    ! fewer digits of the largest numbers may round up beyond the range
+    do n = merge(1, 17, abs(value) < 1.0e300_wp), 17
+      write (style, "(a, i0, a)") "(es26.", n - 1, "e3)"
+      write (buffer, style) abs(value)
+      read (buffer, "(f26.0)") back
+      if (.not. abs(back - abs(value)) > 0.0_wp) exit
+    end do
+    n = min(n, 17)
+    buffer = adjustl(buffer)
+    digits = buffer(1:1) // buffer(3:)
+    read (buffer(index(buffer, "E") + 1:), "(i5)") exponent
+    if (exponent < -5 .or. exponent > 8) then
+      text = digits(1:1)
+      if (n > 1) text = text // "." // digits(2:n)
+      write (buffer, "(i0)") exponent
+      text = text // "e" // trim(buffer)
+    else if (exponent < 0) then
+      text = "0." // repeat("0", -exponent - 1) // digits(:n)
+    else if (n <= exponent + 1) then
+      text = digits(:n) // repeat("0", exponent + 1 - n)
+    else
+      text = digits(:exponent + 1) // "." // digits(exponent + 2:n)
+    end if
+    if (value < 0.0_wp) text = "-" // text
   end function to_text
 
   !> Text of an integer.

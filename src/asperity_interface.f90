@@ -58,6 +58,13 @@ contains
     bound = separation_limit*interface%rie%material%s0
   end function separation_bound
 
+  !> Largest slip and offset in a state, length: slips follow separations, by up to sqrt(3) times the largest component.
+  pure function slip_bound(interface) result(bound)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: bound
+    bound = 4.0_wp*separation_bound(interface)
+  end function slip_bound
+
   !> Whether the input of a point is admissible.
   pure function point_status(interface, s_old, s, state_old) result(status)
     type(interface_type), intent(in) :: interface      !! the interface
@@ -84,7 +91,7 @@ contains
     if (size(state) < interface%n_statev) return
     status = status_state
     if (.not. all_bounded(interface%n_statev, state, huge(1.0_wp))) return
-    bound = separation_bound(interface)
+    bound = slip_bound(interface)
     good = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2))) <= bound
     do i = n_point_statev + 1, interface%n_statev, n_plane_statev
       good = good .and. state(i) >= 0.0_wp .and. state(i) <= 1.0_wp &
@@ -144,11 +151,12 @@ contains
     real(wp), intent(in), contiguous :: state_old(:)   !! (nstatv) STATEV at the start
     character(len=:), allocatable :: message
     character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
-    real(wp) :: bound
+    real(wp) :: bound, slip
     integer :: i, j, k
 
     message = ""
     bound = separation_bound(interface)
+    slip = slip_bound(interface)
     if (size(state_old) < interface%n_statev) then
       call append(message, "NSTATV = " // integer_text(size(state_old)) // ": expected at least " // &
         integer_text(interface%n_statev) // " for " // integer_text(interface%rie%pattern%n) // " planes")
@@ -159,14 +167,14 @@ contains
       call review(message, trim(names(i)), s(i), -bound, bound)
     end do
     do i = 1, n_point_statev
-      call review(message, statev_name(i, i), state_old(i), -merge(bound, huge(1.0_wp), i >= v_offset), &
-        merge(bound, huge(1.0_wp), i >= v_offset))
+      call review(message, statev_name(i, i), state_old(i), -merge(slip, huge(1.0_wp), i >= v_offset), &
+        merge(slip, huge(1.0_wp), i >= v_offset))
     end do
     do k = 1, interface%rie%pattern%n
       i = plane_statev(k)
       call review(message, statev_name(i, n_point_statev + 1), state_old(i), 0.0_wp, 1.0_wp)
       do j = 1, n_plane_statev - 1
-        call review(message, statev_name(i + j, n_point_statev + 1 + j), state_old(i + j), -bound, bound)
+        call review(message, statev_name(i + j, n_point_statev + 1 + j), state_old(i + j), -slip, slip)
       end do
     end do
   end function point_message

@@ -26,8 +26,8 @@ contains
     type(rie_type), intent(in) :: rie            !! material and pattern
     real(wp), intent(in) :: s_old(3)             !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                 !! separation at its end, length
-    real(wp), intent(in) :: state_old(:)         !! STATEV at the start, size >= n_statev(Np)
-    real(wp), intent(out) :: state(:)            !! STATEV at the end, same size
+    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start, size >= n_statev(Np)
+    real(wp), intent(out), contiguous :: state(:)      !! STATEV at the end, same size
     real(wp), intent(out) :: traction(3)         !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)       !! d traction_i/d s_j, stress/length
     state = state_old

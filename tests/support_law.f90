@@ -58,10 +58,10 @@ contains
   end function interface_of
 
   !> Regular pattern of m planes inclined by 30 degrees, flat share 1/3 (Table 4), material of Table 2.
-  function regular_interface(m) result(interface)
+  function regular_interface(m) result(regular)
     integer, intent(in) :: m   !! inclined planes
-    type(interface_type) :: interface
-    interface = interface_of(table2_with([p_m, p_theta], [real(m, wp), theta]))
+    type(interface_type) :: regular
+    regular = interface_of(table2_with([p_m, p_theta], [real(m, wp), theta]))
   end function regular_interface
 
   !> Listed planes, material of Table 2, other values where they are given.

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from . import __version__, tables
-from .cases import labels
+from .case_files import labels
 from .installed import cases, driver
 from .results import read_rows, results_of
 

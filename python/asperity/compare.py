@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from . import planar, reference
-from .cases import SlipTest, slip_tests
+from .case_files import SlipTest, slip_tests
 from .contract import Floats
 from .installed import cases, driver
 from .results import Rows, read_rows, results_of

@@ -14,7 +14,9 @@ program from_fortran
 
   call new_interface(props, interface, status)
   if (status /= 0) error stop "new_interface"
-  allocate (state(interface%n_statev, 1), statev(interface%n_statev), source=0.0_wp)
+  allocate (state(interface%n_statev, 1), statev(interface%n_statev))
+  state = 0
+  statev = 0
   call update_points(interface, reshape(s, [3, 1]), state, traction, status, failed)
   if (status /= 0) error stop "update_points"
   call expect(traction(1, 1), sigma0/2)

@@ -13,10 +13,9 @@ import matplotlib.image
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, cases, compare, plots, results, tables
+from asperity import Interface, Material, Pattern, case_files, compare, plots, results, tables
 from asperity.cli import main
-from asperity.installed import cases as case_files
-from asperity.installed import driver
+from asperity.installed import cases, driver
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 CASE = """&case title = 'Slip and back' /
@@ -234,30 +233,30 @@ def test_picture_of_an_opening(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_case_is_read() -> None:
     """Material, pattern, slips and preload of the shipped Figure 5(b)."""
-    path = next(path for path in case_files() if path.stem == "figure05b")
-    (test,) = cases.slip_tests(path)
+    path = next(path for path in cases() if path.stem == "figure05b")
+    (test,) = case_files.slip_tests(path)
     assert (test.material, test.pattern) == (RT.material, RT.pattern)
     assert (test.value, test.preload, test.sigma_N, test.direction) == (None, 100, -10.0, 0.0)
     assert len(test.slips) == 800
     assert test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
     assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
-    assert cases.labels(path)[1] == ""
+    assert case_files.labels(path)[1] == ""
 
 
 def test_sweep_is_read(folder: Path) -> None:
     """Values of the sweep in place of its name, comments and broken lines left out."""
     text = SWEEP.replace("s_Tx", "! slip = 7\n  slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
     path = Path(write("sweep.nml", text))
-    found = list(cases.slip_tests(path))
+    found = list(case_files.slip_tests(path))
     assert [test.value for test in found] == [test.pattern.theta for test in found] == [0.0, 45.0, 30.0]
     assert [test.slips[-1] for test in found] == [0.1] * 3
-    assert cases.labels(path) == ("sweep", "theta_m")
+    assert case_files.labels(path) == ("sweep", "theta_m")
 
 
 def test_case_that_cannot_be_compared(folder: Path) -> None:
     """Another kind of path is refused, as is a case the driver refuses."""
     with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
-        list(cases.slip_tests(Path(write("case.nml", SWEEP))))
+        list(case_files.slip_tests(Path(write("case.nml", SWEEP))))
     with pytest.raises(ValueError, match=r"rie_driver: .*mu"):
         compare.compare(Path(write("case.nml", CASE.replace("mu = 0.5", "mu = -0.5"))))
 
@@ -276,7 +275,7 @@ def test_compare(text: str, folder: Path) -> None:
 def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A case run with another friction than the one compared with does not agree."""
     path = Path(write("case.nml", CASE))
-    monkeypatch.setattr(compare, "slip_tests", lambda _: cases.slip_tests(Path("other.nml")))
+    monkeypatch.setattr(compare, "slip_tests", lambda _: case_files.slip_tests(Path("other.nml")))
     write("other.nml", CASE.replace("mu = 0.5", "mu = 0.500001"))
     result = compare.compare(path)
     assert not result.agrees

@@ -514,6 +514,15 @@ def test_commands(driver: Path, tmp_path: Path) -> None:
         assert process.returncode == 1 and "--help" in process.stderr, arguments
 
 
+def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
+    """The example that --help prints runs."""
+    text = call(driver, "--help", folder=tmp_path).stdout
+    example = text[text.index("example:") : text.index("rows:")].partition("\n")[2]
+    result = run(example)
+    assert result["t_N"][-1] == pytest.approx(-5.0, abs=TRACTION_TOLERANCE)
+    assert math.hypot(result["s_Tx"][-1], result["s_Ty"][-1]) == pytest.approx(0.6, rel=1e-14)
+
+
 def test_warnings(run) -> None:
     """Mode II values of their own, and a contact as soft as the bond, are worth a warning."""
     path = RP_4 + "&step t_N = -10.0 /\n"

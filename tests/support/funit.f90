@@ -10,15 +10,16 @@ module funit
    abstract interface
       !> A test, a @before or an @after.
       subroutine suite_procedure()
+         implicit none
       end subroutine suite_procedure
    end interface
 
    integer, parameter :: max_pending = 20  ! failures of one test told in full, more are only counted
-   character(len=*), parameter :: next_line = new_line('a')//'      '
+   character(len=*), parameter :: next_line = new_line("a")//"      "
 
    integer :: pending = 0                  ! failures of the running test that no assertion has caught
-   character(len=2000) :: message_of(max_pending) = ''
-   character(len=200) :: place_of(max_pending) = ''
+   character(len=2000) :: message_of(max_pending) = ""
+   character(len=200) :: place_of(max_pending) = ""
    integer :: passed = 0, failed = 0
 
 contains
@@ -33,8 +34,8 @@ contains
       logical :: holds, finite, same
       real(real64) :: l, r, t, scaling
 
-      holds = op == 'IsNaN' .and. is_nan(a)
-      if (op == 'IsNaN' .or. is_nan(e) .or. is_nan(a)) return
+      holds = op == "IsNaN" .and. is_nan(a)
+      if (op == "IsNaN" .or. is_nan(e) .or. is_nan(a)) return
       ! Nothing below overflows, so nothing traps.
       scaling = merge(0.25_real64, 1.0_real64, max(abs(e), abs(a), tolerance) > 0.25_real64*huge(a))
       l = scaling*e
@@ -43,27 +44,28 @@ contains
       finite = is_finite(e) .and. is_finite(a)
       same = .not. (l < r .or. l > r)
       select case (op)
-      case ('True')
+      case ("True")
          holds = a > 0.5_real64
-      case ('False')
+      case ("False")
          holds = a < 0.5_real64
-      case ('IsFinite')
+      case ("IsFinite")
          holds = finite
-      case ('Equal')
+      case ("Equal")
          holds = same
          if (finite) holds = abs(rounded(r - l, single)) <= t
-      case ('NotEqual')
+      case ("NotEqual")
          if (.not. same) holds = abs(rounded(r - l, single)) > t
-      case ('LessThan')
+      case ("LessThan")
          holds = l < rounded(r + t, single)
-      case ('LessThanOrEqual')
+      case ("LessThanOrEqual")
          holds = l <= rounded(r + t, single)
-      case ('GreaterThan')
+      case ("GreaterThan")
          holds = l > rounded(r - t, single)
-      case ('GreaterThanOrEqual')
+      case ("GreaterThanOrEqual")
          holds = l >= rounded(r - t, single)
-      case ('RelativelyEqual')
+      case ("RelativelyEqual")
          if (finite .and. abs(l) > 0) holds = abs(rounded(r - l, single)) <= rounded(tolerance*abs(l), single)
+      case default
       end select
    end function compare
 
@@ -78,42 +80,43 @@ contains
       integer :: max_rank
 
       max_rank = 2
-      kinds = 'real64 real32'
+      kinds = "real64 real32"
       select case (op)
-      case ('True', 'False')
-         kinds = 'logical'
+      case ("True", "False")
+         kinds = "logical"
          max_rank = 1
-      case ('IsNaN', 'IsFinite')
+      case ("IsNaN", "IsFinite")
          max_rank = 0
-      case ('Equal')
-         kinds = 'real64 real32 integer logical character'
-      case ('NotEqual')
-         kinds = 'real64 real32 integer logical'
-      case ('LessThan', 'LessThanOrEqual', 'GreaterThan', 'GreaterThanOrEqual')
-         kinds = 'real64 real32 integer'
+      case ("Equal")
+         kinds = "real64 real32 integer logical character"
+      case ("NotEqual")
+         kinds = "real64 real32 integer logical"
+      case ("LessThan", "LessThanOrEqual", "GreaterThan", "GreaterThanOrEqual")
+         kinds = "real64 real32 integer"
+      case default
       end select
-      why = ''
+      why = ""
       if (index(kinds, trim(a%kind)) == 0) then
-         why = 'operands must be '//trim(kinds)//', not '//a%kind
+         why = "operands must be "//trim(kinds)//", not "//a%kind
       else if (size(a%extents) > max_rank) then
-         why = 'rank must not exceed '//list_text([max_rank])
+         why = "rank must not exceed "//list_text([max_rank])
       end if
-      if (present(e) .and. why == '') then
+      if (present(e) .and. why == "") then
          if (e%kind /= a%kind) then
-            why = 'kinds differ: '//trim(e%kind)//' and '//a%kind
+            why = "kinds differ: "//trim(e%kind)//" and "//a%kind
          else if (all(size(e%extents) /= [0, size(a%extents)])) then
-            why = 'ranks do not fit: '//list_text([size(e%extents)])//' and '//list_text([size(a%extents)])
+            why = "ranks do not fit: "//list_text([size(e%extents)])//" and "//list_text([size(a%extents)])
          else if (any(e%extents /= a%extents(:size(e%extents)))) then
-            why = 'shapes differ: '//list_text(e%extents)//' and '//list_text(a%extents)
+            why = "shapes differ: "//list_text(e%extents)//" and "//list_text(a%extents)
          end if
       end if
-      if (present(t) .and. why == '') then
-         if (a%kind(:4) /= 'real' .or. t%kind /= a%kind .or. size(t%extents) > 0) then
-            why = 'tolerance must be a scalar of the same kind as the operands, real64 or real32'
+      if (present(t) .and. why == "") then
+         if (a%kind(:4) /= "real" .or. t%kind /= a%kind .or. size(t%extents) > 0) then
+            why = "tolerance must be a scalar of the same kind as the operands, real64 or real32"
          else if (.not. is_finite(t%v(1))) then
-            why = 'tolerance must be finite'
-         else if (t%v(1) < 0 .or. (op == 'RelativelyEqual' .and. t%v(1) > 1)) then
-            why = 'tolerance must not be negative, nor a relative one beyond 1'
+            why = "tolerance must be finite"
+         else if (t%v(1) < 0 .or. (op == "RelativelyEqual" .and. t%v(1) > 1)) then
+            why = "tolerance must not be negative, nor a relative one beyond 1"
          end if
       end if
    end function misfit
@@ -133,26 +136,26 @@ contains
       integer :: i
 
       why = misfit(op, actual, expected, tolerance)
-      if (why == '' .and. actual%kind == 'character') then
+      if (why == "" .and. actual%kind == "character") then
          why = text_difference(expected%text, actual%text)
-         if (why == '') return
-      else if (why == '') then
+         if (why == "") return
+      else if (why == "") then
          t = 0.0_real64
          if (present(tolerance)) t = tolerance%v(1)
          e = actual%v
          if (present(expected)) e = reshape(expected%v, shape(e), pad=expected%v)
          do i = 1, size(e)
-            if (.not. compare(op, e(i), actual%v(i), t, actual%kind == 'real32')) exit
+            if (.not. compare(op, e(i), actual%v(i), t, actual%kind == "real32")) exit
          end do
          if (i > size(e)) return
-         if (present(expected)) why = 'expected '//element_text(e(i), actual%kind)//next_line
-         why = why//'actual   '//element_text(actual%v(i), actual%kind)
-         if (present(tolerance)) why = why//next_line//'within   '//element_text(t, actual%kind)
-         if (size(actual%extents) > 0) why = why//next_line//'element  '//list_text([i])//' of shape '// &
+         if (present(expected)) why = "expected "//element_text(e(i), actual%kind)//next_line
+         why = why//"actual   "//element_text(actual%v(i), actual%kind)
+         if (present(tolerance)) why = why//next_line//"within   "//element_text(t, actual%kind)
+         if (size(actual%extents) > 0) why = why//next_line//"element  "//list_text([i])//" of shape "// &
             list_text(actual%extents)
       end if
-      if (present(message)) why = why//next_line//'message  '//message
-      call raise('@assert'//op//next_line//why, file//':'//list_text([line]))
+      if (present(message)) why = why//next_line//"message  "//message
+      call raise("@assert"//op//next_line//why, file//":"//list_text([line]))
    end subroutine pf_assert
 
    !> Expected and actual text if they differ, blanks and tabs at the ends apart; else empty.
@@ -163,8 +166,8 @@ contains
 
       e = trimmed(expected)
       a = trimmed(actual)
-      why = ''
-      if (e /= a) why = 'expected <'//e//'>'//next_line//'actual   <'//a//'>'
+      why = ""
+      if (e /= a) why = "expected <"//e//">"//next_line//"actual   <"//a//">"
    end function text_difference
 
    !> Assert that a failure was thrown (with that text) and forget it.
@@ -179,7 +182,7 @@ contains
          if (message_of(i) == message) exit
       end do
       if (i == 0) then
-         call raise('@assertExceptionRaised'//next_line//'it was not thrown', file//':'//list_text([line]))
+         call raise("@assertExceptionRaised"//next_line//"it was not thrown", file//":"//list_text([line]))
       else
          message_of(i:max_pending - 1) = message_of(i + 1:)
          place_of(i:max_pending - 1) = place_of(i + 1:)
@@ -190,7 +193,7 @@ contains
    !> Make the running test fail.
    subroutine throw(message)
       character(len=*), intent(in) :: message  !! told with the failure
-      call raise(message, 'thrown')
+      call raise(message, "thrown")
    end subroutine throw
 
    !> Keep a failure of the running test and its place.
@@ -218,7 +221,7 @@ contains
       procedure(suite_procedure), optional :: after     !! clean-up, also of a test that failed
       integer :: i
 
-      write (output_unit, '(a)', advance='no') suite//' '//name//' ... '
+      write (output_unit, "(a)", advance="no") suite//" "//name//" ... "
       flush (output_unit)
       pending = 0
       if (present(before)) call before()
@@ -228,16 +231,16 @@ contains
       end if
       passed = passed + merge(1, 0, pending == 0)
       failed = failed + merge(1, 0, pending > 0)
-      write (output_unit, '(a)') trim(merge('ok    ', 'FAILED', pending == 0))
+      write (output_unit, "(a)") trim(merge("ok    ", "FAILED", pending == 0))
       do i = 1, min(pending, max_pending)
-         write (output_unit, '(a)') '   '//trim(place_of(i))//': '//trim(message_of(i))
+         write (output_unit, "(a)") "   "//trim(place_of(i))//": "//trim(message_of(i))
       end do
-      if (pending > max_pending) write (output_unit, '(a)') '   and '//list_text([pending - max_pending])//' more'
+      if (pending > max_pending) write (output_unit, "(a)") "   and "//list_text([pending - max_pending])//" more"
    end subroutine pf_run
 
    !> Print the closing line; stop with exit status 1 if a test failed or none ran.
    subroutine pf_finish()
-      write (output_unit, '(a)') list_text([passed])//' passed, '//list_text([failed])//' failed'
+      write (output_unit, "(a)") list_text([passed])//" passed, "//list_text([failed])//" failed"
       flush (output_unit)
       if (failed > 0 .or. passed == 0) stop 1
    end subroutine pf_finish

@@ -8,7 +8,7 @@ module pf_operands
 
    !> Operand of an assertion: kind, extents (none for a scalar), elements in array order, or a text.
    type :: operand_type
-      character(len=9) :: kind = ''
+      character(len=9) :: kind = ""
       integer, allocatable :: extents(:)
       real(real64), allocatable :: v(:)
       character(len=:), allocatable :: text
@@ -30,91 +30,91 @@ contains
    pure function real64_0(x) result(operand)
       real(real64), intent(in) :: x  !! any value
       type(operand_type) :: operand
-      call fill(operand, 'real64', shape(x), [x])
+      call fill(operand, "real64", shape(x), [x])
    end function real64_0
 
    !> Operand of kind real64, rank 1.
    pure function real64_1(x) result(operand)
       real(real64), intent(in) :: x(:)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'real64', shape(x), [x])
+      call fill(operand, "real64", shape(x), [x])
    end function real64_1
 
    !> Operand of kind real64, rank 2.
    pure function real64_2(x) result(operand)
       real(real64), intent(in) :: x(:, :)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'real64', shape(x), [x])
+      call fill(operand, "real64", shape(x), [x])
    end function real64_2
 
    !> Operand of kind real32, rank 0.
    pure function real32_0(x) result(operand)
       real(real32), intent(in) :: x  !! any value
       type(operand_type) :: operand
-      call fill(operand, 'real32', shape(x), [widened(x)])
+      call fill(operand, "real32", shape(x), [widened(x)])
    end function real32_0
 
    !> Operand of kind real32, rank 1.
    pure function real32_1(x) result(operand)
       real(real32), intent(in) :: x(:)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'real32', shape(x), [widened(x)])
+      call fill(operand, "real32", shape(x), [widened(x)])
    end function real32_1
 
    !> Operand of kind real32, rank 2.
    pure function real32_2(x) result(operand)
       real(real32), intent(in) :: x(:, :)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'real32', shape(x), [widened(x)])
+      call fill(operand, "real32", shape(x), [widened(x)])
    end function real32_2
 
    !> Operand of kind integer, rank 0.
    pure function integer_0(x) result(operand)
       integer, intent(in) :: x  !! any value
       type(operand_type) :: operand
-      call fill(operand, 'integer', shape(x), [real(x, real64)])
+      call fill(operand, "integer", shape(x), [real(x, real64)])
    end function integer_0
 
    !> Operand of kind integer, rank 1.
    pure function integer_1(x) result(operand)
       integer, intent(in) :: x(:)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'integer', shape(x), [real(x, real64)])
+      call fill(operand, "integer", shape(x), [real(x, real64)])
    end function integer_1
 
    !> Operand of kind integer, rank 2.
    pure function integer_2(x) result(operand)
       integer, intent(in) :: x(:, :)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'integer', shape(x), [real(x, real64)])
+      call fill(operand, "integer", shape(x), [real(x, real64)])
    end function integer_2
 
    !> Operand of kind logical, rank 0.
    pure function logical_0(x) result(operand)
       logical, intent(in) :: x  !! any value
       type(operand_type) :: operand
-      call fill(operand, 'logical', shape(x), [bit(x)])
+      call fill(operand, "logical", shape(x), [bit(x)])
    end function logical_0
 
    !> Operand of kind logical, rank 1.
    pure function logical_1(x) result(operand)
       logical, intent(in) :: x(:)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'logical', shape(x), [bit(x)])
+      call fill(operand, "logical", shape(x), [bit(x)])
    end function logical_1
 
    !> Operand of kind logical, rank 2.
    pure function logical_2(x) result(operand)
       logical, intent(in) :: x(:, :)  !! any values
       type(operand_type) :: operand
-      call fill(operand, 'logical', shape(x), [bit(x)])
+      call fill(operand, "logical", shape(x), [bit(x)])
    end function logical_2
 
    !> Operand of kind character, rank 0.
    pure function character_0(x) result(operand)
       character(len=*), intent(in) :: x  !! any text
       type(operand_type) :: operand
-      call fill(operand, 'character', shape(x), [0.0_real64])
+      call fill(operand, "character", shape(x), [0.0_real64])
       operand%text = x
    end function character_0
 
@@ -151,7 +151,7 @@ contains
    pure function trimmed(text) result(s)
       character(len=*), intent(in) :: text  !! any text
       character(len=:), allocatable :: s
-      character(len=*), parameter :: white = ' '//achar(9)
+      character(len=*), parameter :: white = " "//achar(9)
       s = text(:verify(text, white, back=.true.))
       if (len(s) > 0) s = s(verify(s, white):)
    end function trimmed
@@ -172,15 +172,15 @@ contains
       character(len=:), allocatable :: s
       character(len=40) :: buffer
       if (is_nan(x)) then
-         buffer = 'NaN'
-      else if (kind == 'integer') then
-         write (buffer, '(i0)') nint(x)
-      else if (kind == 'logical') then
-         buffer = merge('true ', 'false', x > 0.5_real64)
-      else if (kind == 'real32' .and. is_finite(x)) then
-         write (buffer, '(g0)') real(x, real32)
+         buffer = "NaN"
+      else if (kind == "integer") then
+         write (buffer, "(i0)") nint(x)
+      else if (kind == "logical") then
+         buffer = merge("true ", "false", x > 0.5_real64)
+      else if (kind == "real32" .and. is_finite(x)) then
+         write (buffer, "(g0)") real(x, real32)
       else
-         write (buffer, '(g0)') x
+         write (buffer, "(g0)") x
       end if
       s = trim(buffer)
    end function element_text
