@@ -2,12 +2,13 @@
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: status_ntens, status_ok, status_separation
+  use asperity_contract, only: status_nstatv, status_ntens, status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, point_message, state_status, separation_bound
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: component_map, host_status, host_message, reject, request_cut
+  public :: component_map, vumat_map, host_status, host_message, vumat_message, block_message, reject, report, &
+    request_cut
 
   !> Increment factor asked for when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
@@ -32,6 +33,16 @@ contains
       position = 0
     end select
   end function component_map
+
+  !> Positions of (N, Tx, Ty) in Abaqus/Explicit's cohesive elements; 0: there is no such component.
+  pure function vumat_map(ndir, nshr) result(position)
+    integer, intent(in) :: ndir   !! direct components: 1
+    integer, intent(in) :: nshr   !! shear components: 1 or 2
+    integer :: position(3)        !! all 0 if it is another element
+    position = 0
+    if (ndir == 1 .and. nshr == 1) position = [1, 2, 0]
+    if (ndir == 1 .and. nshr == 2) position = [1, 3, 2]
+  end function vumat_map
 
   !> Whether what a host passed for a point is admissible.
   pure function host_status(interface, position, stran, dstran, statev) result(status)
@@ -83,6 +94,45 @@ contains
     end if
   end function host_message
 
+  !> What is wrong with a VUMAT call as a whole.
+  pure function vumat_message(status, props, ndir, nshr, nstatev) result(message)
+    integer, intent(in) :: status                   !! of the test that failed
+    real(wp), intent(in), contiguous :: props(:)    !! PROPS
+    integer, intent(in) :: ndir, nshr, nstatev      !! as the host passed them
+    character(len=:), allocatable :: message
+    type(interface_type) :: interface
+    integer :: props_status
+    message = ""
+    call new_interface(props, interface, props_status)
+    if (props_status /= status_ok) then
+      call review_props(props, props_status, message)
+    else if (status == status_ntens) then
+      message = "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // ": expected 1, 2 or (2D) 1, 1"
+    else if (status == status_nstatv) then
+      message = "nstatev = " // integer_text(nstatev) // ": expected at least " // integer_text(interface%n_statev)
+    else
+      message = "PROPS: constants of the law leave the range of single precision: expected other units"
+    end if
+  end function vumat_message
+
+  !> What is wrong with point i of a block; empty if nothing is.
+  pure function block_message(interface, i, strain, bound, state) result(message)
+    type(interface_type), intent(in) :: interface   !! the interface
+    integer, intent(in) :: i                        !! point
+    real(wp), intent(in) :: strain(:)               !! its strain increment
+    real(wp), intent(in) :: bound                   !! largest magnitude of that
+    real(wp), intent(in), contiguous :: state(:)    !! STATEV
+    character(len=:), allocatable :: message
+    real(wp), parameter :: rest(3) = 0.0_wp
+    integer :: j
+    message = ""
+    do j = 1, size(strain)
+      call review_strain("strainInc", j, strain(j), bound, message)
+    end do
+    if (len(message) == 0) message = point_message(interface, rest, rest, state)
+    if (len(message) > 0) message = "point " // integer_text(i) // " of the block: " // message
+  end function block_message
+
   !> Add a line to the message if a strain component is not finite or too large.
   pure subroutine review_strain(name, i, value, bound, message)
     character(len=*), intent(in) :: name                      !! STRAN or DSTRAN
@@ -112,9 +162,16 @@ contains
     character(len=*), intent(in) :: message      !! lines that name the values and what was expected
     real(wp), intent(inout) :: stress(:)         !! filled with NaN
     real(wp), intent(inout) :: tangent(:, :)     !! filled with NaN
-    write (error_unit, "(4a)") "asperity ", routine, ": ", message
+    call report(routine, message)
     stress = quiet_nan
     tangent = quiet_nan
   end subroutine reject
+
+  !> Tell on standard error why a call was rejected.
+  subroutine report(routine, message)
+    character(len=*), intent(in) :: routine   !! name of the adapter
+    character(len=*), intent(in) :: message   !! lines that name the values and what was expected
+    write (error_unit, "(4a)") "asperity ", routine, ": ", message
+  end subroutine report
 
 end module asperity_host

@@ -10,8 +10,8 @@ module asperity_interface
   use asperity_pattern, only: listed_pattern, regular_pattern
   implicit none
   private
-  public :: interface_type, new_interface, separation_bound, point_status, state_status, update_points, point_message, &
-    points_message
+  public :: interface_type, new_interface, separation_bound, virgin_tangent, point_status, state_status, &
+    update_points, point_message, points_message
 
   !> An interface as a host describes it by PROPS.
   type :: interface_type
@@ -57,6 +57,16 @@ contains
     real(wp) :: bound
     bound = separation_limit*interface%rie%material%s0
   end function separation_bound
+
+  !> Tangent of the virgin interface at rest.
+  pure function virgin_tangent(interface) result(tangent)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: tangent(3, 3)                       !! stress/length
+    real(wp), parameter :: rest(3) = 0.0_wp
+    real(wp) :: state(interface%n_statev), traction(3)
+    state = 0.0_wp
+    call update_point_in_place(interface%rie, rest, rest, state, traction, tangent)
+  end function virgin_tangent
 
   !> Largest slip and offset in a state, length: slips follow separations, by up to sqrt(3) times the largest component.
   pure function slip_bound(interface) result(bound)

@@ -1,0 +1,19 @@
+!> VUMAT of Abaqus/Explicit in double precision.
+!>
+!> PROPS and STATEV: docs/contract.md. A rejected block fills stressNew with NaN and leaves the state as it came.
+subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, coordMp, &
+                 charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, defgradOld, fieldOld, &
+                 stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, stretchNew, defgradNew, fieldNew, &
+                 stressNew, stateNew, enerInternNew, enerInelasNew)
+  use, intrinsic :: iso_fortran_env, only: ik => int64, real64
+  use asperity_block_double, only: block_type, chunk, largest_separation, new_block, update_block
+  use asperity_contract, only: plane_statev, status_nstatv, status_ntens, status_ok, status_state, v_friction, &
+    v_offset, v_rupture, v_work
+  use asperity_host, only: block_message, report, vumat_map, vumat_message
+  use asperity_interface, only: interface_type, new_interface, virgin_tangent
+  use asperity_kinds, only: wp
+  implicit none
+  character(len=*), parameter :: routine = "vumat"
+  integer(ik), parameter :: nan_bits = int(z"7FF8000000000000", ik)
+  include "asperity_vumat.inc"
+end subroutine vumat

@@ -1,0 +1,18 @@
+!> VUMAT of Abaqus/Explicit in single precision.
+!>
+!> PROPS and STATEV: docs/contract.md. A rejected block fills stressNew with NaN and leaves the state as it came.
+subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
+                        coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, defgradOld, &
+                        fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, stretchNew, &
+                        defgradNew, fieldNew, stressNew, stateNew, enerInternNew, enerInelasNew)
+  use, intrinsic :: iso_fortran_env, only: ik => int32, real64, wp => real32
+  use asperity_block_single, only: block_type, chunk, largest_separation, new_block, update_block
+  use asperity_contract, only: plane_statev, status_nstatv, status_ntens, status_ok, status_state, v_friction, &
+    v_offset, v_rupture, v_work
+  use asperity_host, only: block_message, report, vumat_map, vumat_message
+  use asperity_interface, only: interface_type, new_interface, virgin_tangent
+  implicit none
+  character(len=*), parameter :: routine = "vumat_single"
+  integer(ik), parameter :: nan_bits = int(z"7FC00000", ik)
+  include "asperity_vumat.inc"
+end subroutine vumat_single
