@@ -3,6 +3,7 @@
 module case_file
   use asperity_checks, only: append, integer_text, to_text
   use asperity_contract, only: status_ok
+  use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use case_material, only: read_props
@@ -18,7 +19,7 @@ module case_file
   character(len=*), parameter :: group_names(7) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay"]
 
-  character(len=*), parameter, public :: case_format(28) = [character(len=104) :: &
+  character(len=*), parameter, public :: case_format(29) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc                        ! the last four are", &
@@ -37,16 +38,20 @@ module case_file
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
-    "             map = 0, r = 0, dtime = 1.0; columns s_N, s_Tx, s_Ty or strains e_1 ... e_<ntens>, time", &
+    "             map = 0, r = 0, dtime = 1.0; columns s_N, s_Tx, s_Ty or strains e_1 ... e_<ntens>, time;", &
+    "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &
     "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
     "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
     "  &pattern sides = 4, theta = 30.0 /", &
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, iterations of Newton's method (a", &
-    "  replay: calls of umat), event: onset, damaged, open, close, slip, substeps, cut, lost; joined by +", &
+    "  replay: calls), event: onset, damaged, open, close, slip, substeps, cut, lost; joined by +", &
     "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; substeps: solved in parts;", &
     "  cut: umat asked for a smaller increment; lost: no equilibrium was found beyond this last row"]
+
+  !> Points of a block of vumat: Abaqus/Explicit's number, and the most that are taken.
+  integer, parameter :: default_points = 136, most_points = 1000
 
   !> What &expect may state, in this order.
   character(len=8), parameter, public :: expect_names(12) = [character(len=8) :: "s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", &
@@ -65,6 +70,7 @@ module case_file
   type, public :: replay_type
     character(len=:), allocatable :: file   !! CSV
     integer :: ntens = 3                    !! components of the host
+    integer :: block = 0                    !! points of a block of vumat, 0: through umat
     real(wp) :: dtime = 1.0_wp              !! time increment where the file has no time
   end type replay_type
 
@@ -138,8 +144,14 @@ contains
     call new_interface(case%props, case%interface, status)
     if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
     call check_separations(text, case%steps, case%interface, message)
-    if (size(case%steps) == 0) call read_strains(case%replay%file, case%replay%ntens, case%replay%dtime, &
-      case%interface, case%strains, message)
+    if (size(case%steps) > 0) return
+    if (case%replay%block > 0) then
+      call read_strains(case%replay%file, case%replay%ntens, vumat_map(1, case%replay%ntens - 1), 0.5_wp, &
+        case%replay%dtime, case%interface, case%strains, message)
+    else
+      call read_strains(case%replay%file, case%replay%ntens, component_map(case%replay%ntens, case%interface%map), &
+        1.0_wp, case%replay%dtime, case%interface, case%strains, message)
+    end if
   end subroutine interpret_case
 
   !> Every group known, and present as often as it may be.
@@ -265,11 +277,10 @@ contains
         if (index(replay%file, "/") /= 1) replay%file = text%path(:index(text%path, "/", back=.true.)) // replay%file
       case ("through")
         call get_string(text, e, through, message)
-        if (through == "vumat") then
-          call append(message, entry_where(text, e) // ": there is no vumat yet, expected 'umat'")
-        else if (through /= "umat") then
-          call append(message, entry_where(text, e) // ": expected 'umat'")
-        end if
+        if (all(through /= ["umat ", "vumat"])) call append(message, entry_where(text, e) // &
+          ": expected 'umat' or 'vumat'")
+      case ("block")
+        call get_integer(text, e, 1, most_points, replay%block, message)
       case ("ntens")
         call get_integer(text, e, 2, 6, replay%ntens, message)
         if (all(replay%ntens /= [2, 3, 6])) call append(message, entry_where(text, e) // ": expected 2, 3 or 6")
@@ -280,6 +291,12 @@ contains
         continue   ! of PROPS, or unknown: read_props tells
       end select
     end do
+    if (through == "vumat") then
+      if (replay%block == 0) replay%block = default_points
+      if (replay%ntens == 6) call append(message, group_where(text, g) // "ntens = 6 through vumat: expected 2 or 3")
+    else if (replay%block > 0) then
+      call append(message, group_where(text, g) // "block without through = 'vumat'")
+    end if
     if (len(replay%file) == 0) call append(message, group_where(text, g) // &
       "expected file = 'a CSV of recorded strains'")
   end subroutine read_replay

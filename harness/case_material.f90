@@ -21,7 +21,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: known(3) = [character(len=80) :: &
       "sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc", "sides, theta, flat, turn, normals, weights", &
-      "file, through, ntens, h, map, r, dtime"]
+      "file, through, ntens, h, map, r, dtime, block"]
     character(len=*), parameter :: owners(3) = [character(len=8) :: "material", "pattern", "replay"]
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
@@ -51,7 +51,7 @@ contains
           call get_reals(text, e, weights, message)
         else if (owner < 3) then
           call unknown_name(text, e, trim(known(owner)), message)
-        else if (all(text%entries(e)%name /= [character(len=8) :: "file", "through", "ntens", "dtime"])) then
+        else if (all(text%entries(e)%name /= [character(len=8) :: "file", "through", "ntens", "dtime", "block"])) then
           call unknown_name(text, e, trim(known(owner)), message)
         end if
       end do

@@ -3,6 +3,7 @@ module case_run
   use asperity_checks, only: integer_text, to_text
   use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored, v_work
   use asperity_kinds, only: wp
+  use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
   use driver_messages, only: begin_progress, clear_progress, exit_input, exit_ok, exit_solve, progress_type, say
   use history, only: close_history, history_type, open_history
@@ -35,6 +36,9 @@ contains
       call begin_progress(progress, quiet)
       if (size(case%steps) > 0) then
         call run_path(case%interface, case%steps, label, table, progress)
+      else if (case%replay%block > 0) then
+        call run_block_replay(case%interface, case%props, case%replay%ntens, case%replay%block, case%strains, label, &
+          table, progress, failure)
       else
         call run_replay(case%interface, case%props, case%replay%ntens, case%strains, label, table, progress, failure)
       end if

@@ -1,9 +1,10 @@
 !> The user routines as a host declares them.
 module host_routines
+  use, intrinsic :: iso_fortran_env, only: real32
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: umat
+  public :: umat, vumat, vumat_single
 
   interface
     !> UMAT; hosts may leave out (pass NULL for) what is optional here.
@@ -21,6 +22,44 @@ module host_routines
         dfgrd0(*), dfgrd1(*)
       integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
     end subroutine umat
+
+    !> VUMAT in double precision.
+    subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
+                     coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, &
+                     defgradOld, fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, &
+                     stretchNew, defgradNew, fieldNew, stressNew, stateNew, enerInternNew, enerInelasNew)
+      import :: wp
+      implicit none
+      integer, intent(in) :: nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal
+      real(wp), intent(in) :: stepTime, totalTime, dt
+      character(len=*), intent(in) :: cmname
+      real(wp), intent(in) :: coordMp(nblock, *), charLength(nblock), props(nprops), density(nblock), &
+        strainInc(nblock, ndir + nshr), relSpinInc(nblock, *), tempOld(nblock), stretchOld(nblock, *), &
+        defgradOld(nblock, *), fieldOld(nblock, *), stressOld(nblock, ndir + nshr), stateOld(nblock, nstatev), &
+        enerInternOld(nblock), enerInelasOld(nblock), tempNew(nblock), stretchNew(nblock, *), &
+        defgradNew(nblock, *), fieldNew(nblock, *)
+      real(wp), intent(inout) :: stressNew(nblock, ndir + nshr), stateNew(nblock, nstatev), &
+        enerInternNew(nblock), enerInelasNew(nblock)
+    end subroutine vumat
+
+    !> VUMAT in single precision.
+    subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
+                            coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, &
+                            defgradOld, fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, &
+                            stretchNew, defgradNew, fieldNew, stressNew, stateNew, enerInternNew, enerInelasNew)
+      import :: real32
+      implicit none
+      integer, intent(in) :: nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal
+      real(real32), intent(in) :: stepTime, totalTime, dt
+      character(len=*), intent(in) :: cmname
+      real(real32), intent(in) :: coordMp(nblock, *), charLength(nblock), props(nprops), density(nblock), &
+        strainInc(nblock, ndir + nshr), relSpinInc(nblock, *), tempOld(nblock), stretchOld(nblock, *), &
+        defgradOld(nblock, *), fieldOld(nblock, *), stressOld(nblock, ndir + nshr), stateOld(nblock, nstatev), &
+        enerInternOld(nblock), enerInelasOld(nblock), tempNew(nblock), stretchNew(nblock, *), &
+        defgradNew(nblock, *), fieldNew(nblock, *)
+      real(real32), intent(inout) :: stressNew(nblock, ndir + nshr), stateNew(nblock, nstatev), &
+        enerInternNew(nblock), enerInelasNew(nblock)
+    end subroutine vumat_single
   end interface
 
 end module host_routines

@@ -5,7 +5,6 @@
 !> the NTENS strains. Lines that are blank or start with # are passed over.
 module recorded_strains
   use asperity_checks, only: append, bounded, integer_text, to_text
-  use asperity_host, only: component_map
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use text_file, only: blanks, line_end, load_file, lower, newline, printable, to_real
@@ -24,18 +23,20 @@ module recorded_strains
 contains
 
   !> Read a record.
-  subroutine read_strains(path, ntens, dtime, interface, record, message)
+  subroutine read_strains(path, ntens, position, shear, dtime, interface, record, message)
     character(len=*), intent(in) :: path                      !! file
     integer, intent(in) :: ntens                              !! components of the host
+    integer, intent(in) :: position(3)                        !! of N, Tx, Ty among them, 0: there is none
+    real(wp), intent(in) :: shear                             !! shear strain of the host per engineering shear: 1, 1/2
     real(wp), intent(in) :: dtime                             !! time increment where there is no column `time`
-    type(interface_type), intent(in) :: interface             !! h and map of the host
+    type(interface_type), intent(in) :: interface             !! with h of the host
     type(strains_type), intent(out) :: record                 !! what was read
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: source, line
     integer, allocatable :: column(:)
     real(wp), allocatable :: numbers(:)
     real(wp) :: bound
-    integer :: earlier, first, i, last, n, number, position(3)
+    integer :: earlier, first, i, last, n, number
     logical :: separations
 
     earlier = len(message)
@@ -45,7 +46,6 @@ contains
     n = count([(source(i:i) == newline, i=1, len(source))]) + 1
     allocate (record%strain(ntens, n), record%time(n))
     record%strain = 0.0_wp
-    position = component_map(ntens, interface%map)
     bound = 0.25_wp*separation_bound(interface)/interface%h
     separations = .false.
     n = 0
@@ -73,7 +73,7 @@ contains
         if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(message, path // ":" // &
           integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
         do i = 1, 3
-          if (position(i) > 0) record%strain(position(i), n) = numbers(i)/interface%h
+          if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/interface%h)
         end do
       else
         record%strain(:, n) = numbers(:ntens)

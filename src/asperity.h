@@ -47,6 +47,27 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
            double *pnewdt, const double *celent, const double *dfgrd0, const double *dfgrd1, const int *noel,
            const int *npt, const int *layer, const int *kspt, const int *kstep, const int *kinc);
 
+/* VUMAT of Abaqus/Explicit for cohesive elements, in double and in single precision (Fortran calling convention, arrays
+ * (nblock, *) by columns; docs/vumat.md). */
+void vumat_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
+            const int *nprops, const int *lanneal, const double *stepTime, const double *totalTime,
+            const double *dt, const char *cmname, const double *coordMp, const double *charLength,
+            const double *props, const double *density, const double *strainInc, const double *relSpinInc,
+            const double *tempOld, const double *stretchOld, const double *defgradOld, const double *fieldOld,
+            const double *stressOld, const double *stateOld, const double *enerInternOld,
+            const double *enerInelasOld, const double *tempNew, const double *stretchNew,
+            const double *defgradNew, const double *fieldNew, double *stressNew, double *stateNew,
+            double *enerInternNew, double *enerInelasNew);
+void vumat_single_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
+                   const int *nprops, const int *lanneal, const float *stepTime, const float *totalTime,
+                   const float *dt, const char *cmname, const float *coordMp, const float *charLength,
+                   const float *props, const float *density, const float *strainInc, const float *relSpinInc,
+                   const float *tempOld, const float *stretchOld, const float *defgradOld, const float *fieldOld,
+                   const float *stressOld, const float *stateOld, const float *enerInternOld,
+                   const float *enerInelasOld, const float *tempNew, const float *stretchNew,
+                   const float *defgradNew, const float *fieldNew, float *stressNew, float *stateNew,
+                   float *enerInternNew, float *enerInelasNew);
+
 #ifdef __cplusplus
 }
 #endif

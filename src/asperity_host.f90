@@ -2,7 +2,7 @@
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: status_nstatv, status_ntens, status_ok, status_separation
+  use asperity_contract, only: status_nstatv, status_ntens, status_ok, status_separation, v_offset
   use asperity_interface, only: interface_type, new_interface, point_message, state_status, separation_bound
   use asperity_kinds, only: wp
   implicit none
@@ -86,8 +86,8 @@ contains
       message = "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6"
     else if (status == status_separation) then
       do i = 1, ntens
-        call review_strain("STRAN", i, stran(i), strain_bound(interface), message)
-        call review_strain("DSTRAN", i, dstran(i), strain_bound(interface), message)
+        call review_value("STRAN", i, stran(i), strain_bound(interface), message)
+        call review_value("DSTRAN", i, dstran(i), strain_bound(interface), message)
       end do
     else
       message = point_message(interface, rest, rest, statev)
@@ -111,38 +111,45 @@ contains
     else if (status == status_nstatv) then
       message = "nstatev = " // integer_text(nstatev) // ": expected at least " // integer_text(interface%n_statev)
     else
-      message = "PROPS: constants of the law leave the range of single precision: expected other units"
+      message = "PROPS: constants of the law leave the range of the host's real kind: expected other units"
     end if
   end function vumat_message
 
   !> What is wrong with point i of a block; empty if nothing is.
-  pure function block_message(interface, i, strain, bound, state) result(message)
+  pure function block_message(interface, i, strain, bound, state, slip_bound) result(message)
     type(interface_type), intent(in) :: interface   !! the interface
     integer, intent(in) :: i                        !! point
     real(wp), intent(in) :: strain(:)               !! its strain increment
     real(wp), intent(in) :: bound                   !! largest magnitude of that
     real(wp), intent(in), contiguous :: state(:)    !! STATEV
+    real(wp), intent(in) :: slip_bound              !! largest magnitude of the offsets and slips in it
     character(len=:), allocatable :: message
     real(wp), parameter :: rest(3) = 0.0_wp
     integer :: j
     message = ""
     do j = 1, size(strain)
-      call review_strain("strainInc", j, strain(j), bound, message)
+      call review_value("strainInc", j, strain(j), bound, message)
     end do
     if (len(message) == 0) message = point_message(interface, rest, rest, state)
+    if (len(message) == 0) then
+      ! the range of single precision is narrower
+      do j = v_offset, interface%n_statev
+        call review_value("STATEV", j, state(j), slip_bound, message)
+      end do
+    end if
     if (len(message) > 0) message = "point " // integer_text(i) // " of the block: " // message
   end function block_message
 
-  !> Add a line to the message if a strain component is not finite or too large.
-  pure subroutine review_strain(name, i, value, bound, message)
-    character(len=*), intent(in) :: name                      !! STRAN or DSTRAN
+  !> Add a line to the message if a value is not finite or too large.
+  pure subroutine review_value(name, i, value, bound, message)
+    character(len=*), intent(in) :: name                      !! of the array
     integer, intent(in) :: i                                  !! component
     real(wp), intent(in) :: value                             !! any bits
     real(wp), intent(in) :: bound                             !! largest magnitude
     character(len=:), allocatable, intent(inout) :: message   !! lines so far
     if (.not. bounded(value, bound)) call append(message, name // "(" // integer_text(i) // ") = " // &
       to_text(value) // ": expected a finite number of magnitude up to " // to_text(bound))
-  end subroutine review_strain
+  end subroutine review_value
 
   !> Ask the host for a smaller increment: PNEWDT may arrive as 1 (Abaqus), -1 (CalculiX) or absent (Kratos).
   pure subroutine request_cut(factor, pnewdt)

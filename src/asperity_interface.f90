@@ -1,8 +1,9 @@
 !> Checked entry to the law: an interface from PROPS, and the update of points with every input tested first.
 module asperity_interface
   use asperity_kinds, only: wp
+  use asperity_block_double, only: block_type, chunk, new_block, update_block
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_eta, &
+  use asperity_contract, only: max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_eta, &
     p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, plane_statev, &
     prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, status_state, v_offset
   use asperity_law, only: rie_type, update_point_in_place
@@ -21,6 +22,15 @@ module asperity_interface
     integer :: map            !! order of the host's components, 0 or 1
     real(wp) :: r             !! stiffness of the layer's other components as a share of K h
   end type interface_type
+
+  !> Largest slip and offset in a state as a multiple of the separation bound: slips follow separations, by up to
+  !> sqrt(3) times the largest component.
+  real(wp), parameter, public :: slip_factor = 4.0_wp
+
+  !> Points from which on threads are worth starting.
+  integer, parameter :: worth_threads = 2048
+  !> Points of the widest vectors.
+  integer, parameter :: whole_vectors = 8
 
 contains
 
@@ -68,11 +78,11 @@ contains
     call update_point_in_place(interface%rie, rest, rest, state, traction, tangent)
   end function virgin_tangent
 
-  !> Largest slip and offset in a state, length: slips follow separations, by up to sqrt(3) times the largest component.
+  !> Largest slip and offset in a state, length.
   pure function slip_bound(interface) result(bound)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp) :: bound
-    bound = 4.0_wp*separation_bound(interface)
+    bound = slip_factor*separation_bound(interface)
   end function slip_bound
 
   !> Whether the input of a point is admissible.
@@ -111,33 +121,91 @@ contains
   end function state_status
 
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.
-  pure subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent)
-    type(interface_type), intent(in) :: interface      !! the interface
-    real(wp), intent(in), contiguous :: s(:, :)   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(inout), contiguous :: state(:, :)   !! (nstatv, n) STATEV, start -> end
-    real(wp), intent(inout), contiguous :: traction(:, :)   !! (3, n) traction at the end, stress
-    integer, intent(out) :: status                     !! 0 or the status of the first point that failed
-    integer, intent(out) :: failed                     !! that point, 0: none
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)   !! (3, n) separation at the start, absent: zero
+  !>
+  !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of a
+  !> point does not depend on the others, on their number or on the threads, to the last bit.
+  subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent)
+    type(interface_type), intent(in) :: interface                 !! the interface
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
+    integer, intent(out) :: status                                !! 0 or the status of the first point that failed
+    integer, intent(out) :: failed                                !! that point, 0: none
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
-    real(wp) :: from(3), d(3, 3)
-    integer :: i
+    type(block_type) :: block
+    real(wp) :: from(3)
+    integer :: first, i, n
 
+    n = size(s, 2)
+    failed = n + 1
     from = 0.0_wp
-    do i = 1, size(s, 2)
-      failed = i
+    !$omp parallel do if(n >= worth_threads) schedule(static) firstprivate(from) reduction(min: failed)
+    do i = 1, n
       if (present(s_old)) from = s_old(:, i)
-      status = point_status(interface, from, s(:, i), state(:, i))
-      if (status /= status_ok) return
+      if (point_status(interface, from, s(:, i), state(:, i)) /= status_ok) failed = min(failed, i)
     end do
-    status = status_ok
+    !$omp end parallel do
+    if (failed <= n) then
+      if (present(s_old)) from = s_old(:, failed)
+      status = point_status(interface, from, s(:, failed), state(:, failed))
+      return
+    end if
     failed = 0
-    do i = 1, size(s, 2)
-      if (present(s_old)) from = s_old(:, i)
-      call update_point_in_place(interface%rie, from, s(:, i), state(:, i), traction(:, i), d)
-      if (present(tangent)) tangent(:, :, i) = d
+    call new_block(interface%rie, block, status)
+    if (status /= status_ok) return
+    !$omp parallel do if(n >= worth_threads) schedule(static)
+    do first = 1, n, chunk
+      call update_some(interface, block, first, min(first + chunk - 1, n), s, state, traction, s_old, tangent)
     end do
+    !$omp end parallel do
   end subroutine update_points
+
+  !> Points first..last, at most `chunk`: to structure of arrays, the law, and back.
+  pure subroutine update_some(interface, block, first, last, s, state, traction, s_old, tangent)
+    type(interface_type), intent(in) :: interface                 !! the interface
+    type(block_type), intent(in) :: block                         !! the same for blocks
+    integer, intent(in) :: first, last                            !! points
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3), v(chunk, n_statev(max_planes))
+    integer :: i, j, lanes, n, p
+
+    n = last - first + 1
+    ! whole vectors, filled up with virgin points at rest: no point is left over to be computed by other instructions
+    lanes = min(chunk, ((n + whole_vectors - 1)/whole_vectors)*whole_vectors)
+    s0(:lanes, :) = 0.0_wp
+    s1(n + 1:lanes, :) = 0.0_wp
+    v(n + 1:lanes, :interface%n_statev) = 0.0_wp
+    do i = 1, n
+      p = first + i - 1
+      do j = 1, 3
+        s1(i, j) = s(j, p)
+        if (present(s_old)) s0(i, j) = s_old(j, p)
+      end do
+      do j = 1, interface%n_statev
+        v(i, j) = state(j, p)
+      end do
+    end do
+    if (present(tangent)) then
+      call update_block(block, lanes, s0, s1, chunk, v, t, d)
+    else
+      call update_block(block, lanes, s0, s1, chunk, v, t)
+    end if
+    do i = 1, n
+      p = first + i - 1
+      do j = 1, interface%n_statev
+        state(j, p) = v(i, j)
+      end do
+      do j = 1, 3
+        traction(j, p) = t(i, j)
+        if (present(tangent)) tangent(:, j, p) = d(i, :, j)
+      end do
+    end do
+  end subroutine update_some
 
   !> What `update_points` rejected: the point, its bad values, and what was expected.
   pure function points_message(interface, failed, s, state, s_old) result(message)

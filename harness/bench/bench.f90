@@ -1,99 +1,187 @@
-!> Cost of the update of one point: UMAT and core against the textbook version, medians of runs taken in turn.
+!> Cost of the update against the textbook version and against the limits of the hardware:
+!> bench [--csv FILE] [--quick], or bench --profile PATTERN KERNEL yes|no: one kernel only, with or without tangent.
 program bench
-  use, intrinsic :: iso_fortran_env, only: int64, output_unit
-  use asperity_checks, only: to_text
-  use asperity_interface, only: interface_type, new_interface
-  use asperity_kinds, only: wp
-  use asperity_law, only: update_point
-  use host_routines, only: umat
-  use textbook, only: textbook_numerical_tangent, textbook_tangent, textbook_traction
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: error_unit, real64
+  use aims, only: print_aims
+  use build_facts, only: build
+  use scene, only: scene_names, slip
+  use table, only: add_limits, print_table, write_csv
+  use tasks, only: new_large_workspace, new_workspace, row_type, run_often, take_turns, workspace_type
+  use timing, only: median
   implicit none
-  integer, parameter :: n_points = 256, repeats = 41, n_kinds = 5
-  integer, parameter :: umat_call = 1, core = 2, numerical = 3, analytic = 4
-  character(len=24), parameter :: kinds(n_kinds) = [character(len=24) :: "umat, tangent", "core, tangent", &
-    "textbook, numerical", "textbook, analytic", "textbook, stress only"]
-  integer, parameter :: patterns(5) = [2, 3, 4, 6, 32]
-  character(len=6), parameter :: names(5) = ["RT   ", "RP-3 ", "RP-4 ", "RP-6 ", "RP-32"]
-  real(wp), parameter :: table_2(5) = [3.0_wp, 0.3_wp, 0.9_wp, 0.5_wp, 30.0_wp]
-  real(wp) :: nanoseconds(n_kinds)
-  integer :: i, j
+  interface
+    !> Standard C: end the program with an exit code (`stop` would print).
+    subroutine c_exit(code) bind(c, name="exit")
+      import :: c_int
+      implicit none
+      integer(c_int), value :: code   !! exit code
+    end subroutine c_exit
+  end interface
+  !> A pattern to measure: its name, inclined planes, share of the flat plane, whether large numbers of points too.
+  type :: pattern_type
+    character(len=8) :: name
+    real(real64) :: m, flat
+    logical :: large
+  end type pattern_type
+  real(real64), parameter :: third = 1.0_real64/3.0_real64
+  type(pattern_type), parameter :: patterns(9) = [ &
+    pattern_type("2 planes", 2.0_real64, 0.0_real64, .false.), pattern_type("RT", 2.0_real64, third, .true.), &
+    pattern_type("RP-3", 3.0_real64, third, .true.), pattern_type("RP-4", 4.0_real64, third, .true.), &
+    pattern_type("RP-6", 6.0_real64, third, .true.), pattern_type("RP-8", 8.0_real64, third, .false.), &
+    pattern_type("RP-16", 16.0_real64, third, .false.), pattern_type("RP-32", 32.0_real64, third, .true.), &
+    pattern_type("RP-63", 63.0_real64, third, .false.)]
+  !> Table 2 of the paper.
+  real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
+  !> Points: near the processor, of a scene, of a VUMAT call, and calls in memory.
+  integer, parameter :: n_small = 128, n_scene = 640, width = 128, n_calls = 1600
+  character(len=6), parameter :: precisions(2) = ["double", "single"]
+  type(row_type), allocatable :: rows(:)
+  type(row_type) :: profiled
+  real(real64), allocatable :: times(:, :)
+  character(len=:), allocatable :: file
+  real(real64) :: shortest, used
+  integer :: calls, i, pass, passes, turns, unit
+  logical :: quick
 
-  print "(a)", "nanoseconds per update of one point, median of runs taken in turn (Table 2, slip under compression)"
-  print "(a8, *(a24))", "pattern", (adjustr(kinds(j)), j=1, n_kinds), "numerical/umat", "analytic/core"
-  do i = 1, size(patterns)
-    call measure([table_2, real(patterns(i), wp)], nanoseconds)
-    print "(a8, *(f24.1))", adjustr(names(i)), nanoseconds, nanoseconds(numerical)/nanoseconds(umat_call), &
-      nanoseconds(analytic)/nanoseconds(core)
-    flush (output_unit)
+  used = 0.0_real64
+  call read_arguments(file, quick, profiled)
+  if (profiled%kernel /= "") then
+    call profile(profiled)
+    stop
+  end if
+  passes = merge(1, 5, quick)
+  turns = merge(3, 5, quick)
+  shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
+  calls = merge(8, n_calls, quick)
+  if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
+  print "(a)", build
+  print "(a)", "Table 2, medians of runs taken in turn; test: per increment of confined slip, iterations included"
+  allocate (times(0, 0))
+  do pass = 1, passes
+    call measure_all(rows)
+    if (pass == 1) then
+      deallocate (times)
+      allocate (times(passes, size(rows)))
+    end if
+    times(pass, :) = rows%ns
   end do
+  do i = 1, size(rows)
+    rows(i)%ns = median(times(:, i))
+  end do
+  call add_limits(rows)
+  call print_table(rows)
+  call print_aims(rows)
+  if (len(file) > 0) then
+    call write_csv(unit, rows)
+    close (unit)
+  end if
+  if (.not. abs(used) <= huge(used)) error stop "bench: results are not finite"   ! uses them all
 
 contains
 
-  !> Median time of every kind for one pattern.
-  subroutine measure(props, nanoseconds)
-    real(wp), intent(in) :: props(:)           !! PROPS
-    real(wp), intent(out) :: nanoseconds(:)    !! per point, by kind
-    type(interface_type) :: interface
-    real(wp), allocatable :: old(:, :), new(:, :), s_old(:, :), s(:, :), ds(:, :)
-    real(wp) :: t(3), d(3, 3), sse, spd, scd, total, times(repeats, n_kinds)
-    integer(int64) :: start, finish, rate
-    integer :: kind, p, r, status
-    character(len=80) :: name
+  !> One pass over all patterns and scenes.
+  subroutine measure_all(rows)
+    type(row_type), allocatable, intent(out) :: rows(:)   !! with the medians of this pass
+    type(workspace_type) :: work
+    type(row_type), allocatable :: some(:)
+    real(real64) :: props(8)
+    integer :: i, j
 
-    name = "BENCH"
-    call new_interface(props, interface, status)
-    allocate (old(interface%n_statev, n_points), new(interface%n_statev, n_points))
-    allocate (s_old(3, n_points), s(3, n_points), ds(3, n_points))
-    ! a bed joint under shear: every point compressed, slip from none to 1.5 s_f along a direction of its own
-    old = 0.0_wp
-    do p = 1, n_points
-      s_old(:, p) = 0.3_wp*real(p, wp)/real(n_points, wp)*[0.0_wp, cos(real(p, wp)), sin(real(p, wp))]
-      s_old(1, p) = 0.2_wp*norm2(s_old(2:3, p)) - 0.01_wp
-      s(:, p) = s_old(:, p)*1.01_wp
-      call update_point(interface%rie, [0.0_wp, 0.0_wp, 0.0_wp], s_old(:, p), old(:, p), new(:, p), t, d)
-    end do
-    old = new
-    ds = s - s_old
-    total = 0.0_wp
-    do r = 1, repeats
-      do kind = 1, n_kinds
-        call system_clock(start, rate)
-        do p = 1, n_points
-          select case (kind)
-          case (umat_call)
-            new(:, p) = old(:, p)
-            call umat(t, new(:, p), d, sse, spd, scd, stran=s_old(:, p), dstran=ds(:, p), cmname=name, &
-              ndi=1, nshr=2, ntens=3, nstatv=interface%n_statev, props=props, nprops=size(props))
-          case (core)
-            call update_point(interface%rie, s_old(:, p), s(:, p), old(:, p), new(:, p), t, d)
-          case (numerical)
-            call textbook_numerical_tangent(interface%rie, s(:, p), old(:, p), new(:, p), t, d)
-          case (analytic)
-            call textbook_tangent(interface%rie, s(:, p), old(:, p), new(:, p), t, d)
-          case default
-            call textbook_traction(interface%rie, s(:, p), old(:, p), new(:, p), t)
-          end select
-          total = total + t(2)
+    allocate (rows(0), some(0))
+    do i = 1, size(patterns)
+      props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
+      call new_workspace(props, slip, n_small, work)
+      some = small_rows()
+      call take_turns(work, some, turns, shortest, used)
+      if (patterns(i)%large) then
+        do j = 1, size(precisions)
+          call new_large_workspace(props, precisions(j), width, calls, work)
+          some = [some, row_type(kernel="vumat", precision=precisions(j)), &
+                  row_type(kernel="stream", precision=precisions(j))]
+          call take_turns(work, some(size(some) - 1:), turns, 0.0_real64, used)
         end do
-        call system_clock(finish)
-        times(r, kind) = 1.0e9_wp*real(finish - start, wp)/real(rate, wp)/real(n_points, wp)
-      end do
+      end if
+      some%pattern = patterns(i)%name
+      rows = [rows, some]
     end do
-    if (total > huge(1.0_wp)) print "(2a)", "unexpected sum ", to_text(total)   ! uses the results
-    do kind = 1, n_kinds
-      nanoseconds(kind) = median(times(:, kind))
+    props = [table_2, 4.0_real64, third, 0.0_real64]
+    do i = 1, size(scene_names)
+      call new_workspace(props, i, n_scene, work)
+      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
+      call take_turns(work, some, turns, shortest, used)
+      some%pattern = "RP-4"
+      some%scene = merge("all slip ", scene_names(i), i == slip)   ! other points than the rows of the pattern
+      rows = [rows, some]
     end do
-  end subroutine measure
+  end subroutine measure_all
 
-  !> Median by counting, for an odd number of values.
-  pure function median(x) result(middle)
-    real(wp), intent(in) :: x(:)   !! values
-    real(wp) :: middle
-    integer :: i
-    middle = x(1)
-    do i = 1, size(x)
-      if (count(x < x(i)) <= size(x)/2 .and. count(x <= x(i)) > size(x)/2) middle = x(i)
+  !> Rows of a small scene.
+  pure function small_rows() result(list)
+    type(row_type), allocatable :: list(:)
+    integer :: k
+    list = [row_type(kernel="numerical", tangent=.true.), row_type(kernel="textbook", tangent=.true.), &
+            row_type(kernel="plain", tangent=.true.), row_type(kernel="point", tangent=.true.), &
+            row_type(kernel="umat", tangent=.true.), row_type(kernel="test", tangent=.true.), &
+            row_type(kernel="textbook"), row_type(kernel="plain")]
+    do k = 1, size(precisions)
+      list = [list, row_type(kernel="block", precision=precisions(k), tangent=.true.), &
+              row_type(kernel="block", precision=precisions(k)), row_type(kernel="roots", precision=precisions(k))]
     end do
-  end function median
+  end function small_rows
+
+  !> The arguments; stops with a message if one is unknown.
+  subroutine read_arguments(file, quick, profiled)
+    character(len=:), allocatable, intent(out) :: file   !! name of the CSV, empty: none
+    logical, intent(out) :: quick                        !! few turns and points: to test the program
+    type(row_type), intent(out) :: profiled              !! the one thing to run, no kernel: all
+    character(len=4096) :: text
+    integer :: k
+    file = ""
+    quick = .false.
+    k = 0
+    do while (k < command_argument_count())
+      k = k + 1
+      call get_command_argument(k, text)
+      if (text == "--quick") then
+        quick = .true.
+      else if (text == "--csv" .and. k < command_argument_count()) then
+        k = k + 1
+        call get_command_argument(k, text)
+        file = trim(text)
+      else if (text == "--profile" .and. k + 3 <= command_argument_count()) then
+        call get_command_argument(k + 1, profiled%pattern)
+        call get_command_argument(k + 2, profiled%kernel)
+        call get_command_argument(k + 3, text)
+        profiled%tangent = text == "yes"
+        k = k + 3
+      else
+        write (error_unit, "(3a)") "bench: ", trim(text), &
+          ": expected --csv FILE, --quick or --profile PATTERN KERNEL yes|no"
+        flush (error_unit)
+        call c_exit(1_c_int)
+      end if
+    end do
+  end subroutine read_arguments
+
+  !> One kernel often enough for a profiler that counts instructions.
+  subroutine profile(row)
+    type(row_type), intent(in) :: row   !! pattern, kernel, tangent
+    integer, parameter :: runs = 1000
+    type(workspace_type) :: work
+    real(real64) :: props(8)
+    integer :: i
+    do i = 1, size(patterns)
+      if (patterns(i)%name /= row%pattern) cycle
+      props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
+      if (row%kernel == "vumat" .or. row%kernel == "stream") then
+        call new_large_workspace(props, row%precision, n_small, 1, work)
+      else
+        call new_workspace(props, slip, n_small, work)
+      end if
+      call run_often(work, row, runs, used)
+      print "(i0, a)", runs*n_small, " points"
+    end do
+  end subroutine profile
 
 end program bench

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from . import __version__, tables
 from .case_files import labels
-from .installed import cases, driver
+from .installed import bench, cases, driver
 from .results import read_rows, results_of
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
@@ -70,6 +71,24 @@ def _parser() -> argparse.ArgumentParser:
     )
     compare.set_defaults(action=_compare)
 
+    chart = commands.add_parser("chart", help="draw what the benchmark measures")
+    charts = chart.add_subparsers(required=True, metavar="CHART")
+    speed = charts.add_parser("speed", help="time per point against the number of planes, with the limits")
+    speed.add_argument(
+        "csv", nargs="?", type=Path, metavar="BENCH.csv", help="written by bench --csv (default: run it now)"
+    )
+    speed.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("speed.png"),
+        metavar="FILE",
+        help="picture, .png or .pdf (default: %(default)s)",
+    )
+    speed.add_argument("--quick", action="store_true", help="a short, rough run")
+    speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
+    speed.set_defaults(action=_speed)
+
     table = commands.add_parser(
         "tables", help="print the tables of PROPS and STATEV, or fill them into files"
     )
@@ -121,6 +140,26 @@ def _compare(options: argparse.Namespace) -> int:
         print(f"{result.case:<20}{result.curves:>7}{result.rows:>7}{texts}  {verdict}", flush=True)
         agree = agree and result.agrees
     return 0 if agree else DIFFERS
+
+
+def _speed(options: argparse.Namespace) -> int:
+    """Read the benchmark's CSV or run it, then draw."""
+    from .charts import draw_speed, read_timings, table
+
+    if options.csv is not None and options.quick:
+        raise ValueError(f"--quick: expected without {options.csv}, which is not run again")
+    with tempfile.TemporaryDirectory() as folder:
+        path = options.csv or Path(folder) / "bench.csv"
+        if options.csv is None:
+            command = [bench(), "--csv", path, *(["--quick"] if options.quick else [])]
+            if subprocess.run(command, check=False).returncode != 0:
+                return BAD_INPUT
+        timings = read_timings(path)
+    draw_speed(timings, options.output)
+    if options.table:
+        print(table(timings))
+    print(options.output)
+    return 0
 
 
 def _tables(options: argparse.Namespace) -> int:

@@ -10,6 +10,9 @@ from pathlib import Path
 DRIVER_VARIABLE = "ASPERITY_DRIVER"
 """Environment variable with the path of another driver."""
 
+BENCH_VARIABLE = "ASPERITY_BENCH"
+"""Environment variable with the path of another benchmark."""
+
 
 def library() -> Path:
     """Path of the shared library: symbols umat_ and those of asperity.h."""
@@ -19,17 +22,26 @@ def library() -> Path:
 
 def driver() -> Path:
     """Path of the driver rie_driver: the installed one, or that of the variable ASPERITY_DRIVER."""
-    other = os.environ.get(DRIVER_VARIABLE)
-    if other is None:
-        return _installed("rie_driver.exe" if sys.platform == "win32" else "rie_driver")
-    if not Path(other).is_file():
-        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {other}: expected the path of rie_driver")
-    return Path(other)
+    return _program("rie_driver", DRIVER_VARIABLE)
+
+
+def bench() -> Path:
+    """Path of the benchmark: the installed one, or that of the variable ASPERITY_BENCH."""
+    return _program("bench", BENCH_VARIABLE)
 
 
 def cases() -> list[Path]:
     """Case files of the paper's figures."""
     return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
+
+
+def _program(name: str, variable: str) -> Path:
+    other = os.environ.get(variable)
+    if other is None:
+        return _installed(f"{name}.exe" if sys.platform == "win32" else name)
+    if not Path(other).is_file():
+        raise FileNotFoundError(f"{variable} = {other}: expected the path of {name}")
+    return Path(other)
 
 
 def _installed(name: str) -> Path:

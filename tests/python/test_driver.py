@@ -745,6 +745,44 @@ def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: st
     assert set(replay["iterations"]) == {4.0}
 
 
+@pytest.mark.parametrize("block", [1, 7, 64, 65, 136, 1000])
+@pytest.mark.parametrize(
+    ("options", "pattern"),
+    [
+        ("", RP_4),
+        ("h = 0.01", RP_4),
+        ("h = 0.5, map = 1, r = 0.1", RP_4),
+        ("ntens = 2", "&pattern sides = 2, theta = 30.0 /\n"),
+    ],
+)
+def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: str, block: int) -> None:
+    """A record through vumat, in blocks of points that follow each other, gives the rows of umat."""
+    path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
+    direct = run(MATERIAL + pattern + path)
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    umat = run(MATERIAL + pattern + f"&replay file = 'record.csv', {options} /\n", "--planes")
+    through = f"&replay file = 'record.csv', through = 'vumat', block = {block}, {options} /\n"
+    vumat = run(MATERIAL + pattern + through, "--planes")
+    assert vumat.header == umat.header and len(vumat.rows) == len(umat.rows) == len(direct.rows)
+    for name in umat.header:
+        if name in ("iterations", "event"):
+            continue
+        # sums of increments and totals: an ulp of K |s| an increment
+        np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    assert vumat.events == umat.events
+    assert set(vumat["iterations"]) == {1.0}
+    assert vumat["friction"][-1] > 0.0 and vumat["damage"][-1] > 0.5
+
+
+def test_vumat_strains(run, tmp_path: Path) -> None:
+    """Strains for vumat: normal, 23 and 13, tensor shears; a sticking plane is elastic along each of them."""
+    (tmp_path / "record.csv").write_text("e_1,e_2,e_3\n0,0.0002,-0.0001\n0,0.0003,0.0\n")
+    rows = run(MATERIAL + FLAT + "&replay file = 'record.csv', through = 'vumat', h = 2.0 /\n")
+    s = 2 * 2.0 * np.array([[0, -0.0001, 0.0002], [0, 0, 0.0003]])
+    np.testing.assert_allclose(rows.vector("s"), s, rtol=0, atol=1e-17)
+    np.testing.assert_allclose(rows.vector("t"), K * s, rtol=0, atol=1e-14 * K)
+
+
 def test_replay_of_strains(run, tmp_path: Path) -> None:
     """Strains without a header, or with e_1.. and time in any order, other columns, blank lines, comments."""
     rows = [(0.001 * i, 0.002 * i, -0.0005 * i) for i in range(1, 60)]
@@ -776,8 +814,10 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
     ("options", "record", "fragments"),
     [
         ("", None, ["record.csv", "cannot be opened"]),
-        ("through = 'vumat',", "0,0,0\n", ["case.nml:3: &replay: through = 'vumat'", "no vumat yet"]),
-        ("through = 'hypela',", "0,0,0\n", ["through = 'hypela': expected 'umat'"]),
+        ("through = 'vumat', ntens = 6,", "0,0,0\n", ["case.nml:3: &replay: ntens = 6", "expected 2 or 3"]),
+        ("through = 'vumat', block = 0,", "0,0,0\n", ["block = 0: expected a whole number from 1 to 1000"]),
+        ("block = 4,", "0,0,0\n", ["case.nml:3: &replay: block without through = 'vumat'"]),
+        ("through = 'hypela',", "0,0,0\n", ["through = 'hypela': expected 'umat' or 'vumat'"]),
         ("ntens = 4,", "0,0,0\n", ["ntens = 4: expected 2, 3 or 6"]),
         ("h = -1,", "0,0,0\n", ["h = -1: expected > 0"]),
         ("map = 2,", "0,0,0\n", ["map = 2: expected 0 or 1"]),

@@ -1,0 +1,73 @@
+!> The ratios the library aims at, from the rows of one run.
+module aims
+  use, intrinsic :: iso_fortran_env, only: real64
+  use table, only: find
+  use tasks, only: row_type
+  implicit none
+  private
+  public :: print_aims
+
+contains
+
+  !> Ratio, aim and whether it is met, line by line.
+  subroutine print_aims(rows)
+    type(row_type), intent(in) :: rows(:)   !! all rows
+    type(row_type) :: vumat
+    character(len=5), parameter :: kernels(3) = [character(len=5) :: "point", "umat", "test"]
+    integer :: i
+
+    print "(/, a60, a9, a12)", "ratio in this run", "measured", "aim"
+    vumat = find(rows, "RP-4", "vumat", "double", .false., "slip")
+    call line("RP-4 block, double / roots", &
+      ns("RP-4", "block", .false.)/ns("RP-4", "roots", .false.), at_most=1.5_real64)
+    call line("RP-4 vumat, double, data in memory / larger limit", &
+      vumat%ns/max(vumat%stream, vumat%roots), at_most=1.5_real64)
+    call line("RP-4 plain stress / block stress", &
+      ns("RP-4", "plain", .false.)/ns("RP-4", "block", .false.), at_least=4.5_real64)
+    call line("RP-4 plain tangent / block tangent", &
+      ns("RP-4", "plain", .true.)/ns("RP-4", "block", .true.), at_least=4.5_real64)
+    call line("RP-4 textbook tangent / point", &
+      ns("RP-4", "textbook", .true.)/ns("RP-4", "point", .true.), at_least=3.5_real64)
+    call line("RP-32 textbook tangent / point", &
+      ns("RP-32", "textbook", .true.)/ns("RP-32", "point", .true.), at_least=6.0_real64)
+    call line("RP-4 point (tangent) / plain stress", &
+      ns("RP-4", "point", .true.)/ns("RP-4", "plain", .false.), at_most=1.5_real64)
+    call line("RP-32 point (tangent) / plain stress", &
+      ns("RP-32", "point", .true.)/ns("RP-32", "plain", .false.), at_most=1.5_real64)
+    call line("RP-32 / RP-4, block stress", &
+      ns("RP-32", "block", .false.)/ns("RP-4", "block", .false.), at_most=6.6_real64)
+    call line("RP-32 / RP-4, block tangent", &
+      ns("RP-32", "block", .true.)/ns("RP-4", "block", .true.), at_most=6.6_real64)
+    do i = 1, size(kernels)
+      call line("RP-32 / RP-4, " // kernels(i), &
+        ns("RP-32", kernels(i), .true.)/ns("RP-4", kernels(i), .true.), at_most=6.6_real64)
+    end do
+
+  contains
+
+    !> Time of a row in double precision.
+    function ns(pattern, kernel, tangent) result(t)
+      character(len=*), intent(in) :: pattern   !! its pattern
+      character(len=*), intent(in) :: kernel    !! its kernel
+      logical, intent(in) :: tangent            !! whether it gives the tangent
+      real(real64) :: t
+      type(row_type) :: row
+      row = find(rows, pattern, kernel, "double", tangent, "slip")
+      t = row%ns
+    end function ns
+
+  end subroutine print_aims
+
+  !> One line.
+  subroutine line(text, measured, at_least, at_most)
+    character(len=*), intent(in) :: text               !! what is compared
+    real(real64), intent(in) :: measured               !! its ratio
+    real(real64), intent(in), optional :: at_least     !! the aim, a lower bound
+    real(real64), intent(in), optional :: at_most      !! the aim, an upper bound
+    if (present(at_least)) print "(a60, f9.2, 3x, a, f5.1, 2x, a)", text, measured, ">=", at_least, &
+      merge("met   ", "missed", measured >= at_least)
+    if (present(at_most)) print "(a60, f9.2, 3x, a, f5.1, 2x, a)", text, measured, "<=", at_most, &
+      merge("met   ", "missed", measured <= at_most)
+  end subroutine line
+
+end module aims

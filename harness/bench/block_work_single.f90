@@ -1,0 +1,14 @@
+!> Block kernel, VUMAT and their limits in single precision.
+module block_work_single
+  use, intrinsic :: iso_fortran_env, only: wp => real32, real64
+  use asperity_block_single, only: block_type, chunk, new_block, update_block
+  use asperity_contract, only: v_offset
+  use asperity_interface, only: interface_type
+  use host_routines, only: vumat => vumat_single
+  use scene, only: new_scene, slip
+  implicit none
+  private
+  public :: block_work_type, new_block_work, run_block, run_roots, large_work_type, new_large_work, run_vumat, &
+    run_stream
+  include "block_work.inc"
+end module block_work_single

@@ -1,0 +1,137 @@
+!> The update point by point: textbook, the library's arithmetic on scalars, its point kernel, UMAT and driver.
+module point_work
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point
+  use host_routines, only: umat
+  use mixed_control, only: confined_slip
+  use plain, only: plain_update
+  use scene, only: new_scene
+  use textbook, only: textbook_numerical_tangent, textbook_tangent, textbook_traction
+  implicit none
+  private
+  public :: point_work_type, new_point_work, run_textbook_numerical, run_textbook, run_plain, run_point, run_umat, &
+    run_test
+
+  !> Increments of the confined slip test: preload, then slips.
+  integer, parameter :: n_preload = 10, n_slips = 240
+  integer, parameter, public :: n_test_increments = n_preload + n_slips
+
+  !> Points, start and end of their increment.
+  type :: point_work_type
+    type(interface_type) :: interface
+    real(wp), allocatable :: props(:), s_old(:, :), s(:, :), ds(:, :), old(:, :), new(:, :)
+  end type point_work_type
+
+contains
+
+  !> Work on n points of a scene.
+  pure subroutine new_point_work(props, interface, kind, n, work)
+    real(wp), intent(in) :: props(:)                !! PROPS
+    type(interface_type), intent(in) :: interface   !! made of them
+    integer, intent(in) :: kind                     !! scene
+    integer, intent(in) :: n                        !! points
+    type(point_work_type), intent(out) :: work
+    work%interface = interface
+    work%props = props
+    allocate (work%s_old(3, n), work%s(3, n), work%ds(3, n))
+    allocate (work%old(interface%n_statev, n), work%new(interface%n_statev, n))
+    call new_scene(interface, kind, work%s_old, work%s, work%old)
+    work%ds = work%s - work%s_old
+    work%new = work%old
+  end subroutine new_point_work
+
+  !> Textbook, tangent by central differences.
+  pure subroutine run_textbook_numerical(work, used)
+    type(point_work_type), intent(inout) :: work   !! the points
+    real(wp), intent(inout) :: used                !! sum of results
+    real(wp) :: t(3), d(3, 3)
+    integer :: p
+    do p = 1, size(work%s, 2)
+      call textbook_numerical_tangent(work%interface%rie, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      used = used + t(1) + d(1, 1)
+    end do
+  end subroutine run_textbook_numerical
+
+  !> Textbook, stress only or with its analytic tangent.
+  pure subroutine run_textbook(work, with_tangent, used)
+    type(point_work_type), intent(inout) :: work   !! the points
+    logical, intent(in) :: with_tangent            !! whether the tangent is wanted
+    real(wp), intent(inout) :: used                !! sum of results
+    real(wp) :: t(3), d(3, 3)
+    integer :: p
+    d = 0.0_wp
+    do p = 1, size(work%s, 2)
+      if (with_tangent) then
+        call textbook_tangent(work%interface%rie, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      else
+        call textbook_traction(work%interface%rie, work%s(:, p), work%old(:, p), work%new(:, p), t)
+      end if
+      used = used + t(1) + d(1, 1)
+    end do
+  end subroutine run_textbook
+
+  !> The library's arithmetic on scalars.
+  pure subroutine run_plain(work, with_tangent, used)
+    type(point_work_type), intent(inout) :: work   !! the points
+    logical, intent(in) :: with_tangent            !! whether the tangent is wanted
+    real(wp), intent(inout) :: used                !! sum of results
+    real(wp) :: t(3), d(3, 3)
+    integer :: p
+    d = 0.0_wp
+    do p = 1, size(work%s, 2)
+      if (with_tangent) then
+        call plain_update(work%interface%rie, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      else
+        call plain_update(work%interface%rie, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t)
+      end if
+      used = used + t(1) + d(1, 1)
+    end do
+  end subroutine run_plain
+
+  !> The library's point kernel.
+  pure subroutine run_point(work, used)
+    type(point_work_type), intent(inout) :: work   !! the points
+    real(wp), intent(inout) :: used                !! sum of results
+    real(wp) :: t(3), d(3, 3)
+    integer :: p
+    do p = 1, size(work%s, 2)
+      call update_point(work%interface%rie, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      used = used + t(1) + d(1, 1)
+    end do
+  end subroutine run_point
+
+  !> The UMAT, as a host calls it.
+  subroutine run_umat(work, used)
+    type(point_work_type), intent(inout) :: work   !! the points
+    real(wp), intent(inout) :: used                !! sum of results
+    character(len=80), parameter :: name = "BENCH"
+    real(wp) :: t(3), d(3, 3), sse, spd, scd
+    integer :: p
+    t = 0.0_wp
+    sse = 0.0_wp
+    spd = 0.0_wp
+    scd = 0.0_wp
+    do p = 1, size(work%s, 2)
+      work%new(:, p) = work%old(:, p)
+      call umat(t, work%new(:, p), d, sse, spd, scd, stran=work%s_old(:, p), dstran=work%ds(:, p), cmname=name, &
+        ndi=1, nshr=2, ntens=3, nstatv=size(work%new, 1), props=work%props, nprops=size(work%props))
+      used = used + t(1) + d(1, 1)
+    end do
+  end subroutine run_umat
+
+  !> A confined slip test there and back, solved as the driver does, Newton iterations included.
+  pure subroutine run_test(work, used)
+    type(point_work_type), intent(in) :: work   !! the interface
+    real(wp), intent(inout) :: used             !! sum of results
+    real(wp) :: slips(n_slips), separation(3, n_slips), traction(3, n_slips), state(work%interface%n_statev, n_slips)
+    integer :: i, iterations(n_slips), n_done
+    do i = 1, n_slips
+      slips(i) = 20.0_wp*work%interface%rie%material%s0*(1.0_wp - abs(1.0_wp - 2.0_wp*real(i, wp)/real(n_slips, wp)))
+    end do
+    call confined_slip(work%interface, 0.0_wp, slips, -10.0_wp, n_preload, separation, traction, state, &
+      iterations, n_done)
+    used = used + traction(2, n_slips) + real(n_done, wp)
+  end subroutine run_test
+
+end module point_work

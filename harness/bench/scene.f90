@@ -1,0 +1,60 @@
+!> Increments of many points to measure with.
+module scene
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point
+  implicit none
+  private
+  public :: new_scene
+
+  !> Scenes: all slip under compression; 90 % virgin, 8 % damaging, 2 % open, in zones or scattered.
+  integer, parameter, public :: slip = 1, zones = 2, scattered = 3
+  character(len=9), parameter, public :: scene_names(3) = [character(len=9) :: "slip", "zones", "scattered"]
+
+contains
+
+  !> Separations and states at the start of the increment, separations at its end.
+  pure subroutine new_scene(interface, kind, s_old, s, state)
+    type(interface_type), intent(in) :: interface   !! the interface
+    integer, intent(in) :: kind                     !! slip, zones or scattered
+    real(wp), intent(out) :: s_old(:, :)            !! (3, n) at the start, length
+    real(wp), intent(out) :: s(:, :)                !! (3, n) at the end, length
+    real(wp), intent(out) :: state(:, :)            !! (nstatv, n) at the start
+    integer, parameter :: apart = 37                ! prime, shares no factor with the numbers of points used
+    real(wp), parameter :: rest(3) = 0.0_wp
+    real(wp) :: share, virgin(size(state, 1)), traction(3), tangent(3, 3), direction(2)
+    integer :: n, p, place
+
+    n = size(s, 2)
+    virgin = 0.0_wp
+    do p = 1, n
+      place = p
+      if (kind == scattered) place = 1 + modulo(p*apart, n)
+      share = real(place, wp)/real(n, wp)
+      direction = [cos(real(p, wp)), sin(real(p, wp))]
+      if (kind == slip) then
+        s_old(:, p) = compressed_slip(15.0_wp*share)
+      else if (share <= 0.90_wp) then
+        s_old(:, p) = interface%rie%material%s0*[-0.1_wp, 0.2_wp*direction*share]
+      else if (share <= 0.98_wp) then
+        s_old(:, p) = compressed_slip(100.0_wp*(share - 0.89_wp))
+      else
+        s_old(:, p) = interface%rie%material%s0*[20.0_wp, 5.0_wp*direction]
+      end if
+      s(:, p) = 1.01_wp*s_old(:, p)
+      call update_point(interface%rie, rest, s_old(:, p), virgin, state(:, p), traction, tangent)
+    end do
+
+  contains
+
+    !> A point of a bed joint: slip, and dilation that leaves it compressed.
+    pure function compressed_slip(multiple) result(x)
+      real(wp), intent(in) :: multiple   !! slip as a multiple of s0
+      real(wp) :: x(3)
+      x = interface%rie%material%s0*multiple*[0.0_wp, direction]
+      x(1) = 0.2_wp*interface%rie%material%s0*multiple - 0.5_wp*interface%rie%material%s0
+    end function compressed_slip
+
+  end subroutine new_scene
+
+end module scene

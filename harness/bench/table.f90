@@ -1,0 +1,97 @@
+!> The table of times: printed, and as CSV.
+module table
+  use, intrinsic :: iso_fortran_env, only: real64
+  use tasks, only: row_type
+  implicit none
+  private
+  public :: add_limits, find, print_table, write_csv
+
+contains
+
+  !> The row of these properties; stops if there is none.
+  function find(rows, pattern, kernel, precision, tangent, scene) result(row)
+    type(row_type), intent(in) :: rows(:)       !! where to look
+    character(len=*), intent(in) :: pattern     !! its pattern
+    character(len=*), intent(in) :: kernel      !! its kernel
+    character(len=*), intent(in) :: precision   !! double or single
+    logical, intent(in) :: tangent              !! whether it gives the tangent
+    character(len=*), intent(in) :: scene       !! its scene
+    type(row_type) :: row
+    integer :: i
+    do i = 1, size(rows)
+      row = rows(i)
+      if (row%pattern == pattern .and. row%kernel == kernel .and. row%precision == precision &
+          .and. (row%tangent .eqv. tangent) .and. row%scene == scene) return
+    end do
+    error stop "bench: no such row"
+  end function find
+
+  !> Fill in what the rows of each pattern are compared with: textbook and limits of the same run.
+  pure subroutine add_limits(rows)
+    type(row_type), intent(inout) :: rows(:)   !! all rows
+    integer :: i, j
+    do i = 1, size(rows)
+      do j = 1, size(rows)
+        if (rows(i)%pattern /= rows(j)%pattern) cycle
+        if (rows(j)%kernel == "textbook" .and. (rows(i)%tangent .eqv. rows(j)%tangent) &
+            .and. rows(i)%kernel /= "test" .and. .not. limit(rows(i))) rows(i)%textbook = rows(j)%ns
+        if (limit(rows(i)) .or. rows(i)%precision /= rows(j)%precision) cycle
+        if (rows(j)%kernel == "roots" .and. rows(i)%kernel /= "test") rows(i)%roots = rows(j)%ns
+        if (rows(j)%kernel == "stream" .and. rows(i)%kernel == "vumat") rows(i)%stream = rows(j)%ns
+      end do
+    end do
+  end subroutine add_limits
+
+  !> Whether the row is a limit.
+  pure function limit(row) result(yes)
+    type(row_type), intent(in) :: row   !! any row
+    logical :: yes
+    yes = row%kernel == "stream" .or. row%kernel == "roots"
+  end function limit
+
+  !> The printed table.
+  subroutine print_table(rows)
+    type(row_type), intent(in) :: rows(:)   !! what to print
+    integer :: i
+    print "(2a)", "pattern  planes kernel     precision tangent scene       points  ns/point  ns/plane", &
+      "  textbook/it  it/streaming  it/roots"
+    do i = 1, size(rows)
+      print "(a8, i7, 1x, a10, 1x, a9, 1x, a7, 1x, a9, i9, f10.2, f10.3, a13, a14, a10)", rows(i)%pattern, &
+        rows(i)%planes, rows(i)%kernel, rows(i)%precision, yes_no(rows(i)), rows(i)%scene, rows(i)%points, rows(i)%ns, &
+        rows(i)%ns/real(rows(i)%planes, real64), ratio(rows(i)%textbook, rows(i)%ns), &
+        ratio(rows(i)%ns, rows(i)%stream), ratio(rows(i)%ns, rows(i)%roots)
+    end do
+  end subroutine print_table
+
+  !> The same as CSV.
+  subroutine write_csv(unit, rows)
+    integer, intent(in) :: unit             !! open for writing
+    type(row_type), intent(in) :: rows(:)   !! all rows
+    integer :: i
+    write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,scene,points,ns_per_point,ns_per_plane,", &
+      "textbook_ratio,stream_ratio,roots_ratio"
+    do i = 1, size(rows)
+      write (unit, "(a, ',', i0, 4(',', a), ',', i0, 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), rows(i)%planes, &
+        trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%scene), rows(i)%points, &
+        rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
+        trim(adjustl(ratio(rows(i)%ns, rows(i)%stream))), trim(adjustl(ratio(rows(i)%ns, rows(i)%roots)))
+    end do
+  end subroutine write_csv
+
+  !> Whether the row has a tangent.
+  pure function yes_no(row) result(text)
+    type(row_type), intent(in) :: row   !! any row
+    character(len=3) :: text
+    text = merge("yes", "no ", row%tangent)
+  end function yes_no
+
+  !> a/b as a text, empty where one of them is missing.
+  pure function ratio(a, b) result(text)
+    real(real64), intent(in) :: a   !! ns, 0: none
+    real(real64), intent(in) :: b   !! ns, 0: none
+    character(len=10) :: text
+    text = ""
+    if (a > 0.0_real64 .and. b > 0.0_real64) write (text, "(f10.3)") a/b
+  end function ratio
+
+end module table

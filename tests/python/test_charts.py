@@ -1,0 +1,138 @@
+"""The command `asperity chart speed`, on what the real benchmark writes."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+from asperity import charts
+from asperity.cli import main
+from asperity.installed import bench
+
+PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
+"""Planes of the patterns: inclined ones and, but for the first, the flat one."""
+
+FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """CSV of a short run."""
+    path = tmp_path_factory.mktemp("bench") / "bench.csv"
+    subprocess.run([bench(), "--csv", path, "--quick"], check=True, capture_output=True)
+    return path
+
+
+def test_rows(measured: Path) -> None:
+    """Every pattern has point and block, with and without tangent, in both precisions, and their limits."""
+    timings = charts.read_timings(measured)
+    assert {t.pattern: t.planes for t in timings} == PLANES
+    assert all(t.ns_per_point > 0.0 for t in timings)
+    have = {(t.pattern, t.kernel, t.precision, t.tangent) for t in timings}
+    double = "double"
+    for pattern in PLANES:
+        for kernel in ("textbook", "plain"):
+            assert {(pattern, kernel, double, True), (pattern, kernel, double, False)} <= have
+        assert {(pattern, kernel, double, True) for kernel in ("numerical", "point", "umat", "test")} <= have
+        for precision in (double, "single"):
+            assert {(pattern, "block", precision, t) for t in (True, False)} <= have
+            assert (pattern, "roots", precision, False) in have
+            limits = {(pattern, kernel, precision, False) for kernel in ("vumat", "stream")}
+            assert limits <= have if pattern in FIVE else not limits & have
+    assert {t.scene for t in timings} == {"slip", "all slip", "zones", "scattered"}
+
+
+def test_ratios_are_those_of_the_times(measured: Path) -> None:
+    """Columns of ratios and times per plane are those of the times per point, to the digits written."""
+    with measured.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        ns = float(row["ns_per_point"])
+        assert float(row["ns_per_plane"]) == pytest.approx(ns / int(row["planes"]), abs=1e-4)
+        for column, kernel, upside_down in (
+            ("textbook_ratio", "textbook", True),
+            ("stream_ratio", "stream", False),
+            ("roots_ratio", "roots", False),
+        ):
+            if not row[column]:
+                continue
+            tangent = row["tangent"] if kernel == "textbook" else "no"
+            other = next(
+                float(r["ns_per_point"])
+                for r in rows
+                if (r["pattern"], r["kernel"], r["tangent"]) == (row["pattern"], kernel, tangent)
+                and (kernel == "textbook" or r["precision"] == row["precision"])
+            )
+            expected = other / ns if upside_down else ns / other
+            # three decimals, of times with four
+            assert float(row[column]) == pytest.approx(expected, rel=1e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["speed.png", "speed.pdf"])
+def test_chart_of_a_file(
+    name: str, measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A CSV is drawn; the file is of the kind its name says."""
+    output = tmp_path / name
+    assert main(["chart", "speed", str(measured), "-o", str(output)]) == 0
+    assert capsys.readouterr().out == f"{output}\n"
+    assert output.read_bytes().startswith(b"%PDF" if name.endswith("pdf") else b"\x89PNG")
+
+
+def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Without a CSV the benchmark is run, and prints its table."""
+    output = tmp_path / "speed.png"
+    assert main(["chart", "speed", "--quick", "-o", str(output)]) == 0
+    image = matplotlib.image.imread(output)
+    assert image.shape[0] > 500 and image[..., :3].min() < 0.1 < 0.9 < image[..., :3].max()
+    assert "ns/point" in capfd.readouterr().out
+
+
+def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The table has a row per pattern, with the times of the CSV."""
+    assert main(["chart", "speed", str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
+    head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
+    rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
+    assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES
+    with measured.open(encoding="utf-8", newline="") as file:
+        single = {
+            row["pattern"]: f"{float(row['ns_per_point']):.1f}"
+            for row in csv.DictReader(file)
+            if (row["kernel"], row["precision"], row["tangent"], row["scene"])
+            == ("block", "single", "no", "slip")
+        }
+    assert {name: row[" block, single "].strip() for name, row in rows.items()} == single
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "expected"),
+    [
+        ("a,b\n1,2\n", [], "bench.csv: expected a CSV written by bench --csv"),
+        ("pattern,planes\n", [], "bench.csv: expected rows written by bench --csv"),
+        ("a,b\n1,2\n", ["--quick"], "--quick: expected without"),
+    ],
+)
+def test_wrong_csv(
+    text: str, arguments: list[str], expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file that is no result of the benchmark is named."""
+    path = tmp_path / "bench.csv"
+    path.write_text(text, encoding="utf-8")
+    assert main(["chart", "speed", str(path), "-o", str(tmp_path / "x.png"), *arguments]) == 1
+    assert expected in capsys.readouterr().err
+
+
+def test_wrong_picture(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A picture that is neither PNG nor PDF is refused."""
+    assert main(["chart", "speed", str(measured), "-o", str(tmp_path / "speed.txt")]) == 1
+    assert "speed.txt: expected a name that ends in .png or .pdf" in capsys.readouterr().err
+
+
+def test_wrong_argument_of_bench() -> None:
+    """The benchmark names what it does not know."""
+    done = subprocess.run([bench(), "--fast"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick or --profile")
