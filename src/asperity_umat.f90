@@ -24,7 +24,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp), intent(in) :: stran(ntens)           !! strain at the start (separation/h, engineering shear)
   real(wp), intent(in) :: dstran(ntens)          !! strain increment
   real(wp), intent(in) :: props(nprops)          !! material constants
-  character(len=80), intent(in) :: cmname        !! material name, not used (Kratos passes one character)
+  character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character, no length)
   real(wp), intent(inout), optional :: pnewdt    !! suggested increment factor, written only to ask for a cut
   ! not used, and NULL in some hosts
   real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
