@@ -3,11 +3,11 @@ module asperity_host
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
   use asperity_contract, only: status_ntens, status_ok, status_separation
-  use asperity_interface, only: interface_type, new_interface, point_message, state_status, separation_bound
+  use asperity_interface, only: interface_type, new_interface, explain_point, state_status, separation_bound
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: component_map, host_status, host_message, reject, request_cut
+  public :: component_map, host_status, explain_call, reject, request_cut
 
   !> Increment factor asked for when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
@@ -55,33 +55,28 @@ contains
     bound = 0.5_wp*separation_bound(interface)/interface%h
   end function strain_bound
 
-  !> What is wrong with a rejected call: every bad value, and what was expected.
-  pure function host_message(status, props, ntens, stran, dstran, statev) result(message)
-    integer, intent(in) :: status                 !! of new_interface or host_status
-    real(wp), intent(in), contiguous :: props(:)    !! PROPS
-    integer, intent(in) :: ntens                  !! components of the host
+  !> Say what is wrong with a rejected call: every bad value, and what was expected.
+  pure subroutine explain_call(props, ntens, stran, dstran, statev, message)
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS
+    integer, intent(in) :: ntens                              !! components of the host
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
-    real(wp), intent(in), contiguous :: statev(:)   !! state at the start
-    character(len=:), allocatable :: message
+    real(wp), intent(in), contiguous :: statev(:)             !! state at the start
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     real(wp), parameter :: rest(3) = 0.0_wp
     type(interface_type) :: interface
-    integer :: i, props_status
+    integer :: i, position(3), status
 
-    message = ""
-    call new_interface(props, interface, props_status)
-    if (props_status /= status_ok) then
-      call review_props(props, props_status, message)
-    else if (status == status_ntens) then
-      message = "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6"
-    else if (status == status_separation) then
-      do i = 1, ntens
-        call review_strain("STRAN", i, stran(i), strain_bound(interface), message)
-        call review_strain("DSTRAN", i, dstran(i), strain_bound(interface), message)
-      end do
-    else
-      message = point_message(interface, rest, rest, statev)
-    end if
-  end function host_message
+    position = component_map(ntens, 0)
+    if (position(1) == 0) call append(message, "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6")
+    call review_props(props, status, message)
+    if (status /= status_ok) return
+    call new_interface(props, interface, status)
+    do i = 1, size(stran)
+      call review_strain("STRAN", i, stran(i), strain_bound(interface), message)
+      call review_strain("DSTRAN", i, dstran(i), strain_bound(interface), message)
+    end do
+    call explain_point(interface, rest, rest, statev, message)
+  end subroutine explain_call
 
   !> Add a line to the message if a strain component is not finite or too large.
   pure subroutine review_strain(name, i, value, bound, message)
