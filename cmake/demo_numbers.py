@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import itertools
 from pathlib import Path
 
 
@@ -16,11 +17,11 @@ def main() -> None:
         rows = list(csv.DictReader(file))
     slips = [float(row["s_Tx"]) for row in rows]
     preload = next(i for i, row in enumerate(rows) if row["step"] != rows[0]["step"]) - 1
-    steps = [b - a for a, b in zip(slips[:-1], slips[1:], strict=True)]
+    steps = [b - a for a, b in itertools.pairwise(slips)]
     turns = [i for i in range(1, len(steps)) if steps[i - 1] * steps[i] < 0.0]
     peak = max(range(len(rows)), key=lambda i: abs(float(rows[i]["t_Tx"])))
     named = [("preload", preload), *(("turning point", i) for i in turns), ("end", len(rows) - 1)]
-    print(f"{'':18}{'slip':>10}{'traction':>12}{'dilation':>12}{'damage':>10}")
+    print(f"{'mm, MPa, N/mm':18}{'slip':>10}{'traction':>12}{'dilation':>12}{'damage':>10}")
     for name, i in [*named, ("largest traction", peak)]:
         numbers = [float(rows[i][column]) for column in ("s_Tx", "t_Tx", "s_N", "damage")]
         print("{:18}{:10.4f}{:12.4f}{:12.5f}{:10.4f}".format(name, *numbers))

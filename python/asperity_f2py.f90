@@ -109,7 +109,7 @@ end subroutine interface_planes
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction, tangent, status, message)
   use asperity_checks, only: integer_text
   use asperity_contract, only: status_ok
-  use asperity_interface, only: interface_type, new_interface, point_message, update_points
+  use asperity_interface, only: explain_point, interface_type, new_interface, update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -124,14 +124,16 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   character(len=4096), intent(out) :: message            !! its bad values; points count from 0
   !f2py threadsafe
   type(interface_type) :: interface
+  character(len=:), allocatable :: reasons
   integer :: failed, i
   message = ""
   call new_interface(props, interface, status)
   if (status /= status_ok) return
   call update_points(interface, s, state, traction, status, failed, s_old, tangent)
   if (status /= status_ok) then
-    message = "point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // &
-      point_message(interface, s_old(:, failed), s(:, failed), state(:, failed))
+    reasons = ""
+    call explain_point(interface, s_old(:, failed), s(:, failed), state(:, failed), reasons)
+    message = "point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons
     return
   end if
   do i = 1, n
@@ -143,7 +145,7 @@ end subroutine interface_update
 subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status, message)
   use asperity_checks, only: integer_text
   use asperity_contract, only: status_ok
-  use asperity_interface, only: interface_type, new_interface, point_message, update_points
+  use asperity_interface, only: explain_point, interface_type, new_interface, update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -156,6 +158,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
   character(len=4096), intent(out) :: message            !! its bad values; rows count from 0
   !f2py threadsafe
   type(interface_type) :: interface
+  character(len=:), allocatable :: reasons
   double precision :: from(3, 1)
   integer :: failed, i
   message = ""
@@ -171,8 +174,9 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
     end if
     call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from)
     if (status /= status_ok) then
-      message = "row " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // &
-        point_message(interface, from(:, 1), s(:, i), state(:, i))
+      reasons = ""
+      call explain_point(interface, from(:, 1), s(:, i), state(:, i), reasons)
+      message = "row " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons
       return
     end if
   end do

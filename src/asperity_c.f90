@@ -3,7 +3,7 @@ module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use asperity_checks, only: integer_text, review_props
   use asperity_contract, only: status_ok, status_size, version
-  use asperity_interface, only: interface_type, new_interface, points_message, update_points
+  use asperity_interface, only: interface_type, new_interface, explain_points, update_points
   use asperity_kinds, only: wp
   implicit none
   private
@@ -75,7 +75,7 @@ contains
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
       call update_points(interface, s, state, traction, status, failed, from, d)
       if (status /= status_ok) then
-        text = points_message(interface, failed, s, state, from)
+        call explain_points(interface, failed, s, state, text, from)
       else if (associated(d)) then
         do i = 1, n
           d(:, :, i) = transpose(d(:, :, i))   ! rows first in C

@@ -12,6 +12,89 @@ module asperity_checks
 
 contains
 
+  !> Length of the text of a number.
+  pure function text_length(value) result(length)
+    real(wp), intent(in) :: value   !! any bits
+    integer :: length
+    character(len=32) :: text
+    call write_number(value, text, length)
+  end function text_length
+
+  !> Length of the text of an integer.
+  pure function integer_length(value) result(length)
+    integer, intent(in) :: value   !! any
+    integer :: length
+    character(len=12) :: text
+    write (text, "(i0)") value
+    length = len_trim(text)
+  end function integer_length
+
+  !> Shortest text of a number that reads back the same, without an exponent where that is easily read.
+  pure function to_text(value) result(text)
+    real(wp), intent(in) :: value   !! any bits
+    character(len=text_length(value)) :: text
+    integer :: length
+    ! results of deferred length have their length in static memory with gfortran: two threads would share it
+    call write_number(value, text, length)
+  end function to_text
+
+  !> Text of an integer.
+  pure function integer_text(value) result(text)
+    integer, intent(in) :: value   !! any
+    character(len=integer_length(value)) :: text
+    write (text, "(i0)") value
+  end function integer_text
+
+  !> Write a number as `to_text` does.
+  pure subroutine write_number(value, text, length)
+    real(wp), intent(in) :: value              !! any bits
+    character(len=*), intent(out) :: text      !! the number, then blanks
+    integer, intent(out) :: length             !! characters of the number
+    character(len=26) :: buffer
+    character(len=12) :: style
+    character(len=17) :: digits
+    character(len=1) :: sign
+    real(wp) :: back
+    integer(int64), parameter :: infinity_bits = int(z"7FF0000000000000", int64)
+    integer :: exponent, n
+
+    if (.not. bounded(value, huge(1.0_wp))) then
+      text = "NaN"
+      if (transfer(value, 0_int64) == infinity_bits) text = "Inf"
+      if (transfer(-value, 0_int64) == infinity_bits) text = "-Inf"
+    else if (.not. abs(value) > 0.0_wp) then
+      text = "0"
+    else
+      ! fewer digits of the largest numbers may round up beyond the range
+      do n = merge(1, 17, abs(value) < 1.0e300_wp), 17
+        write (style, "(a, i0, a)") "(es26.", n - 1, "e3)"
+        write (buffer, style) abs(value)
+        read (buffer, "(f26.0)") back
+        if (.not. abs(back - abs(value)) > 0.0_wp) exit
+      end do
+      n = min(n, 17)
+      buffer = adjustl(buffer)
+      digits = buffer(1:1) // buffer(3:)
+      read (buffer(index(buffer, "E") + 1:), "(i5)") exponent
+      sign = merge("-", " ", value < 0.0_wp)
+      if (exponent < -5 .or. exponent > 8) then
+        write (buffer, "(i0)") exponent
+        if (n > 1) then
+          text = trim(sign) // digits(1:1) // "." // digits(2:n) // "e" // trim(buffer)
+        else
+          text = trim(sign) // digits(1:1) // "e" // trim(buffer)
+        end if
+      else if (exponent < 0) then
+        text = trim(sign) // "0." // repeat("0", -exponent - 1) // digits(:n)
+      else if (n <= exponent + 1) then
+        text = trim(sign) // digits(:n) // repeat("0", exponent + 1 - n)
+      else
+        text = trim(sign) // digits(:exponent + 1) // "." // digits(exponent + 2:n)
+      end if
+    end if
+    length = len_trim(text)
+  end subroutine write_number
+
   !> Whether |x| <= bound; false for NaN and infinity, without raising a floating-point exception.
   elemental function bounded(x, bound) result(yes)
     real(wp), intent(in) :: x       !! any bits
@@ -125,61 +208,5 @@ contains
       message = message // new_line("a") // line
     end if
   end subroutine append
-
-  !> Shortest text of a number that reads back the same, without an exponent where that is easily read.
-  pure function to_text(value) result(text)
-    real(wp), intent(in) :: value   !! any bits
-    character(len=:), allocatable :: text
-    character(len=26) :: buffer
-    character(len=12) :: style
-    character(len=17) :: digits
-    real(wp) :: back
-    integer(int64), parameter :: infinity_bits = int(z"7FF0000000000000", int64)
-    integer :: exponent, n
-
-    if (.not. bounded(value, huge(1.0_wp))) then
-      text = "NaN"
-      if (transfer(value, 0_int64) == infinity_bits) text = "Inf"
-      if (transfer(-value, 0_int64) == infinity_bits) text = "-Inf"
-      return
-    end if
-    if (.not. abs(value) > 0.0_wp) then
-      text = "0"
-      return
-    end if
-    ! fewer digits of the largest numbers may round up beyond the range
-    do n = merge(1, 17, abs(value) < 1.0e300_wp), 17
-      write (style, "(a, i0, a)") "(es26.", n - 1, "e3)"
-      write (buffer, style) abs(value)
-      read (buffer, "(f26.0)") back
-      if (.not. abs(back - abs(value)) > 0.0_wp) exit
-    end do
-    n = min(n, 17)
-    buffer = adjustl(buffer)
-    digits = buffer(1:1) // buffer(3:)
-    read (buffer(index(buffer, "E") + 1:), "(i5)") exponent
-    if (exponent < -5 .or. exponent > 8) then
-      text = digits(1:1)
-      if (n > 1) text = text // "." // digits(2:n)
-      write (buffer, "(i0)") exponent
-      text = text // "e" // trim(buffer)
-    else if (exponent < 0) then
-      text = "0." // repeat("0", -exponent - 1) // digits(:n)
-    else if (n <= exponent + 1) then
-      text = digits(:n) // repeat("0", exponent + 1 - n)
-    else
-      text = digits(:exponent + 1) // "." // digits(exponent + 2:n)
-    end if
-    if (value < 0.0_wp) text = "-" // text
-  end function to_text
-
-  !> Text of an integer.
-  pure function integer_text(value) result(text)
-    integer, intent(in) :: value   !! any
-    character(len=:), allocatable :: text
-    character(len=12) :: buffer
-    write (buffer, "(i0)") value
-    text = trim(buffer)
-  end function integer_text
 
 end module asperity_checks

@@ -3,11 +3,11 @@ module asperity_host
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
   use asperity_contract, only: status_nstatv, status_ntens, status_ok, status_separation, v_offset
-  use asperity_interface, only: interface_type, new_interface, point_message, state_status, separation_bound
+  use asperity_interface, only: interface_type, new_interface, explain_point, state_status, separation_bound
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: component_map, vumat_map, host_status, host_message, vumat_message, block_message, reject, report, &
+  public :: component_map, vumat_map, host_status, explain_call, explain_vumat, explain_block, reject, report, &
     request_cut
 
   !> Increment factor asked for when a call is rejected.
@@ -66,79 +66,76 @@ contains
     bound = 0.5_wp*separation_bound(interface)/interface%h
   end function strain_bound
 
-  !> What is wrong with a rejected call: every bad value, and what was expected.
-  pure function host_message(status, props, ntens, stran, dstran, statev) result(message)
-    integer, intent(in) :: status                 !! of new_interface or host_status
-    real(wp), intent(in), contiguous :: props(:)    !! PROPS
-    integer, intent(in) :: ntens                  !! components of the host
+  !> Say what is wrong with a rejected call: every bad value, and what was expected.
+  pure subroutine explain_call(props, ntens, stran, dstran, statev, message)
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS
+    integer, intent(in) :: ntens                              !! components of the host
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
-    real(wp), intent(in), contiguous :: statev(:)   !! state at the start
-    character(len=:), allocatable :: message
+    real(wp), intent(in), contiguous :: statev(:)             !! state at the start
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     real(wp), parameter :: rest(3) = 0.0_wp
     type(interface_type) :: interface
-    integer :: i, props_status
+    integer :: i, position(3), status
 
-    message = ""
-    call new_interface(props, interface, props_status)
-    if (props_status /= status_ok) then
-      call review_props(props, props_status, message)
-    else if (status == status_ntens) then
-      message = "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6"
-    else if (status == status_separation) then
-      do i = 1, ntens
-        call review_value("STRAN", i, stran(i), strain_bound(interface), message)
-        call review_value("DSTRAN", i, dstran(i), strain_bound(interface), message)
-      end do
-    else
-      message = point_message(interface, rest, rest, statev)
-    end if
-  end function host_message
+    position = component_map(ntens, 0)
+    if (position(1) == 0) call append(message, "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6")
+    call review_props(props, status, message)
+    if (status /= status_ok) return
+    call new_interface(props, interface, status)
+    do i = 1, size(stran)
+      call review_value("STRAN", i, stran(i), strain_bound(interface), message)
+      call review_value("DSTRAN", i, dstran(i), strain_bound(interface), message)
+    end do
+    call explain_point(interface, rest, rest, statev, message)
+  end subroutine explain_call
 
-  !> What is wrong with a VUMAT call as a whole.
-  pure function vumat_message(status, props, ndir, nshr, nstatev) result(message)
-    integer, intent(in) :: status                   !! of the test that failed
-    real(wp), intent(in), contiguous :: props(:)    !! PROPS
-    integer, intent(in) :: ndir, nshr, nstatev      !! as the host passed them
-    character(len=:), allocatable :: message
+  !> Say what is wrong with a VUMAT call as a whole.
+  pure subroutine explain_vumat(status, props, ndir, nshr, nstatev, message)
+    integer, intent(in) :: status                             !! of the test that failed
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS
+    integer, intent(in) :: ndir, nshr, nstatev                !! as the host passed them
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     type(interface_type) :: interface
     integer :: props_status
-    message = ""
+    call review_props(props, props_status, message)
+    if (props_status /= status_ok) return
     call new_interface(props, interface, props_status)
-    if (props_status /= status_ok) then
-      call review_props(props, props_status, message)
-    else if (status == status_ntens) then
-      message = "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // ": expected 1, 2 or (2D) 1, 1"
+    if (status == status_ntens) then
+      call append(message, "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // &
+        ": expected 1, 2 or (2D) 1, 1")
     else if (status == status_nstatv) then
-      message = "nstatev = " // integer_text(nstatev) // ": expected at least " // integer_text(interface%n_statev)
+      call append(message, "nstatev = " // integer_text(nstatev) // ": expected at least " // &
+        integer_text(interface%n_statev))
     else
-      message = "PROPS: constants of the law leave the range of the host's real kind: expected other units"
+      call append(message, "PROPS: constants of the law leave the range of the host's real kind: expected other units")
     end if
-  end function vumat_message
+  end subroutine explain_vumat
 
-  !> What is wrong with point i of a block; empty if nothing is.
-  pure function block_message(interface, i, strain, bound, state, slip_bound) result(message)
-    type(interface_type), intent(in) :: interface   !! the interface
-    integer, intent(in) :: i                        !! point
-    real(wp), intent(in) :: strain(:)               !! its strain increment
-    real(wp), intent(in) :: bound                   !! largest magnitude of that
-    real(wp), intent(in), contiguous :: state(:)    !! STATEV
-    real(wp), intent(in) :: slip_bound              !! largest magnitude of the offsets and slips in it
-    character(len=:), allocatable :: message
+  !> Say what is wrong with point i of a block; nothing is appended if nothing is.
+  pure subroutine explain_block(interface, i, strain, bound, state, slip_bound, message)
+    type(interface_type), intent(in) :: interface             !! the interface
+    integer, intent(in) :: i                                  !! point
+    real(wp), intent(in) :: strain(:)                         !! its strain increment
+    real(wp), intent(in) :: bound                             !! largest magnitude of that
+    real(wp), intent(in), contiguous :: state(:)              !! STATEV
+    real(wp), intent(in) :: slip_bound                        !! largest magnitude of the offsets and slips in it
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    character(len=:), allocatable :: lines
     real(wp), parameter :: rest(3) = 0.0_wp
     integer :: j
-    message = ""
+    lines = ""
     do j = 1, size(strain)
-      call review_value("strainInc", j, strain(j), bound, message)
+      call review_value("strainInc", j, strain(j), bound, lines)
     end do
-    if (len(message) == 0) message = point_message(interface, rest, rest, state)
-    if (len(message) == 0) then
+    call explain_point(interface, rest, rest, state, lines)
+    if (len(lines) == 0) then
       ! the range of single precision is narrower
       do j = v_offset, interface%n_statev
-        call review_value("STATEV", j, state(j), slip_bound, message)
+        call review_value("STATEV", j, state(j), slip_bound, lines)
       end do
     end if
-    if (len(message) > 0) message = "point " // integer_text(i) // " of the block: " // message
-  end function block_message
+    if (len(lines) > 0) call append(message, "point " // integer_text(i) // " of the block: " // lines)
+  end subroutine explain_block
 
   !> Add a line to the message if a value is not finite or too large.
   pure subroutine review_value(name, i, value, bound, message)

@@ -12,7 +12,7 @@ module asperity_interface
   implicit none
   private
   public :: interface_type, new_interface, separation_bound, virgin_tangent, point_status, state_status, &
-    update_points, point_message, points_message
+    update_points, explain_point, explain_points
 
   !> An interface as a host describes it by PROPS.
   type :: interface_type
@@ -29,8 +29,6 @@ module asperity_interface
 
   !> Points from which on threads are worth starting.
   integer, parameter :: worth_threads = 2048
-  !> Points of the widest vectors.
-  integer, parameter :: whole_vectors = 8
 
 contains
 
@@ -122,8 +120,8 @@ contains
 
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.
   !>
-  !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of a
-  !> point does not depend on the others, on their number or on the threads, to the last bit.
+  !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of
+  !> a point does not depend on the others, on their number or on the threads, to the last bit.
   subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent)
     type(interface_type), intent(in) :: interface                 !! the interface
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
@@ -172,14 +170,10 @@ contains
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3), v(chunk, n_statev(max_planes))
-    integer :: i, j, lanes, n, p
+    integer :: i, j, n, p
 
     n = last - first + 1
-    ! whole vectors, filled up with virgin points at rest: no point is left over to be computed by other instructions
-    lanes = min(chunk, ((n + whole_vectors - 1)/whole_vectors)*whole_vectors)
-    s0(:lanes, :) = 0.0_wp
-    s1(n + 1:lanes, :) = 0.0_wp
-    v(n + 1:lanes, :interface%n_statev) = 0.0_wp
+    s0(:n, :) = 0.0_wp
     do i = 1, n
       p = first + i - 1
       do j = 1, 3
@@ -191,9 +185,9 @@ contains
       end do
     end do
     if (present(tangent)) then
-      call update_block(block, lanes, s0, s1, chunk, v, t, d)
+      call update_block(block, n, s0, s1, chunk, v, t, d)
     else
-      call update_block(block, lanes, s0, s1, chunk, v, t)
+      call update_block(block, n, s0, s1, chunk, v, t)
     end if
     do i = 1, n
       p = first + i - 1
@@ -207,63 +201,67 @@ contains
     end do
   end subroutine update_some
 
-  !> What `update_points` rejected: the point, its bad values, and what was expected.
-  pure function points_message(interface, failed, s, state, s_old) result(message)
-    type(interface_type), intent(in) :: interface      !! the interface
-    integer, intent(in) :: failed                      !! the point
-    real(wp), intent(in), contiguous :: s(:, :)   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(in), contiguous :: state(:, :)   !! (nstatv, n) STATEV at the start
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)   !! (3, n) separation at the start, absent: zero
-    character(len=:), allocatable :: message
+  !> Say what `update_points` rejected: the point, its bad values, and what was expected.
+  pure subroutine explain_points(interface, failed, s, state, message, s_old)
+    type(interface_type), intent(in) :: interface                 !! the interface
+    integer, intent(in) :: failed                                 !! the point
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(in), contiguous :: state(:, :)               !! (nstatv, n) STATEV at the start
+    character(len=:), allocatable, intent(inout) :: message       !! lines are appended
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    character(len=:), allocatable :: lines
     real(wp) :: from(3)
     from = 0.0_wp
     if (present(s_old)) from = s_old(:, failed)
-    message = "point " // integer_text(failed) // ": " // point_message(interface, from, s(:, failed), state(:, failed))
-  end function points_message
+    lines = ""
+    call explain_point(interface, from, s(:, failed), state(:, failed), lines)
+    call append(message, "point " // integer_text(failed) // ": " // lines)
+  end subroutine explain_points
 
-  !> What is wrong with the input of a point: every bad value, and what was expected.
-  pure function point_message(interface, s_old, s, state_old) result(message)
-    type(interface_type), intent(in) :: interface   !! the interface
-    real(wp), intent(in) :: s_old(:)                !! (3) separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(:)                    !! (3) separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)   !! (nstatv) STATEV at the start
-    character(len=:), allocatable :: message
+  !> Say what is wrong with the input of a point: every bad value, and what was expected.
+  pure subroutine explain_point(interface, s_old, s, state_old, message)
+    type(interface_type), intent(in) :: interface              !! the interface
+    real(wp), intent(in) :: s_old(:)                           !! (3) separation (N, Tx, Ty) at the start, length
+    real(wp), intent(in) :: s(:)                               !! (3) separation at the end, length
+    real(wp), intent(in), contiguous :: state_old(:)           !! (nstatv) STATEV at the start
+    character(len=:), allocatable, intent(inout) :: message    !! lines are appended
     character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
-    real(wp) :: bound, slip
+    real(wp) :: bound, slip, largest
     integer :: i, j, k
 
-    message = ""
     bound = separation_bound(interface)
     slip = slip_bound(interface)
+    do i = 1, 3
+      call review(message, trim(names(i)) // " at the start", s_old(i), -bound, bound)
+      call review(message, trim(names(i)), s(i), -bound, bound)
+    end do
     if (size(state_old) < interface%n_statev) then
       call append(message, "NSTATV = " // integer_text(size(state_old)) // ": expected at least " // &
         integer_text(interface%n_statev) // " for " // integer_text(interface%rie%pattern%n) // " planes")
       return
     end if
-    do i = 1, 3
-      call review(message, trim(names(i)) // " at the start", s_old(i), -bound, bound)
-      call review(message, trim(names(i)), s(i), -bound, bound)
-    end do
     do i = 1, n_point_statev
-      call review(message, statev_name(i, i), state_old(i), -merge(slip, huge(1.0_wp), i >= v_offset), &
-        merge(slip, huge(1.0_wp), i >= v_offset))
+      largest = merge(slip, huge(1.0_wp), i >= v_offset)
+      call review_statev(message, i, i, state_old(i), -largest, largest)
     end do
     do k = 1, interface%rie%pattern%n
       i = plane_statev(k)
-      call review(message, statev_name(i, n_point_statev + 1), state_old(i), 0.0_wp, 1.0_wp)
+      call review_statev(message, i, n_point_statev + 1, state_old(i), 0.0_wp, 1.0_wp)
       do j = 1, n_plane_statev - 1
-        call review(message, statev_name(i + j, n_point_statev + 1 + j), state_old(i + j), -slip, slip)
+        call review_statev(message, i + j, n_point_statev + 1 + j, state_old(i + j), -slip, slip)
       end do
     end do
-  end function point_message
+  end subroutine explain_point
 
-  !> Name of a state variable in a message.
-  pure function statev_name(index, row) result(name)
-    integer, intent(in) :: index   !! in STATEV
-    integer, intent(in) :: row     !! of statev_table
-    character(len=:), allocatable :: name
-    name = "STATEV(" // integer_text(index) // ") " // trim(statev_table(row)%name)
-  end function statev_name
+  !> Add a line to the message if a state variable is not a finite number in its range.
+  pure subroutine review_statev(message, i, row, value, lower, upper)
+    character(len=:), allocatable, intent(inout) :: message   !! lines so far
+    integer, intent(in) :: i                                  !! index in STATEV
+    integer, intent(in) :: row                                !! of statev_table
+    real(wp), intent(in) :: value                             !! any bits
+    real(wp), intent(in) :: lower, upper                      !! admissible range
+    call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), value, lower, upper)
+  end subroutine review_statev
 
   !> Add a line to the message if a value is not a finite number in its range.
   pure subroutine review(message, name, value, lower, upper)

@@ -7,7 +7,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
   use asperity_contract, only: max_ntens, status_ok, v_friction, v_rupture, v_stored
-  use asperity_host, only: component_map, host_message, host_status, reject, rejected_pnewdt, request_cut
+  use asperity_host, only: component_map, explain_call, host_status, reject, rejected_pnewdt, request_cut
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
@@ -24,7 +24,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp), intent(in) :: stran(ntens)           !! strain at the start (separation/h, engineering shear)
   real(wp), intent(in) :: dstran(ntens)          !! strain increment
   real(wp), intent(in) :: props(nprops)          !! material constants
-  character(len=80), intent(in) :: cmname        !! material name, not used (Kratos passes one character)
+  character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character, no length)
   real(wp), intent(inout), optional :: pnewdt    !! suggested increment factor, written only to ask for a cut
   ! not used, and NULL in some hosts
   real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
@@ -33,13 +33,16 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
   type(interface_type) :: interface
   real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness
+  character(len=:), allocatable :: message
   integer :: i, j, position(3), status
 
   call new_interface(props, interface, status)
   position = component_map(ntens, interface%map)
   if (status == status_ok) status = host_status(interface, position, stran, dstran, statev)
   if (status /= status_ok) then
-    call reject("umat", host_message(status, props, ntens, stran, dstran, statev), stress, ddsdde)
+    message = ""
+    call explain_call(props, ntens, stran, dstran, statev, message)
+    call reject("umat", message, stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)
     return
   end if

@@ -9,7 +9,7 @@ module support_law
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
-    plane_axes, local_separation, draw, random_history, same_bits
+    plane_axes, local_separation, length, draw, random_history, same_bits
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -94,13 +94,13 @@ contains
     path%across = e(1)*t(3, :) - e(2)*t(2, :)
   end function slip_path
 
-  !> Values length/n, 2 length/n, ..., length.
-  pure function even_steps(length, n) result(x)
-    real(wp), intent(in) :: length   !! last value
-    integer, intent(in) :: n         !! how many
+  !> Values last/n, 2 last/n, ..., last.
+  pure function even_steps(last, n) result(x)
+    real(wp), intent(in) :: last   !! last value
+    integer, intent(in) :: n       !! how many
     real(wp) :: x(n)
     integer :: i
-    x = [(length*(real(i, wp)/real(n, wp)), i=1, n)]
+    x = [(last*(real(i, wp)/real(n, wp)), i=1, n)]
   end function even_steps
 
   !> History of a point from virgin, every component of the separation given.
@@ -129,9 +129,9 @@ contains
     axes(:, 1) = normal
     axes(2, 2) = 1.0_wp
     axes(3, 3) = 1.0_wp
-    if (norm2(normal(2:)) > 0.0_wp) then
+    if (length(normal(2:)) > 0.0_wp) then
       axes(:, 3) = cross(big_n, normal)
-      axes(:, 3) = axes(:, 3)/norm2(axes(:, 3))
+      axes(:, 3) = axes(:, 3)/length(axes(:, 3))
       axes(:, 2) = cross(normal, axes(:, 3))
     end if
   end function plane_axes
@@ -145,6 +145,13 @@ contains
     axes = plane_axes(normal)
     local = [dot_product(axes(:, 1), s), dot_product(axes(:, 2), s), dot_product(axes(:, 3), s)]
   end function local_separation
+
+  !> Length of a vector. Not norm2: that of LLVM 16 is negative for some vectors with a negative zero.
+  pure function length(x) result(norm)
+    real(wp), intent(in) :: x(:)   !! any vector
+    real(wp) :: norm
+    norm = sqrt(sum(x**2))
+  end function length
 
   !> Vector product.
   pure function cross(a, b) result(c)

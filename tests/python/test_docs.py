@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import subprocess
@@ -80,8 +81,11 @@ def test_c_example(block: Block, tmp_path: Path) -> None:
     """It compiles without a warning, with the header of the tree and the library of the package."""
     (tmp_path / "example.c").write_text(block.text, encoding="utf-8")
     library = asperity.library()
-    flags = ["-Wall", "-Wextra", "-Werror", "-I", str(ROOT / "src"), f"-Wl,-rpath,{library.parent}"]
-    build = run(os.environ.get("CC", "cc"), *flags, "example.c", library, "-o", "example", cwd=tmp_path)
+    # named as an installation names it
+    for name in (library.name, f"{library.name}.{asperity.__version__.split('.')[0]}"):
+        (tmp_path / name).symlink_to(library)
+    flags = ["-Wall", "-Wextra", "-Werror", "-I", str(ROOT / "src"), "-L", ".", f"-Wl,-rpath,{tmp_path}"]
+    build = run(os.environ.get("CC", "cc"), "example.c", *flags, "-lasperity", "-o", "example", cwd=tmp_path)
     assert (build.returncode, build.stderr) == (0, "")
     done = run(tmp_path / "example")
     assert (done.returncode, done.stdout) == (0, block.shown)
@@ -119,6 +123,22 @@ def test_status_codes_are_those_of_the_header() -> None:
     assert codes and re.findall(r"^\| (\d+) \| `(ASPERITY_\w+)`", contract, re.MULTILINE) == [
         (number, name) for name, number in codes
     ]
+
+
+def test_python_signatures() -> None:
+    """Names and order of the arguments that the contract's table shows."""
+    text = section("docs/contract.md", "## Python")
+    shown = re.findall(r"^\| `([\w.]+)\((.*?)\)` \|", text, re.MULTILINE)
+    assert len(shown) > 5
+    for name, arguments in shown:
+        function = asperity.Interface if name.startswith(".") else asperity
+        for part in name.removeprefix("asperity").strip(".").split("."):
+            function = getattr(function, part)
+        names = [parameter for parameter in inspect.signature(function).parameters if parameter != "self"]
+        listed = [argument.split("=")[0] for argument in arguments.split(", ") if argument]
+        if listed[-1:] == ["..."]:
+            listed, names = listed[:-1], names[: len(listed) - 1]
+        assert listed == names, name
 
 
 def section(page: str, heading: str) -> str:

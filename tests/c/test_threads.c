@@ -1,0 +1,123 @@
+/* Two threads against one, accepted and rejected calls, and memory over many calls: the UMAT and the C API. */
+#define _POSIX_C_SOURCE 200809L
+#include <pthread.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "asperity.h"
+#include "check.h"
+
+enum { NSTATV = 24, STEPS = 2000, REJECTED = 300 };
+static const double rp_4[] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
+
+/* A path of one point; thread k walks its own. */
+typedef struct {
+  int k;
+  int wrong;               /* rejected calls with another message than expected */
+  double umat[NSTATV];     /* STATEV at the end, through umat_ */
+  double points[NSTATV];   /* STATEV at the end, through asperity_update */
+} walk_type;
+
+static void umat_call(double *statev, const double *stran, const double *dstran) {
+  double stress[3], ddsdde[9], sse, spd, scd;
+  const int ndi = 1, nshr = 2, ntens = 3, nstatv = NSTATV, nprops = 6;
+  umat_(stress, statev, ddsdde, &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, dstran, NULL, NULL, NULL, NULL, NULL,
+        NULL, "A", &ndi, &nshr, &ntens, &nstatv, rp_4, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
+        NULL, NULL, NULL);
+}
+
+static void *walk(void *argument) {
+  walk_type *w = argument;
+  double from[3] = {0}, to[3], step[3], traction[3];
+  memset(w->umat, 0, sizeof w->umat);
+  memset(w->points, 0, sizeof w->points);
+  for (int i = 1; i <= STEPS; i++) {
+    to[0] = 0.03 * sin(0.011 * i * (w->k + 1)) - 0.01;
+    to[1] = 0.2 * sin(0.007 * i);
+    to[2] = 0.1 * sin(0.013 * i + w->k);
+    for (int j = 0; j < 3; j++) step[j] = to[j] - from[j];
+    umat_call(w->umat, from, step);
+    asperity_update(rp_4, 6, 1, from, to, NSTATV, w->points, traction, NULL, NULL, 0);
+    for (int j = 0; j < 3; j++) from[j] += step[j];
+  }
+  return NULL;
+}
+
+/* Two threads get what one gets, bit for bit. */
+static int two_threads_get_what_one_gets(void) {
+  walk_type alone[2] = {{.k = 0}, {.k = 1}}, both[2] = {{.k = 0}, {.k = 1}};
+  pthread_t thread[2];
+  int failures = 0;
+  for (int k = 0; k < 2; k++) walk(&alone[k]);
+  for (int k = 0; k < 2; k++) pthread_create(&thread[k], NULL, walk, &both[k]);
+  for (int k = 0; k < 2; k++) pthread_join(thread[k], NULL);
+  for (int k = 0; k < 2; k++) {
+    failures += FAILS(memcmp(alone[k].umat, both[k].umat, sizeof alone[k].umat) == 0);
+    failures += FAILS(memcmp(alone[k].points, both[k].points, sizeof alone[k].points) == 0);
+    failures += FAILS(alone[k].umat[0] > 0.5);
+  }
+  return failures;
+}
+
+/* Rejected calls of both entries; thread 0 has a bad state, thread 1 bad constants: messages of different length. */
+static void *be_rejected(void *argument) {
+  walk_type *w = argument;
+  double props[6], state[NSTATV] = {0}, s[3] = {0}, traction[3];
+  char message[4096], expected[4096];
+  memcpy(props, rp_4, sizeof props);
+  if (w->k == 0) {
+    for (int i = 9; i < NSTATV; i++) state[i] = -0.25 - 1000.0 * NAN;
+  } else {
+    props[2] = 1.5;
+  }
+  asperity_update(props, 6, 1, NULL, s, NSTATV, state, traction, NULL, expected, sizeof expected);
+  for (int i = 0; i < REJECTED; i++) {
+    int status = asperity_update(props, 6, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
+    if (status == ASPERITY_OK || strcmp(message, expected) != 0) w->wrong++;
+  }
+  return NULL;
+}
+
+/* The messages of two threads do not mix. */
+static int two_threads_are_rejected_apart(void) {
+  walk_type w[2] = {{.k = 0}, {.k = 1}};
+  pthread_t thread[2];
+  for (int k = 0; k < 2; k++) pthread_create(&thread[k], NULL, be_rejected, &w[k]);
+  for (int k = 0; k < 2; k++) pthread_join(thread[k], NULL);
+  return FAILS(w[0].wrong == 0) + FAILS(w[1].wrong == 0);
+}
+
+static long resident_kilobytes(void) {
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+/* The peak of the resident memory does not grow over many calls, rejected ones among them (0.1 bytes a call). */
+static int memory_does_not_grow(void) {
+  const char *count = getenv("ASPERITY_CALLS");
+  const long calls = count ? atol(count) : 1000000;
+  double state[NSTATV] = {0}, s[3] = {0.01, 0.02, 0.0}, traction[3], zero[3] = {0};
+  double bad[6] = {-3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
+  char message[256];
+  long before = 0;
+  for (long i = 0; i < calls + 1000; i++) {
+    if (i == 1000) before = resident_kilobytes();
+    s[1] = 1e-4 * (double)(i % 1000);
+    umat_call(state, zero, s);
+    asperity_update(rp_4, 6, 1, NULL, s, NSTATV, state, traction, NULL, NULL, 0);
+    if (i % 100 == 0) asperity_update(bad, 6, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
+  }
+  /* address sanitizers keep freed memory for a while */
+  const long allowed = getenv("ASPERITY_SANITIZED") ? 300000 : 256;
+  return FAILS(resident_kilobytes() - before <= allowed);
+}
+
+int main(void) {
+  int (*const tests[])(void) = {two_threads_get_what_one_gets, two_threads_are_rejected_apart, memory_does_not_grow};
+  return check_run(3, tests);
+}
