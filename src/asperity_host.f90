@@ -123,7 +123,7 @@ contains
     character(len=:), allocatable :: lines
     real(wp), parameter :: rest(3) = 0.0_wp
     integer :: j
-    lines = ""
+    allocate (character(len=0) :: lines)
     do j = 1, size(strain)
       call review_value("strainInc", j, strain(j), bound, lines)
     end do
