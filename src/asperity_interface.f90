@@ -141,7 +141,7 @@ contains
     real(wp) :: from(3)
     from = 0.0_wp
     if (present(s_old)) from = s_old(:, failed)
-    lines = ""
+    allocate (character(len=0) :: lines)
     call explain_point(interface, from, s(:, failed), state(:, failed), lines)
     call append(message, "point " // integer_text(failed) // ": " // lines)
   end subroutine explain_points
