@@ -34,5 +34,6 @@ if(ASPERITY_SANITIZE)
   target_link_options(asperity_flags INTERFACE -fsanitize=${ASPERITY_SANITIZE})
 endif()
 if(ASPERITY_COVERAGE)
-  set(ASPERITY_COVERAGE_FLAGS --coverage -fprofile-abs-path -O0)
+  # counters that two threads may count up
+  set(ASPERITY_COVERAGE_FLAGS --coverage -fprofile-update=atomic -fprofile-abs-path -O0)
 endif()

@@ -23,7 +23,7 @@ module support_law
   real(wp), parameter, public :: signalling_nan = transfer(int(z"7FF4000000000000", int64), 1.0_wp)
   real(wp), parameter, public :: infinity = transfer(int(z"7FF0000000000000", int64), 1.0_wp)
 
-  !> Increments of the normal traction before a slip: law.md's energies need a preload in parts.
+  !> Increments of the normal traction before a slip: the energies of a preload need parts.
   integer, parameter :: n_preload = 100
 
   !> What a point went through in a confined slip test.
