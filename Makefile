@@ -83,7 +83,7 @@ build/passed/flang: $(code) build/options | .venv/installed
 
 build/passed/coverage: $(code) build/options cmake/coverage.py | .venv/installed
 	@$(step) "Coverage of src/" $(log) sh -ec 'mkdir -p build/$(@F); find build/$(@F) -name "*.gcda" -delete; \
-	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Debug -DASPERITY_COVERAGE=ON); \
+	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Coverage -DASPERITY_COVERAGE=ON); \
 	  $(venv)/python cmake/coverage.py build/$(@F)'
 	$(done)
 

@@ -12,6 +12,6 @@ ctest --test-dir "$folder" --parallel "${JOBS:-2}" --timeout 300 --no-tests=erro
 [ -f "$log" ] || exit 1
 if [ $status -ne 0 ]; then
   echo "--- what failed, from $log"
-  grep -A 4 -E '\.\.\. FAILED$|^Failure|^ *[0-9]+\) |ERROR|: expected ' "$log" | head -n 40 || true
+  grep -A 4 -E '\.\.\. FAILED$|^Failure|^ *[0-9]+\) |ERROR: |\.c(pp)?:[0-9]+: ' "$log" | head -n 40 || true
 fi
 "${PYTHON:-python3}" tests/support/count_tests.py "$log" && exit $status

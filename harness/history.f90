@@ -1,12 +1,9 @@
 !> CSV of a run: one row per increment, in the file as soon as it is known; and what the run came to.
 !>
 !> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
-!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +:
-!>   onset     damage begins
-!>   damaged   every plane is fully damaged
-!>   open      a plane in contact opens
-!>   close     a plane that was open comes into contact
-!>   slip      a damaged plane in contact begins to slide
+!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +: what module `events`
+!> finds, and
+!>   snap      s_N moved farther than the increment explains (`snapped` of mixed_control)
 !>   substeps  the increment was solved in parts
 !>   cut       a replayed host was asked for a smaller increment
 !>   lost      no equilibrium was found beyond: the row is the last one found
@@ -16,13 +13,12 @@ module history
     v_rupture, v_stored, v_work
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_pattern, only: plane_normal
+  use events, only: event_length, find_events, name_event, planes_at_rest, planes_type
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
   public :: open_history, add_row, close_history
 
-  integer, parameter :: event_length = 64
   character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
     "rupture,friction,work,iterations,event"
 
@@ -34,7 +30,7 @@ module history
     real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
     real(wp), allocatable :: state(:)    !! STATEV
     integer :: iterations = 0
-    logical :: substeps = .false., cut = .false., lost = .false.
+    logical :: snap = .false., substeps = .false., cut = .false., lost = .false.
   end type row_type
 
   !> The file and what has been written to it.
@@ -48,7 +44,7 @@ module history
     integer, private :: file = 0           !! descriptor
     character(len=:), allocatable, private :: path
     integer, private :: n_planes = 0       !! with columns of their own
-    logical, allocatable, private :: contact(:), apart(:), slides(:)   !! of the planes at the last row
+    type(planes_type), private :: planes   !! at the last row
   end type history_type
 
 contains
@@ -63,10 +59,7 @@ contains
     integer :: j, k, n
 
     n = interface%rie%pattern%n
-    allocate (table%contact(n), table%apart(n), table%slides(n))
-    table%contact = .false.
-    table%apart = .false.
-    table%slides = .false.
+    table%planes = planes_at_rest(interface)
     allocate (table%last%state(interface%n_statev))
     table%last%state = 0.0_wp
     table%path = path
@@ -93,7 +86,11 @@ contains
     character(len=:), allocatable :: line
     integer :: i, k
 
-    call find_events(table, interface, row, event)
+    call find_events(interface, row%s, table%last%state, row%state, table%planes, event)
+    call name_event(event, "snap", row%snap)
+    call name_event(event, "substeps", row%substeps)
+    call name_event(event, "cut", row%cut)
+    call name_event(event, "lost", row%lost)
     line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)
     do i = 1, 3
       line = line // "," // number(row%s(i))
@@ -134,50 +131,5 @@ contains
     write (buffer, "(es26.16e3)") value
     text = trim(adjustl(buffer))
   end function number
-
-  !> What happened since the last row, from the states of the planes.
-  subroutine find_events(table, interface, row, event)
-    type(history_type), intent(inout) :: table      !! states of the planes, last row -> this row
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(row_type), intent(in) :: row               !! the row
-    character(len=event_length), intent(out) :: event   !! names joined by +
-    logical, dimension(size(table%contact)) :: contact, apart, slides, damaged, was_damaged
-    real(wp) :: s_n
-    integer :: i, k
-
-    do k = 1, size(contact)
-      i = plane_statev(k)
-      s_n = dot_product(plane_normal(interface%rie%pattern, k), row%s)
-      ! a plane that just touches is as it was
-      contact(k) = s_n < 0.0_wp .or. (table%contact(k) .and. .not. s_n > 0.0_wp)
-      apart(k) = s_n > 0.0_wp .or. (table%apart(k) .and. .not. s_n < 0.0_wp)
-      slides(k) = contact(k) .and. row%state(i) > 0.0_wp .and. &
-        any(abs(row%state(i + 1:i + 2) - table%last%state(i + 1:i + 2)) > 0.0_wp)
-      damaged(k) = row%state(i) >= 1.0_wp
-      was_damaged(k) = table%last%state(i) >= 1.0_wp
-    end do
-    event = ""
-    if (row%state(v_damage) > 0.0_wp .and. .not. table%last%state(v_damage) > 0.0_wp) call name_event("onset")
-    if (all(damaged) .and. .not. all(was_damaged)) call name_event("damaged")
-    if (any(table%contact .and. .not. contact)) call name_event("open")
-    if (any(table%apart .and. contact)) call name_event("close")
-    if (any(slides .and. .not. table%slides)) call name_event("slip")
-    if (row%substeps) call name_event("substeps")
-    if (row%cut) call name_event("cut")
-    if (row%lost) call name_event("lost")
-    table%contact = contact
-    table%apart = apart
-    table%slides = slides
-
-  contains
-
-    !> Add a name.
-    subroutine name_event(name)
-      character(len=*), intent(in) :: name   !! of the event
-      if (len_trim(event) > 0) event = trim(event) // "+"
-      event = trim(event) // name
-    end subroutine name_event
-
-  end subroutine find_events
 
 end module history

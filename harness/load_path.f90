@@ -6,6 +6,7 @@ module load_path
   use case_text, only: entry_where, group_where, name_index, text_type, unknown_name
   use case_values, only: get_integer, get_integers, get_real, get_reals
   use mixed_control, only: control_type, direction_vector
+  use text_file, only: most_lines
   implicit none
   private
   public :: read_steps, check_separations
@@ -23,6 +24,7 @@ module load_path
     logical :: changed(3) = .false.             !! control of the component is not that of the last step
     logical :: has_target(3) = .false.          !! false: held where it is
     real(wp), allocatable :: targets(:, :)      !! (3, n) separation or traction
+    integer :: n_given(3) = 0                   !! values of the list of the component
     integer, allocatable :: increments(:)       !! (n) to each target
     real(wp) :: time = 1.0_wp                   !! the step takes
   end type step_type
@@ -179,6 +181,7 @@ contains
       end if
       if (size(list%values) == 0) cycle
       step%has_target(i) = .true.
+      step%n_given(i) = size(list%values)
       do j = 1, n*cycles
         step%targets(i, j) = list%values(min(modulo(j - 1, n) + 1, size(list%values)))
       end do
@@ -188,28 +191,34 @@ contains
     end do
   end subroutine set_targets
 
-  !> Separations that are given must be such that the law takes them.
-  subroutine check_separations(text, steps, interface, message)
+  !> Separations that are given must be such that the law takes them; every list is looked through once.
+  pure subroutine check_separations(text, steps, interface, message)
     type(text_type), intent(in) :: text                       !! the file
     type(step_type), intent(in) :: steps(:)                   !! the load path
     type(interface_type), intent(in) :: interface             !! the interface
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     real(wp) :: bound
-    integer :: i, j, g, n
+    integer :: bad, i, j, g, n
     bound = separation_bound(interface)
+    bad = 0
     n = 0
     do g = 1, text%n_groups
       if (text%groups(g)%name /= "step") cycle
       n = n + 1
+      if (.not. allocated(steps(n)%targets)) cycle
       do i = 1, 3
         if (steps(n)%control%traction(i)) cycle
-        do j = 1, size(steps(n)%increments)
-          if (.not. bounded(steps(n)%targets(i, j), bound)) call append(message, group_where(text, g) // "s_" // &
-            trim(component_names(i)) // " = " // to_text(steps(n)%targets(i, j)) // &
-            ": expected a magnitude up to " // to_text(bound))
+        do j = 1, steps(n)%n_given(i)
+          if (bounded(steps(n)%targets(i, j), bound)) cycle
+          bad = bad + 1
+          if (bad <= most_lines) call append(message, group_where(text, g) // "s_" // trim(component_names(i)) // &
+            " = " // &
+            to_text(steps(n)%targets(i, j)) // ": expected a magnitude up to " // to_text(bound))
         end do
       end do
     end do
+    if (bad > most_lines) call append(message, text%path // ": ... and " // integer_text(bad - most_lines) // &
+      " more separations of this kind")
   end subroutine check_separations
 
 end module load_path

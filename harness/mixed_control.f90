@@ -1,6 +1,7 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
 !> Newton's method with the consistent tangent on the free separations; an increment that does not converge is halved.
+!> Which root is taken where t_N alone is held: docs/theory.md, "Root".
 module mixed_control
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok
@@ -9,7 +10,7 @@ module mixed_control
   use asperity_law, only: update_point
   implicit none
   private
-  public :: control_type, point_type, new_point, advance, direction_vector, confined_slip
+  public :: control_type, point_type, new_point, advance, snapped, direction_vector, confined_slip
 
   !> What is held of each component (N, Tx, Ty).
   type :: control_type
@@ -63,7 +64,8 @@ contains
 
   !> Take a point from the given values `start` to `target`, in parts where that is needed.
   !>
-  !> If no equilibrium is found the point stays at the last part that converged and `reached` is below 1.
+  !> Where no neighbouring equilibrium is left and t_N alone is held, s_N moves to the first one in the sense in which
+  !> the traction is missing. If there is none it stays at the last part that converged and `reached` is below 1.
   pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals)
     type(interface_type), intent(in) :: interface   !! the interface
     type(control_type), intent(in) :: control       !! what is given
@@ -104,9 +106,150 @@ contains
         fraction = 0.5_wp*fraction
       end if
     end do
+    if (reached < 1.0_wp .and. normal_alone(control) .and. all(bounded(target, largest_target))) then
+      trial = point
+      call march(interface, control, target, point, trial, used, converged)
+      iterations = iterations + used
+      if (converged) then
+        point = trial
+        reached = 1.0_wp
+        solved = solved + 1
+      end if
+    end if
     if (present(parts)) parts = solved
     if (present(residuals)) residuals = history
   end subroutine advance
+
+  !> Whether the traction of N is held and the separations of Tx and Ty are given.
+  pure function normal_alone(control) result(yes)
+    type(control_type), intent(in) :: control   !! what is given
+    logical :: yes
+    yes = control%traction(1) .and. .not. any(control%traction(2:3))
+  end function normal_alone
+
+  !> Whether s_N moved farther than the change of what is given explains: a snap, a jumped fold, or a branch as steep.
+  !>
+  !> The limit is ten times the largest change of a given separation, or of a given traction over the elastic stiffness,
+  !> and half a hundredth of s_f.
+  pure function snapped(interface, control, start, target, s_n_old, s_n) result(yes)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is given
+    real(wp), intent(in) :: start(3), target(3)     !! given values before and now
+    real(wp), intent(in) :: s_n_old, s_n            !! normal separation before and now, length
+    logical :: yes
+    real(wp), parameter :: factor = 10.0_wp, share = 0.005_wp
+    real(wp) :: change(3)
+    yes = .false.
+    if (.not. control%traction(1)) return
+    associate (material => interface%rie%material)
+      change = abs(target - start)
+      where (control%traction) change = change/min(material%k_n, material%k_t)
+      yes = abs(s_n - s_n_old) > factor*maxval(change) + share*material%s0/(1.0_wp - material%eta)
+    end associate
+  end function snapped
+
+  !> Residual of the held t_N, relative to the scale of `residual_tolerance`, at a separation s_N.
+  pure subroutine try(interface, control, target, s_n, old, new, residual, good)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
+    real(wp), intent(in) :: target(3)               !! given values
+    real(wp), intent(in) :: s_n                     !! normal separation, length
+    type(point_type), intent(in) :: old             !! the point at the start
+    type(point_type), intent(inout) :: new          !! the point with that separation
+    real(wp), intent(out) :: residual               !! traction + spring*separation - target, relative
+    logical, intent(out) :: good                    !! whether the law takes the separation
+    real(wp) :: scale
+    new%s = [s_n, target(2:3)]
+    residual = 0.0_wp
+    good = point_status(interface, old%s, new%s, old%state) == status_ok
+    if (.not. good) return
+    call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent)
+    scale = traction_scale(interface, new) + abs(target(1))
+    residual = (new%traction(1) + control%spring(1)*new%s(1) - target(1))/max(scale, tiny(scale))
+  end subroutine try
+
+  !> Move s_N in the sense of the traction that is missing, to the first equilibrium.
+  pure subroutine march(interface, control, target, old, new, tries, converged)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
+    real(wp), intent(in) :: target(3)               !! given values
+    type(point_type), intent(in) :: old             !! the point at the start
+    type(point_type), intent(inout) :: new          !! the point at the end
+    integer, intent(out) :: tries                   !! updates of the point
+    logical, intent(out) :: converged               !! whether there is an equilibrium
+    !> From a twentieth of s0, growing: 800 steps reach ten million s0.
+    integer, parameter :: most_steps = 800
+    real(wp), parameter :: first_step = 0.05_wp, growth = 1.02_wp
+    real(wp) :: near, far, middle, step, residual, sense
+    logical :: good
+
+    near = old%s(1)
+    call try(interface, control, target, near, old, new, residual, good)
+    tries = 1
+    converged = good .and. abs(residual) <= residual_tolerance
+    if (converged .or. .not. good) return
+    sense = -sign(1.0_wp, residual)
+    step = first_step*interface%rie%material%s0
+    far = near
+    do while (good .and. sense*residual < -residual_tolerance .and. tries < most_steps)
+      near = far
+      far = near + sense*step
+      step = growth*step
+      call try(interface, control, target, far, old, new, residual, good)
+      tries = tries + 1
+    end do
+    if (.not. good .or. sense*residual < -residual_tolerance) return
+    ! the first equilibrium lies between near (short of it) and far: where the traction is no longer missing
+    do
+      middle = near + 0.5_wp*(far - near)
+      if (.not. (abs(middle - near) > 0.0_wp .and. abs(middle - far) > 0.0_wp)) exit
+      call try(interface, control, target, middle, old, new, residual, good)
+      tries = tries + 1
+      if (sense*residual < -residual_tolerance) then
+        near = middle
+      else
+        far = middle
+      end if
+    end do
+    call try(interface, control, target, far, old, new, residual, good)
+    converged = good .and. abs(residual) <= residual_tolerance
+  end subroutine march
+
+  !> Where all is open and dead, every other opening is an equilibrium, too: go to the one with the smallest |s_N|.
+  pure subroutine settle(interface, control, target, old, new)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
+    real(wp), intent(in) :: target(3)               !! given values
+    type(point_type), intent(in) :: old             !! the point at the start
+    type(point_type), intent(inout) :: new          !! an equilibrium without traction and stiffness -> that one
+    real(wp) :: closed, open, middle, residual
+    logical :: good
+    open = new%s(1)
+    closed = 0.0_wp
+    call try(interface, control, target, closed, old, new, residual, good)
+    if (good .and. free()) return
+    ! the edge, where contact begins
+    do
+      middle = closed + 0.5_wp*(open - closed)
+      if (.not. (abs(middle - closed) > 0.0_wp .and. abs(middle - open) > 0.0_wp)) exit
+      call try(interface, control, target, middle, old, new, residual, good)
+      if (good .and. free()) then
+        open = middle
+      else
+        closed = middle
+      end if
+    end do
+    call try(interface, control, target, open, old, new, residual, good)
+
+  contains
+
+    !> Whether the point carries nothing: exact, since every plane is dead and open.
+    pure function free() result(yes)
+      logical :: yes
+      yes = .not. abs(new%traction(1)) > 0.0_wp
+    end function free
+
+  end subroutine settle
 
   !> Newton's method for one part of an increment.
   pure subroutine solve(interface, control, target, old, new, iterations, converged, history)
@@ -139,6 +282,11 @@ contains
       scale = traction_scale(interface, new) + maxval(abs(target), mask=control%traction)
       history(iterations) = maxval(abs(residual))/max(scale, tiny(scale))
       converged = history(iterations) <= residual_tolerance
+      if (converged .and. normal_alone(control)) then
+        if (.not. (abs(new%tangent(1, 1) + control%spring(1)) > 0.0_wp .or. abs(new%traction(1)) > 0.0_wp)) then
+          call settle(interface, control, target, old, new)
+        end if
+      end if
       if (converged .or. iterations == max_iterations) return
       b(:n) = -residual(free(:n))
       a(:n, :n) = new%tangent(free(:n), free(:n))
@@ -192,12 +340,13 @@ contains
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
     real(wp), intent(in) :: sigma_n                 !! normal traction, stress
-    integer, intent(in) :: preload                  !! increments of the preload, >= 1 (100: law.md's energies)
+    integer, intent(in) :: preload                  !! increments of the preload, >= 1 (100 for energies to four digits)
     real(wp), intent(out) :: separation(:, :)       !! (3, T) separation (N, Tx, Ty), length
     real(wp), intent(out) :: traction(:, :)         !! (3, T) traction (N, Tx, Ty), stress
     real(wp), intent(out) :: state(:, :)            !! (nstatv, T) STATEV
     integer, intent(out) :: iterations(:)           !! (T) Newton iterations
-    integer, intent(out) :: n_done                  !! slips that converged; fewer than T: equilibrium lost
+    integer, intent(out) :: n_done                  !! slips that converged; fewer than T: equilibrium lost;
+                                                    !! -1: by the preload, or a direction that is no number
     type(control_type) :: control
     type(point_type) :: point
     real(wp) :: start(3), target(3), reached
@@ -207,7 +356,7 @@ contains
     traction = 0.0_wp
     state = 0.0_wp
     iterations = 0
-    n_done = 0
+    n_done = -1
     if (.not. bounded(direction, huge(direction))) return
     control%traction(1) = .true.
     point = new_point(interface)
@@ -218,6 +367,7 @@ contains
       call advance(interface, control, start, target, point, used, reached)
       if (reached < 1.0_wp) return
     end do
+    n_done = 0
     do i = 1, size(slips)
       start = target
       target(2:3) = slips(i)*direction_vector(direction)

@@ -2,12 +2,12 @@
 !>
 !> Columns by a header line: `e_1` ... `e_<ntens>` (strains in the host's order) or `s_N`, `s_Tx`, `s_Ty` (separations;
 !> the driver's own output is such a file), and `time` if there is one; other columns are ignored. Without a header:
-!> the NTENS strains. Lines that are blank or start with # are passed over.
+!> the NTENS strains and nothing else. Time does not decrease. Lines that are blank or start with # are passed over.
 module recorded_strains
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
-  use text_file, only: blanks, line_end, load_file, lower, newline, printable, to_real
+  use text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
   implicit none
   private
   public :: read_strains
@@ -32,12 +32,12 @@ contains
     type(interface_type), intent(in) :: interface             !! with h of the host
     type(strains_type), intent(out) :: record                 !! what was read
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    character(len=:), allocatable :: source, line
+    character(len=:), allocatable :: complaint, source, line
     integer, allocatable :: column(:)
     real(wp), allocatable :: numbers(:)
-    real(wp) :: bound
-    integer :: earlier, first, i, last, n, number
-    logical :: separations
+    real(wp) :: bound, now
+    integer :: bad, earlier, first, i, last, n, number
+    logical :: named, separations
 
     earlier = len(message)
     source = ""
@@ -48,10 +48,13 @@ contains
     record%strain = 0.0_wp
     bound = 0.25_wp*separation_bound(interface)/interface%h
     separations = .false.
+    named = .false.
+    bad = 0
     n = 0
     number = 0
+    now = 0.0_wp
     first = 1
-    do while (first <= len(source) .and. len(message) == earlier)
+    do while (first <= len(source))
       last = line_end(source, first)
       line = strip(source(first:last))
       first = last + 2
@@ -59,28 +62,43 @@ contains
       if (len(line) == 0) cycle
       if (line(1:1) == "#") cycle
       if (.not. allocated(column)) then
-        if (has_names(line)) then
+        named = has_names(line)
+        if (named) then
           call find_columns(lower(line), path, number, ntens, column, separations, message)
+          if (len(message) > earlier) return
           cycle
         end if
         column = [(i, i=1, ntens), 0]
       end if
-      call read_numbers(line, path, number, column, numbers, message)
-      if (size(numbers) == 0) cycle
-      n = n + 1
-      record%time(n) = merge(numbers(size(numbers)), real(n, wp)*dtime, column(size(column)) > 0)
-      if (separations) then
-        if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(message, path // ":" // &
-          integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
-        do i = 1, 3
-          if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/interface%h)
-        end do
-      else
-        record%strain(:, n) = numbers(:ntens)
+      complaint = ""
+      call read_numbers(line, path, number, column, numbers, complaint)
+      if (.not. named .and. n_fields(line) > ntens) call append(complaint, path // ":" // integer_text(number) // &
+        ": " // &
+        integer_text(n_fields(line)) // " columns: expected " // integer_text(ntens) // " (ntens), or a header")
+      if (len(complaint) == 0) then
+        n = n + 1
+        record%time(n) = merge(numbers(size(numbers)), real(n, wp)*dtime, column(size(column)) > 0)
+        if (record%time(n) < now) call append(complaint, path // ":" // integer_text(number) // ": time = " // &
+          to_text(record%time(n)) // ": expected at least " // to_text(now) // ", the time before (0 at the start)")
+        now = max(now, record%time(n))
+        if (separations) then
+          if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(complaint, path // ":" // &
+            integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
+          do i = 1, 3
+            if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/interface%h)
+          end do
+        else
+          record%strain(:, n) = numbers(:ntens)
+        end if
+        if (.not. all(bounded(record%strain(:, n), bound))) call append(complaint, path // ":" // &
+          integer_text(number) // ": expected strains of a magnitude up to " // to_text(bound))
       end if
-      if (.not. all(bounded(record%strain(:, n), bound))) call append(message, path // ":" // integer_text(number) // &
-        ": expected strains of a magnitude up to " // to_text(bound))
+      if (len(complaint) == 0) cycle
+      bad = bad + 1
+      if (bad <= most_lines) call append(message, complaint)
     end do
+    if (bad > most_lines) call append(message, path // ": ... and " // integer_text(bad - most_lines) // &
+      " more bad lines")
     if (n == 0 .and. len(message) == earlier) call append(message, path // ": no line of numbers")
     record%strain = record%strain(:, :n)
     record%time = record%time(:n)

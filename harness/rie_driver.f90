@@ -8,6 +8,7 @@ program rie_driver
   use case_run, only: run_case, short
   use case_text, only: read_text, text_type
   use driver_messages, only: exit_input, exit_ok, finish, say
+  use row_file, only: same_file
   use text_file, only: lower
   implicit none
 
@@ -109,27 +110,31 @@ contains
     end do
     if (size(values) > 0 .and. output == "-") call append(message, path // &
       ": a case with &sweep writes a file per value, not standard output")
-    if (output == path) call append(message, path // ": the output would replace the case file")
-    call end_on_errors()
-    if (cases(1)%mode_2) call say(path // ": warning: sigma02 or Gc2 differ from mode I: the thermodynamic " // &
-      "argument of the law holds for equal values only (paper, Remark 2)")
-
     if (len(output) > 0) then
       stem = without(output, ".csv")
     else
       stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
     end if
+    do i = 1, size(cases)
+      if (same_file(result_file(stem, values, i), path)) call append(message, path // ": the output " // &
+        result_file(stem, values, i) // " would replace the case file")
+      if (.not. allocated(cases(i)%replay%file)) cycle
+      if (same_file(result_file(stem, values, i), cases(i)%replay%file)) call append(message, path // &
+        ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
+    end do
+    call end_on_errors()
+    if (cases(1)%mode_2) call say(path // ": warning: sigma02 or Gc2 differ from mode I: the thermodynamic " // &
+      "argument of the law holds for equal values only (paper, Remark 2)")
+
     if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
     worst = exit_ok
     largest = 0.0_wp
     do i = 1, size(cases)
       if (size(values) > 0) then
         call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
-          stem // "_" // to_text(values(i)) // ".csv", planes, quiet, closure, code)
-      else if (len(output) > 0) then
-        call run_case(cases(i), path, output, planes, quiet, closure, code)
+          result_file(stem, values, i), planes, quiet, closure, code)
       else
-        call run_case(cases(i), path, stem // ".csv", planes, quiet, closure, code)
+        call run_case(cases(i), path, result_file(stem, values, i), planes, quiet, closure, code)
       end if
       worst = max(worst, code)
       largest = max(largest, closure)
@@ -139,6 +144,22 @@ contains
       "largest pressure close by " // short(largest) // " s_f (kc of &material makes it stiffer)")
     call finish(worst)
   end subroutine run
+
+
+  !> File with the rows of a case, of a value of its sweep if it has one.
+  pure function result_file(stem, values, i) result(name)
+    character(len=*), intent(in) :: stem   !! name without ending
+    real(wp), intent(in) :: values(:)      !! of the sweep, size 0: none
+    integer, intent(in) :: i               !! which of them
+    character(len=:), allocatable :: name
+    if (size(values) > 0) then
+      name = stem // "_" // to_text(values(i)) // ".csv"
+    else if (len(output) > 0) then
+      name = output
+    else
+      name = stem // ".csv"
+    end if
+  end function result_file
 
   !> Name without its ending.
   pure function without(name, ending) result(stem)

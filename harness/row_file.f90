@@ -1,10 +1,10 @@
 !> Lines out to a file at once, each by one call of the system: whole lines when the run is killed, and errors noticed
 !> (a flush of the Fortran run-time library may hide that the disk is full).
 module row_file
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
   implicit none
   private
-  public :: create_file, write_line, close_file
+  public :: create_file, write_line, close_file, same_file
 
   integer(c_int), parameter :: standard_output = 1_c_int, permissions = int(o"666", c_int)
 
@@ -35,6 +35,16 @@ module row_file
       integer(c_int), value :: fd
       integer(c_int) :: status
     end function c_close
+    !> POSIX: path without links and dots; NULL if there is no such file.
+    function c_realpath(path, resolved) bind(c, name="realpath") result(found)
+      import :: c_char, c_ptr
+      implicit none
+      ! allow(C071): as C has it
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C071, C072): as C has it
+      character(kind=c_char), intent(out) :: resolved(*)
+      type(c_ptr) :: found
+    end function c_realpath
     !> Standard C: say on standard error why the last call failed.
     subroutine c_perror(prefix) bind(c, name="perror")
       import :: c_char
@@ -45,6 +55,24 @@ module row_file
   end interface
 
 contains
+
+  !> Whether two names are those of one existing file.
+  function same_file(first, second) result(same)
+    character(len=*), intent(in) :: first, second   !! names
+    logical :: same
+    integer, parameter :: longest_path = 4096
+    character(kind=c_char) :: resolved(longest_path + 1, 2)
+    integer :: i
+    resolved = c_null_char
+    same = c_associated(c_realpath(first // c_null_char, resolved(:, 1)))
+    if (same) same = c_associated(c_realpath(second // c_null_char, resolved(:, 2)))
+    if (.not. same) return
+    ! what follows the null is undefined
+    do i = 1, size(resolved, 1)
+      same = resolved(i, 1) == resolved(i, 2)
+      if (.not. same .or. resolved(i, 1) == c_null_char) exit
+    end do
+  end function same_file
 
   !> Open a file for writing, empty; "-" is standard output.
   subroutine create_file(path, file, good)

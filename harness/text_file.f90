@@ -8,6 +8,8 @@ module text_file
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
+  !> Lines of a kind of error that are shown; how many more there are is said.
+  integer, parameter, public :: most_lines = 20
   !> Largest file that is read, bytes.
   integer, parameter :: largest_file = 100000000
 

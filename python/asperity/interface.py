@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, cards, contract
 from .contract import Floats
+from .events import find_events
 from .material import Material, ModelWarning
 from .pattern import Pattern
 
@@ -29,23 +30,35 @@ class Update:
     state: Floats
     tangent: Floats
 
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        _freeze(self.traction, self.state, self.tangent)
+
 
 @dataclass(frozen=True, eq=False)
 class History:
     """One point along a path; the first axis of every field is the row.
 
-    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text).
+    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text),
+    those of a preload with row 0.
     """
 
     separation: Floats
     traction: Floats
     damage: Floats
     state: Floats
-    events: list[tuple[int, str]] = field(default_factory=list)
+    events: tuple[tuple[int, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        _freeze(self.separation, self.traction, self.damage, self.state)
 
 
 class EquilibriumLost(RuntimeError):
-    """No equilibrium was found for a row of a path; `history` holds the rows before it, `row` its number."""
+    """No equilibrium was found for a row of a path; `history` holds the rows before it, `row` its number.
+
+    A preload that finds none has no rows, and row 0.
+    """
 
     def __init__(self, message: str, history: History) -> None:
         """Message and the rows that converged."""
@@ -98,14 +111,12 @@ class Interface:
         n = len(s)
         new = np.zeros((n, self.nstatv)) if state is None else _array("state", state, self.nstatv, n).copy()
         s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
-        result = Update(np.empty((n, 3)), new, np.empty((n, 3, 3)))
+        traction, tangent = np.empty((n, 3)), np.empty((n, 3, 3))
         if n > 0:  # f2py takes no empty arrays
             _raise(
-                *_core.interface_update(
-                    self._props, s_old.T, s.T, result.state.T, result.traction.T, result.tangent.T
-                )
+                *_core.interface_update(self._props, s_old.T, s.T, new.T, traction.T, tangent.T),
             )
-        return result
+        return Update(traction, new, tangent)
 
     def replay(self, S: ArrayLike) -> History:
         """Take one virgin point along the separations S (T, 3), length, a row for each increment.
@@ -140,11 +151,16 @@ class Interface:
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)
-        history = self._history(separation[:n_done], traction[:n_done], state[:n_done])
-        if n_done < n:
-            text = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
-            history.events.append((n_done, text))
-            raise EquilibriumLost(f"row {n_done} (of 0 to {n - 1}): {text}", history)
+        rows = max(n_done, 0)
+        lost = ""
+        if n_done < 0:
+            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
+        elif n_done < n:
+            lost = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
+        history = self._history(separation[:rows], traction[:rows], state[:rows], lost)
+        if lost:
+            where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
+            raise EquilibriumLost(where + lost, history)
         return history
 
     def props(
@@ -180,9 +196,12 @@ class Interface:
         """
         return cards.card(host, name, self.props(h, map, dalpha, r), contract.statev_names(self.n_planes))
 
-    def _history(self, separation: Floats, traction: Floats, state: Floats) -> History:
+    def _history(self, separation: Floats, traction: Floats, state: Floats, lost: str = "") -> History:
         damage = contract.statev_names(self.n_planes).index("damage")
-        return History(separation, traction, state[:, damage].copy(), state)
+        events = find_events(self.pattern.normals, separation, state)
+        if lost:
+            events += ((len(separation), lost),)
+        return History(separation, traction, state[:, damage].copy(), state, events)
 
     def _warn_if_soft(self, sigma_N: float) -> None:
         """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
@@ -200,6 +219,12 @@ class Interface:
                 ModelWarning,
                 stacklevel=3,
             )
+
+
+def _freeze(*arrays: Floats) -> None:
+    """Make arrays of a result read-only."""
+    for array in arrays:
+        array.flags.writeable = False
 
 
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:

@@ -388,7 +388,7 @@ def test_events(run) -> None:
     assert rows["lost"] == rows["substeps"] == rows["cut"] == []
 
 
-COLUMNS_OF_EVENTS = "onset damaged open close slip substeps cut lost".split()
+COLUMNS_OF_EVENTS = "onset damaged open close slip snap substeps cut lost".split()
 
 
 def test_numbers_come_back_exactly(run) -> None:
@@ -399,6 +399,55 @@ def test_numbers_come_back_exactly(run) -> None:
     small = run("&material sigma0 = 3.0e-40, Gc = 3.0e-41, eta = 0.9, mu = 0.5 /\n" + opening)
     large = run("&material sigma0 = 3.0e40, Gc = 3.0e39, eta = 0.9, mu = 0.5 /\n" + opening)
     np.testing.assert_allclose(small["t_N"] * 1e40, large["t_N"] * 1e-40, rtol=1e-12, atol=1e-12)
+
+
+# --- which root ---------------------------------------------------------------------------------------------
+
+SLOPE = math.tan(math.radians(30.0))
+
+
+def test_dead_interface_closes(run) -> None:
+    """Opened until nothing holds, then pressed: it closes, and the jump is noticed."""
+    for pattern in (FLAT, RP_4):
+        result = run(MATERIAL + pattern + "&step s_N = 0.5 /\n&step t_N = -5.0 /\n")
+        assert_traction(result["t_N"][100:], -0.05 * np.arange(1, 101))
+        assert np.all(result["s_N"][100:] < 0.0)
+        jumps = [i for i, event in enumerate(result.events) if "snap" in event]
+        assert jumps == [100] and "close" in result.events[100]
+        if pattern == FLAT:
+            np.testing.assert_allclose(result["s_N"][100:], result["t_N"][100:] / K, rtol=1e-9)
+
+
+def test_dead_states_take_the_smallest_opening(run, shipped) -> None:
+    """Figure 9(a), sigma_N = 0: once dead, s_N follows |s_L| tan(theta) up and down; 0 without slip."""
+    result = run(
+        MATERIAL + "&pattern sides = 2, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
+        "&step slip = 0.4, -0.4, 0.0, increments = 40 /\n"
+    )
+    dead = result["damage"] >= 1.0
+    assert dead.sum() > 60 and result["s_Tx"][-1] == 0.0
+    np.testing.assert_allclose(
+        result["s_N"][dead], SLOPE * np.abs(result["s_Tx"][dead]), rtol=0, atol=1e-11 * S_F
+    )
+    figure = shipped("figure09a_10b")["0"]
+    rest = (figure["damage"] >= 1.0) & (figure["s_Tx"] == 0.0)
+    assert rest.any() and np.all(np.abs(figure["s_N"][rest]) <= 1e-11 * S_F)
+
+
+@pytest.mark.parametrize("steps", [2000, 20000])
+@pytest.mark.parametrize("sides", [4, 32])
+def test_fold_is_noticed(run, sides: int, steps: int) -> None:
+    """RP-32 without confinement snaps to the dead states s_N = s_L tan(theta) at s_L = 0.1737; not RP-4."""
+    result = run(
+        MATERIAL + f"&pattern sides = {sides}, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
+        f"&step slip = 0.2, increments = {steps} /\n"
+    )
+    jumps = [i for i, event in enumerate(result.events) if "snap" in event]
+    assert len(jumps) == (sides == 32)
+    for i in jumps:
+        assert result["s_Tx"][i] == pytest.approx(0.1737, abs=1.1e-4)
+        assert result["s_N"][i] == pytest.approx(SLOPE * result["s_Tx"][i], abs=1e-11)
+    assert result["s_N"][-1] == pytest.approx(SLOPE * 0.2, abs=1e-3 if sides == 4 else 1e-11)
 
 
 # --- sweeps and output --------------------------------------------------------------------------------------
@@ -437,6 +486,30 @@ def test_output(run, driver: Path, tmp_path: Path) -> None:
     assert "replace the case file" in run(text, "-o", "case.nml", code=1).messages
     if Path("/dev/full").exists():
         assert "cannot be written" in run(text, "-o", "/dev/full", code=1).messages
+
+
+def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
+    """Neither the case nor the record can be the output, by whatever name."""
+    text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
+    (tmp_path / "link.nml").symlink_to("case.nml")
+    (tmp_path / "sub").mkdir()
+    for name in ("./case.nml", "sub/../case.nml", "link.nml", str(tmp_path / "case.nml")):
+        assert "would replace the case file" in run(text, "-o", name, code=1).messages
+        assert (tmp_path / "case.nml").read_text() == text
+    record = "0.01,0,0\n"
+    (tmp_path / "rec.csv").write_text(record)
+    replay = MATERIAL + FLAT + "&replay file = 'rec.csv' /\n"
+    (tmp_path / "rec.nml").write_text(replay)
+    (tmp_path / "link.csv").symlink_to("rec.csv")
+    for arguments in (["rec.nml"], ["rec.nml", "-o", "./rec.csv"], ["rec.nml", "-o", "link.csv"]):
+        process = call(driver, *arguments, folder=tmp_path)
+        assert process.returncode == 1 and "would replace the recorded strains" in process.stderr
+        assert (tmp_path / "rec.csv").read_text() == record
+    assert call(driver, "rec.nml", "-o", "out.csv", folder=tmp_path).returncode == 0
+    (tmp_path / "out_2.csv").write_text(record)
+    sweep = replay.replace("mu = 0.5", "mu = x") + "&sweep name = 'x', values = 0.5, 2 /\n"
+    assert "would replace" in run(sweep.replace("rec.csv", "out_2.csv"), "-o", "out.csv", code=1).messages
+    assert (tmp_path / "out_2.csv").read_text() == record and not (tmp_path / "out_0.5.csv").exists()
 
 
 def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
@@ -653,6 +726,16 @@ def test_all_bad_values_at_once(run) -> None:
         assert re.search(rf": {name} = .*: expected", messages), name
 
 
+def test_separations_are_checked_once(run) -> None:
+    """One line per bad value, not per cycle; of very many the first ones and their number."""
+    step = "&step s_N = 1e60, 0, increments = 1, cycles = 20000 /\n"
+    messages = run(MATERIAL + FLAT + step, code=1).messages
+    assert messages.count("\n") == messages.count("expected a magnitude up to") == 1
+    values = ", ".join(f"{i}e60" for i in range(1, 101))
+    lines = run(MATERIAL + FLAT + f"&step s_N = {values}, increments = 1 /\n", code=1).messages.splitlines()
+    assert len(lines) == 21 and "s_N = 1e60: expected" in lines[0] and "and 80 more" in lines[-1]
+
+
 def test_missing_parts(run) -> None:
     """A case needs material, pattern, and steps or a replay."""
     lines = PLAIN.splitlines(keepends=True)
@@ -826,6 +909,21 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
         ("", "0,0,0\n0,0\n", ["record.csv:2: column 3", "expected a number"]),
         ("", "0,0,0\n0,nan,0\n", ['record.csv:2: column 2 = "nan": expected a number']),
         ("", "0,0,0\n0,1e60,0\n", ["record.csv:2: expected strains of a magnitude up to"]),
+        ("", "0,0,0\n0,0,0,0,0\n", ["record.csv:2: 5 columns: expected 3 (ntens)"]),
+        ("ntens = 2,", "0,0,0\n", ["record.csv:1: 3 columns: expected 2 (ntens)"]),
+        (
+            "",
+            "time,e_1,e_2,e_3\n1,0,0,0\n0.5,0,0,0\n",
+            ["record.csv:3: time = 0.5: expected at least 1"],
+        ),
+        ("", "time,e_1,e_2,e_3\n-1,0,0,0\n", ["record.csv:2: time = -1: expected at least 0"]),
+        (
+            "",
+            "0,0,0\nx,0,0\n0,1e60,0\n0,0\n",
+            ['record.csv:2: column 1 = "x"', "record.csv:3: expected strains", "record.csv:4: column 3"],
+        ),
+        ("", "x,0,0\n1,0,y\n" + 49 * "0,0,y\n", ["record.csv:1: no column e_1"]),
+        ("", "0,0,0\n" + 50 * "0,0,y\n", ["record.csv:21: column 3", "... and 30 more bad lines"]),
         ("", "s_N,s_Tx\n0,0\n", ["record.csv:1: no column s_ty"]),
         ("", "e_1,e_2\n0,0\n", ["record.csv:1: no column e_3"]),
         ("ntens = 2,", "s_N,s_Tx,s_Ty\n0,0,1\n", ["record.csv:2: s_Ty = 1: expected 0 with ntens = 2"]),
