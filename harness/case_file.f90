@@ -47,8 +47,8 @@ module case_file
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, iterations of Newton's method (a", &
     "  replay: calls), event: onset, damaged, open, close, slip, snap, substeps, cut, lost; joined by +", &
-    "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: s_N goes far;", &
-    "  substeps: solved in parts; cut: umat asked for a smaller increment; lost: no equilibrium beyond this row"]
+    "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: s_N jumps;", &
+    "  substeps: solved in parts; cut: umat asked for a smaller increment; lost: no equilibrium beyond it"]
 
   !> Points of a block of vumat: Abaqus/Explicit's number, and the most that are taken.
   integer, parameter :: default_points = 136, most_points = 1000

@@ -39,6 +39,7 @@ contains
       call review_props(props, status, text)
     end if
     call put_text(text, message, size)
+    deallocate (text)   ! flang 16 does not do it
   end function asperity_nstatv
 
   !> Update n points over one increment; returns 0, or a status code with the reasons in the message, nothing written.
@@ -83,6 +84,7 @@ contains
       end if
     end if
     call put_text(text, message, size)
+    deallocate (text)   ! flang 16 does not do it
   end function asperity_update
 
   !> Copy a text into a C buffer, cut to its size, always closed by a zero.
