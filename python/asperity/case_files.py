@@ -16,6 +16,17 @@ from .pattern import Pattern
 Group = dict[str, list[str]]
 """Values of a namelist group by lower-case name."""
 
+_TOKEN = re.compile(
+    r"""(?P<comment>![^\n]*)
+    | (?P<string>'(?:[^']|'')*' | "(?:[^"]|"")*")
+    | &(?P<group>\w+)
+    | (?P<end>/)
+    | (?P<entry>\w+)\s*=
+    | (?P<value>[^\s,=/!'"&]+)""",
+    re.VERBOSE,
+)
+"""Pieces of a namelist file, tried in this order; blanks and commas lie between them."""
+
 
 @dataclass(frozen=True, eq=False)
 class SlipTest:
@@ -35,11 +46,22 @@ class SlipTest:
 
 def groups(path: Path) -> list[tuple[str, Group]]:
     """Namelist groups of a file in their order."""
-    text = re.sub(r"![^\n]*", "", path.read_text(encoding="utf-8"))
-    found = []
-    for name, body in re.findall(r"&(\w+)((?:'[^']*'|\"[^\"]*\"|[^'\"/])*)/", text):
-        entries = re.findall(r"(\w+)\s*=\s*((?:'[^']*'|\"[^\"]*\"|[^'\"=])*?)\s*,?\s*(?=\w+\s*=|$)", body)
-        found.append((name.lower(), {key.lower(): _values(value) for key, value in entries}))
+    found: list[tuple[str, Group]] = []
+    values: list[str] = []
+    inside = False
+    for token in _TOKEN.finditer(path.read_text(encoding="utf-8")):
+        kind, text = token.lastgroup, token[0]
+        if kind == "group":
+            inside = True
+            found.append((token["group"].lower(), {}))
+        elif kind == "end":
+            inside = False
+        elif inside and kind == "entry":
+            values = found[-1][1].setdefault(token["entry"].lower(), [])
+        elif inside and kind == "string":
+            values.append(text[1:-1].replace(2 * text[0], text[0]))
+        elif inside and kind == "value":
+            values.append(text)
     return found
 
 
@@ -104,7 +126,3 @@ def _test(path: Path, value: float | None, found: list[tuple[str, dict[str, list
             raise ValueError(f"{path}: expected &step with t_N, then slip under it, or with s_N alone")
     planes = Pattern.regular(sides, pattern.pop("theta", 0.0), **pattern)
     return SlipTest(value, material, planes, preload, sigma_N, direction, np.concatenate(slips)[1:])
-
-
-def _values(text: str) -> list[str]:
-    return [value.strip().strip("'\"") for value in text.split(",") if value.strip()]

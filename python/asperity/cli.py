@@ -122,22 +122,27 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """One line per case, as it is done."""
-    from .compare import LAW_TOLERANCE, TEST_TOLERANCE, compare, find
+    """Lines for each case, one for each it is compared with, as they are done."""
+    from .compare import LAW_TOLERANCE, OPENING_TOLERANCE, TEST_TOLERANCE, compare, find, within
 
     wanted = [path for figure in options.figure for path in find(figure)] if options.figure else cases()
-    print("Largest difference of tractions between the driver and others, relative to K |s|")
-    print(f"  law: along the driver's separations, tolerance {LAW_TOLERANCE:.0e} (NumPy reference, 2D law)")
-    print(f"  test: each follows the equilibrium itself, tolerance {TEST_TOLERANCE:.0e}")
-    head = ("law/NumPy", "test/NumPy", "law/2D", "test/2D")
-    print(f"{'case':<20}{'curves':>7}{'rows':>7}" + "".join(f"{name:>12}" for name in head))
+    print("Largest difference between the driver and others (NumPy reference, 2D law), relative:")
+    print("traction to K |s|, s_N to |s|, damage to 1, energies to K |s| times the length of the path")
+    print(f"  law: along the driver's separations, tolerance {LAW_TOLERANCE:.0e}")
+    followed = f"tolerance {TEST_TOLERANCE:.0e}, of s_N {OPENING_TOLERANCE:.0e}"
+    print(f"  test: each follows the equilibrium itself, {followed}")
+    head = ("traction", "s_N", "damage", "energies")
+    print(f"{'case':<20}{'curves':>7}{'rows':>7}  {'against':<10}" + "".join(f"{name:>10}" for name in head))
     agree = True
     for path in dict.fromkeys(wanted):
         result = compare(path)
-        numbers = (result.law_reference, result.test_reference, result.law_planar, result.test_planar)
-        texts = "".join(f"{'-' if number != number else f'{number:.1e}':>12}" for number in numbers)
-        verdict = "agrees" if result.agrees else "DIFFERS"
-        print(f"{result.case:<20}{result.curves:>7}{result.rows:>7}{texts}  {verdict}", flush=True)
+        start = f"{result.case:<20}{result.curves:>7}{result.rows:>7}"
+        for name, found in result.differences.items():
+            # along given separations s_N is the same
+            texts = ("-" if name.startswith("law") and i == 1 else f"{v:.1e}" for i, v in enumerate(found))
+            verdict = "agrees" if within(name, found) else "DIFFERS"
+            line = f"{start}  {name:<10}" + "".join(f"{text:>10}" for text in texts)
+            print(f"{line}  {verdict}", flush=True)
         agree = agree and result.agrees
     return 0 if agree else DIFFERS
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,18 +10,22 @@ import numpy as np
 
 from .contract import Floats
 
-COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", "event")
+ENERGIES = ("stored", "rupture", "friction", "work")
+"""Energies per unit area, in the order of STATEV."""
+
+COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", *ENERGIES, "event")
 """Columns that are read."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Rows of a result: separation and traction (T, 3), damage (T,), event by row."""
+    """Rows of a result: separation and traction (T, 3), damage (T,), event by row, ENERGIES (T, 4)."""
 
     separation: Floats
     traction: Floats
     damage: Floats
     events: list[str]
+    energies: Floats
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -39,16 +44,17 @@ def read_rows(path: Path) -> Rows:
     cells = [line.split(",") for line in lines]
     column = {name: [row[names.index(name)] for row in cells] for name in COLUMNS}
     numbers = np.array([column[name] for name in COLUMNS[:-1]], dtype=float).T
-    return Rows(numbers[:, 0:3], numbers[:, 3:6], numbers[:, 6], column["event"])
+    return Rows(numbers[:, 0:3], numbers[:, 3:6], numbers[:, 6], column["event"], numbers[:, 7:])
 
 
 def results_of(output: Path) -> dict[float | None, Path]:
     """Files of a run with this output by the value of the sweep, in order of size; None without one."""
     found: dict[float | None, Path] = {None: output} if output.is_file() else {}
     values = {}
-    for path in output.parent.glob(f"{output.stem}_*.csv"):
+    stem = output.name.removesuffix(".csv")  # as the driver: another ending stays
+    for path in output.parent.glob(f"{glob.escape(stem)}_*.csv"):
         try:
-            values[float(path.stem.removeprefix(output.stem + "_"))] = path
+            values[float(path.stem.removeprefix(stem + "_"))] = path
         except ValueError:
             continue
     return found | dict(sorted(values.items()))

@@ -187,11 +187,18 @@ def test_planar_law() -> None:
         material = Material(3.0, 0.3, 0.9, 0.5)
         p = parameters_of(material)
         S = random_history(rng, p.s0, points=1, increments=200)[:, 0] * [1.0, 1.0, 0.0]
-        ours = Interface(material, Pattern.regular(2, theta)).replay(S).traction
-        theirs = np.array(planar.replay(p, planar.trapezoid(theta), S[:, :2].tolist()))
+        flat = rng.uniform()
+        ours = Interface(material, Pattern.regular(2, theta, flat)).replay(S)
+        theirs = planar.replay(p, planar.trapezoid(theta, flat), S[:, :2].tolist())
         largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
-        assert_within("traction", ours[:, :2], theirs, TRACTION * p.Kn * largest)
-        assert np.all(ours[:, 2] == 0.0)
+        path = np.cumsum(np.linalg.norm(np.diff(S, axis=0, prepend=0.0), axis=1))[:, None]
+        traction = np.array([response.traction for response in theirs])
+        assert_within("traction", ours.traction[:, :2], traction, TRACTION * p.Kn * largest)
+        assert np.all(ours.traction[:, 2] == 0.0)
+        damage = np.array([response.history.damage for response in theirs])
+        assert_within("damage", ours.damage, damage, STATE * (1.0 + largest[:, 0] / p.s0) / p.eta)
+        energies = np.array([response.history.energies for response in theirs])
+        assert_within("energies", ours.state[:, 1:5], energies, TRACTION * p.Kn * largest * path)
 
 
 @pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])

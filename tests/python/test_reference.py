@@ -561,6 +561,24 @@ def test_3d_equals_2d_on_random_paths(theta_deg, kc):
     assert seen == {OPEN, STICK, SLIP}
 
 
+@pytest.mark.parametrize(("flat", "count"), [(0.0, 2), (0.2, 3), (1.0, 1)])
+def test_trapezoid_shares_its_planes(flat, count):
+    """Planes without a share are left out, as in the 3D pattern; half a turn changes nothing."""
+    planes = planar.trapezoid(THETA, flat, 180.0)
+    _, weights = regular_pattern(2, THETA, flat)
+    assert len(planes) == count and [weight for _, weight in planes] == pytest.approx(weights, abs=ROUNDING)
+    assert planes == planar.trapezoid(THETA, flat)
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, 1.0e-3, -45.0, float("nan"), float("inf")])
+def test_trapezoid_stays_in_its_plane(turn_deg):
+    """The 2D law knows no slope out of its plane."""
+    with pytest.raises(ValueError, match=r"turn_deg = .*: expected a multiple of 180 degrees"):
+        planar.trapezoid(THETA, turn_deg=turn_deg)
+    with pytest.raises(ValueError, match=r"flat = 1.5: expected 0 <= flat <= 1"):
+        planar.trapezoid(THETA, 1.5)
+
+
 @pytest.mark.parametrize(("theta_deg", "sigma_N"), [(0.0, -10.0), (30.0, -10.0), (35.0, -1.0), (45.0, 0.0)])
 def test_3d_equals_2d_in_confined_slip(theta_deg, sigma_N):
     """Figure 5(b)'s cycle: both solvers find s_N to their tolerance."""
@@ -569,7 +587,8 @@ def test_3d_equals_2d_in_confined_slip(theta_deg, sigma_N):
     if sigma_N == 0.0:
         slips = slips[:41]  # a cycle of dead planes has many equilibria
     solid = confined_slip(TABLE_2, regular_pattern(2, theta_deg), 0.0, slips, sigma_N)
-    rows = np.array(planar.confined_slip(TABLE_2, planar.trapezoid(theta_deg), slips, sigma_N))
+    responses = planar.confined_slip(TABLE_2, planar.trapezoid(theta_deg), slips, sigma_N)
+    rows = np.array([(*response.history.separation, *response.traction) for response in responses])
     assert np.abs(solid.separation[:, 0] - rows[:, 0]).max() <= 1.0e-10
     assert np.abs(solid.traction[:, :2] - rows[:, 2:]).max() <= 1.0e-8
     assert np.abs(solid.traction[:, 2]).max() <= 1.0e-10
