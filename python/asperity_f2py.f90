@@ -1,7 +1,8 @@
 ! Entry points of the Python package, in the shape f2py reads: flat external routines, explicit shapes, plain kinds.
 !
 ! Arrays are (3, n) here and (n, 3) in Python, the same memory; results go to arrays of the caller. What can fail hands
-! back a status code of asperity_contract and, if it is not 0, the message; `threadsafe` releases the lock of the
+! back a status code of asperity_contract and, if it is not 0, the message (of 64 listed planes, all bad, it has 28 000
+! characters); `threadsafe` releases the lock of the
 ! interpreter.
 
 !> Sizes of the contract.
@@ -63,7 +64,7 @@ end subroutine contract_version
 
 !> Check PROPS: all bad values at once.
 subroutine interface_review(nprops, props, n_planes, status, message)
-  use asperity_checks, only: review_props
+  use asperity_checks, only: put_text, review_props
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   implicit none
@@ -83,7 +84,7 @@ subroutine interface_review(nprops, props, n_planes, status, message)
   else
     call review_props(props, status, text)
   end if
-  message = text
+  call put_text(text, message)
 end subroutine interface_review
 
 !> Normals and weights of the planes of admissible PROPS.
@@ -107,7 +108,7 @@ end subroutine interface_planes
 
 !> Update n points over one increment.
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction, tangent, status, message)
-  use asperity_checks, only: integer_text
+  use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: explain_point, interface_type, new_interface, update_points
   implicit none
@@ -121,7 +122,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
   integer, intent(out) :: status                         !! 0 or that of the first point rejected, nothing written then
-  character(len=4096), intent(out) :: message            !! its bad values; points count from 0
+  character(len=32768), intent(out) :: message           !! its bad values; points count from 0
   !f2py threadsafe
   type(interface_type) :: interface
   character(len=:), allocatable :: reasons
@@ -133,7 +134,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   if (status /= status_ok) then
     reasons = ""
     call explain_point(interface, s_old(:, failed), s(:, failed), state(:, failed), reasons)
-    message = "point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons
+    call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
     return
   end if
   do i = 1, n
@@ -143,7 +144,7 @@ end subroutine interface_update
 
 !> Take one virgin point along a history of separations.
 subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status, message)
-  use asperity_checks, only: integer_text
+  use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: explain_point, interface_type, new_interface, update_points
   implicit none
@@ -155,7 +156,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
   double precision, intent(inout) :: traction(3, n)      !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV
   integer, intent(out) :: status                         !! 0 or that of the first row rejected
-  character(len=4096), intent(out) :: message            !! its bad values; rows count from 0
+  character(len=32768), intent(out) :: message           !! its bad values; rows count from 0
   !f2py threadsafe
   type(interface_type) :: interface
   character(len=:), allocatable :: reasons
@@ -176,7 +177,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
     if (status /= status_ok) then
       reasons = ""
       call explain_point(interface, from(:, 1), s(:, i), state(:, i), reasons)
-      message = "row " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons
+      call put_text("row " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
       return
     end if
   end do
@@ -185,7 +186,7 @@ end subroutine interface_replay
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, separation, traction, &
                                    state, n_done, status, message)
-  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
   use mixed_control, only: confined_slip
@@ -203,7 +204,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
   integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
   integer, intent(out) :: status                           !! 0 or status_separation
-  character(len=4096), intent(out) :: message              !! every bad value; slips count from 0
+  character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
   !f2py threadsafe
   type(interface_type) :: interface
   character(len=:), allocatable :: text
@@ -220,10 +221,11 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     call append(text, "sigma_N = " // to_text(sigma_n) // ": expected a finite traction")
   if (preload < 1) call append(text, "preload = " // integer_text(preload) // ": expected at least 1 increment")
   do i = 1, n
+    if (len(text) > len(message)) exit
     if (.not. bounded(slips(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
       to_text(slips(i)) // ": expected a finite number of magnitude up to " // to_text(bound))
   end do
-  message = text
+  call put_text(text, message)
   if (len(text) > 0) then
     status = status_separation
     return

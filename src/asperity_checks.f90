@@ -6,7 +6,7 @@ module asperity_checks
     p_m, p_map, prop_table, status_nprops, status_ok, status_props, weight_tolerance
   implicit none
   private
-  public :: all_bounded, bounded, review_props, append, to_text, integer_text
+  public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
@@ -28,6 +28,15 @@ contains
     write (text, "(i0)") value
     length = len_trim(text)
   end function integer_length
+
+  !> Copy a text to where it has a fixed length; one that is longer ends with " ...".
+  pure subroutine put_text(text, buffer)
+    character(len=*), intent(in) :: text      !! what to copy
+    character(len=*), intent(out) :: buffer   !! padded with blanks
+    character(len=*), parameter :: mark = " ..."
+    buffer = text
+    if (len(text) > len(buffer)) buffer(len(buffer) - len(mark) + 1:) = mark
+  end subroutine put_text
 
   !> Shortest text of a number that reads back the same, without an exponent where that is easily read.
   pure function to_text(value) result(text)

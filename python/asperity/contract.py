@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import operator
+import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
@@ -17,6 +19,9 @@ Floats = NDArray[np.float64]
 )
 """Constants before the listed planes, without a default, of a listed plane; state variables of a point, of a
 plane; most inclined planes."""
+
+MOST = int(np.iinfo(np.intc).max)
+"""Largest count the library takes."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +100,48 @@ def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
     """Vector PROPS from values by name, the others at their default, and the values of the listed planes."""
     props = np.array([0.0 if row.default is None else row.default for row in props_table()])
     for name, value in values.items():
-        props[index(name)] = value
+        props[index(name)] = number(name, value, _PROPS[name].admissible)
     return np.concatenate([props, np.array(list(listed), dtype=float)])
+
+
+def number(name: str, value: float, admissible: str = "a finite number") -> float:
+    """Double of a value; raises ValueError that names it where it is none, a huge integer for one."""
+    try:
+        return float(value)
+    except (OverflowError, TypeError, ValueError):
+        raise ValueError(f"{name} = {shown(value)}: expected {admissible}") from None
+
+
+def whole(name: str, value: int) -> int:
+    """Integer of a count, which the library checks; raises ValueError that names it where there is none."""
+    try:
+        found = int(value) if isinstance(value, float) else operator.index(value)
+        if found == value and abs(found) <= MOST:
+            return found
+    except (OverflowError, TypeError, ValueError):
+        pass
+    raise ValueError(f"{name} = {shown(value)}: expected a whole number from 1 to {MOST}")
+
+
+def array(name: str, value: ArrayLike) -> Floats:
+    """Contiguous doubles of any shape; raises ValueError that names the array and the value that is none."""
+    try:
+        return np.asarray(value, dtype=float, order="C")
+    except (OverflowError, TypeError, ValueError) as error:
+        try:
+            for i, one in np.ndenumerate(np.asarray(value, dtype=object)):
+                number(f"{name}[{', '.join(map(str, i))}]", one)
+        except ValueError as found:
+            raise found from None
+        raise ValueError(f"{name}: {error}, expected numbers") from None
+
+
+def shown(value: object) -> str:
+    """Text of a value in a message, cut where it is long."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python prints no integer of more than 4300 digits
+        return f"an integer of {int.bit_length(value)} bits" if isinstance(value, int) else "a huge number"
 
 
 def check(props: Floats) -> int:

@@ -139,14 +139,17 @@ class Interface:
         Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
         equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
         """
-        slips = np.asarray(slips, dtype=float, order="C")
+        slips = contract.array("slips", slips)
+        direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
+        sigma_N = contract.number("sigma_N", sigma_N, "a finite traction")
+        preload = contract.whole("preload", preload)
         if slips.ndim != 1:
             raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
         n = n_done = len(slips)
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
-                self._props, float(direction_deg), slips, float(sigma_N), int(preload),
+                self._props, direction_deg, slips, sigma_N, preload,
                 separation.T, traction.T, state.T,
             )  # fmt: skip
             _raise(status, message)
@@ -229,7 +232,7 @@ def _freeze(*arrays: Floats) -> None:
 
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:
     """Contiguous array of doubles of shape (rows, columns)."""
-    array = np.asarray(value, dtype=float, order="C")
+    array = contract.array(name, value)
     if array.ndim != 2 or array.shape[1] != columns or rows not in (None, len(array)):
         expected = f"({'n' if rows is None else rows}, {columns})"
         raise ValueError(f"{name} has shape {array.shape}: expected {expected}")

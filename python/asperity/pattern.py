@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,9 +31,8 @@ class Pattern:
     def __post_init__(self) -> None:
         """Check the ranges."""
         if (self.listed or self.m < 0) and self.m != -len(self.listed):
-            raise ValueError(
-                f"m = {self.m}: expected {-len(self.listed)} for {len(self.listed)} listed planes"
-            )
+            k = len(self.listed)
+            raise ValueError(f"m = {contract.shown(self.m)}: expected {-k} for {k} listed planes")
         contract.check(contract.pack(_ANY_MATERIAL | self.values(), self.constants()))
 
     @classmethod
@@ -49,8 +49,8 @@ class Pattern:
         regular(m, theta), the five planes of Table 3 are regular(4, theta, flat=1/5).  Angles in degrees.
         Raises ValueError for a value out of range.
         """
-        if sides < 0:
-            raise ValueError(f"sides = {sides}: expected 0 or 2 to {contract.MAX_INCLINED}")
+        if not isinstance(sides, numbers.Real) or sides < 0:
+            raise ValueError(f"sides = {contract.shown(sides)}: expected 0 or 2 to {contract.MAX_INCLINED}")
         return cls(sides, theta, flat, turn)
 
     @classmethod
@@ -59,8 +59,8 @@ class Pattern:
 
         Raises ValueError for wrong shapes and for values out of range.
         """
-        n = np.asarray(normals, dtype=float)
-        gamma = np.asarray(weights, dtype=float)
+        n = contract.array("normals", normals)
+        gamma = contract.array("weights", weights)
         if gamma.ndim != 1 or not 1 <= gamma.size <= contract.MAX_INCLINED:
             raise ValueError(
                 f"weights have shape {gamma.shape}: expected (k,) with k = 1 to {contract.MAX_INCLINED}"

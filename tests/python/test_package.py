@@ -7,11 +7,13 @@ import inspect
 import json
 import os
 import pickle
+import shutil
 import subprocess
 import tempfile
 import threading
 import time
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, fields
 from importlib import metadata
@@ -429,6 +431,83 @@ def test_bad_confined_slip() -> None:
         assert line.startswith(start) and ": expected " in line
 
 
+HUGE = 10**400
+"""An integer no double holds, and one Python prints none of whose digits."""
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Material(HUGE, 0.3, 0.9, 0.5), r"sigma0 = 1000+\.\.\.0+: expected > 0"),
+        (lambda: Material(3.0, 0.3, 0.9, 10**5000), r"mu = an integer of 16610 bits: expected >= 0"),
+        (lambda: Material(3.0, 0.3, "much", 0.5), r"eta = 'much': expected 0 < eta < 1"),
+        (lambda: Material(3.0, None, 0.9, 0.5), r"Gc = None: expected > 0"),
+        (lambda: Pattern.regular(HUGE, 30.0), r"m = 1000+\.\.\.0+: expected 0, 2"),
+        (lambda: Pattern.regular(-HUGE, 30.0), r"sides = -1000+\.\.\.0+: expected 0 or 2 to 64"),
+        (lambda: Pattern.regular("4", 30.0), r"sides = '4': expected 0 or 2 to 64"),
+        (lambda: Pattern.regular(4, HUGE), r"theta = 1000+\.\.\.0+: expected 0 <= theta < 90"),
+        (lambda: Pattern.regular(4, 30.0, turn=-HUGE), r"turn = -1000+\.\.\.0+: expected any"),
+        (lambda: Pattern(HUGE), r"m = 1000+\.\.\.0+: expected"),
+        (lambda: Pattern.planes([[HUGE, 0, 0]], [1.0]), r"normals\[0, 0\] = 10+\.\.\.0+: expected a"),
+        (lambda: Pattern.planes([[1, 0, 0]], [HUGE]), r"weights\[0\] = 1000+\.\.\.0+: expected a finite"),
+        (lambda: RP_4.props(h=HUGE), r"h = 1000+\.\.\.0+: expected"),
+        (lambda: RP_4.props(map=HUGE), r"map = 1000+\.\.\.0+: expected 0"),
+        (lambda: RP_4.card("abaqus", r=HUGE), r"r = 1000+\.\.\.0+: expected 0 <= r <= 1"),
+        (lambda: RP_4.update([[0, -HUGE, 0]]), r"s\[0, 1\] = -1000+\.\.\.0+: expected a finite number"),
+        (lambda: RP_4.update([[0, 0, 0]], s_old=[["x", 0, 0]]), r"s_old\[0, 0\] = 'x': expected a finite"),
+        (lambda: RP_4.update([[0, 0], [0, 0, 0]]), r"s.*: .*expected numbers|s\[.*expected a finite number"),
+        (lambda: RP_4.replay([[0, 0, HUGE]]), r"S\[0, 2\] = 1000+\.\.\.0+: expected a finite number"),
+        (lambda: RP_4.confined_slip(HUGE, [0.1], 0.0), r"direction_deg = 10+\.\.\.0+: expected a finite"),
+        (lambda: RP_4.confined_slip(0.0, [0, HUGE], 0.0), r"slips\[1\] = 10+\.\.\.0+: expected a finite"),
+        (lambda: RP_4.confined_slip(0.0, [0.1], HUGE), r"sigma_N = 10+\.\.\.0+: expected a finite"),
+        *(
+            (
+                lambda preload=preload: RP_4.confined_slip(0.0, [0.1], 0.0, preload=preload),
+                rf"preload = {text}: expected a whole number from 1 to 2147483647",
+            )
+            for preload, text in [
+                (2**40, "1099511627776"), (2**31, "2147483648"), (HUGE, r"1000+\.\.\.0+"), (2.5, "2.5"),
+                (NAN, "nan"), (INF, "inf"), ("10", "'10'"), (None, "None"),
+            ]
+        ),
+    ],
+)  # fmt: skip
+def test_values_that_are_no_numbers_of_the_library(call: Callable[[], object], message: str) -> None:
+    """Integers too large for a double or a count, texts, None: ValueError with name, value, expectation."""
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_counts_of_other_types() -> None:
+    """A NumPy integer and a float that is whole count as well."""
+    expected = RP_4.confined_slip(0.0, [0.1], -1.0, preload=20).traction
+    for preload in (np.int64(20), np.float64(20.0), 20.0):
+        assert np.array_equal(RP_4.confined_slip(0.0, [0.1], -1.0, preload=preload).traction, expected)
+
+
+def test_long_messages_are_whole() -> None:
+    """Every bad value of a state of 65 planes is told, as is every one of 64 listed planes."""
+    wide = Interface(TABLE_2, Pattern.regular(64, 30.0))
+    state = np.full((1, wide.nstatv), NAN)
+    with pytest.raises(ValueError, match=r"STATEV\(1\) damage = NaN") as caught:
+        wide.update(np.zeros((1, 3)), state)
+    text = str(caught.value)
+    assert all(f"STATEV({i}) " in text for i in range(1, wide.nstatv + 1)) and not text.endswith("...")
+    with pytest.raises(ValueError, match="PROPS") as caught:
+        Pattern.planes(np.full((64, 3), NAN), np.full(64, NAN))
+    text = str(caught.value)
+    assert all(f"({i})" in text for i in range(20, 20 + 4 * 64)) and not text.endswith("...")
+
+
+def test_a_cut_message_is_marked() -> None:
+    """What does not fit the buffer ends with three dots; the first bad values are there."""
+    with pytest.raises(ValueError, match=r"slips\[0\] = NaN") as caught:
+        RP_4.confined_slip(0.0, np.full(100_000, NAN), -1.0)
+    text = str(caught.value)
+    assert text.endswith(" ...") and len(text) == 32768 and "slips[100] = NaN" in text
+
+
 # --- behaviour ------------------------------------------------------------
 
 
@@ -824,3 +903,25 @@ def test_events_are_those_of_the_driver() -> None:
     assert {"onset", "damaged", "slip", "open", "close"} <= {
         name for _, text in history.events for name in text.split("+")
     }
+
+
+PROGRAM = """#include <asperity.h>
+#include <stdio.h>
+int main(void) {
+  char text[16];
+  return asperity_version(text, sizeof text) > 0 && puts(text) >= 0 ? 0 : 1;
+}
+"""
+
+
+def test_link_against_the_library(tmp_path: Path) -> None:
+    """A C program linked against asperity.library() finds it at run time by the path given to the linker."""
+    compiler = shutil.which("cc")
+    assert compiler is not None
+    (tmp_path / "program.c").write_text(PROGRAM)
+    path = asperity.library()
+    command = [compiler, "program.c", f"-I{path.parent}", path, f"-Wl,-rpath,{path.parent}", "-o", "program"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    environment = {k: v for k, v in os.environ.items() if k != "LD_LIBRARY_PATH"}
+    done = subprocess.run([tmp_path / "program"], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == asperity.__version__ + "\n"
