@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_planes, n_statev, plane_statev
+  public :: prop_type, statev_type, n_statev, plane_statev
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -107,22 +107,6 @@ module asperity_contract
     status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7
 
 contains
-
-  !> Number of planes Np of a valid PROPS vector (contract: m, flat).
-  pure function n_planes(m, flat) result(n)
-    integer, intent(in) :: m       !! PROPS 6
-    real(wp), intent(in) :: flat   !! PROPS 7, share of the flat plane
-    integer :: n
-    if (m < 0) then
-      n = -m
-    else if (m == 0 .or. flat >= 1.0_wp) then
-      n = 1
-    else if (flat <= 0.0_wp) then
-      n = m
-    else
-      n = m + 1
-    end if
-  end function n_planes
 
   !> Number of state variables of a pattern of n planes.
   pure function n_statev(n) result(n_total)

@@ -2,7 +2,7 @@
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: status_nstatv, status_ntens, status_ok, status_separation, v_offset
+  use asperity_contract, only: n_required_props, status_nstatv, status_ntens, status_ok, status_separation, v_offset
   use asperity_interface, only: interface_type, new_interface, explain_point, state_status, separation_bound
   use asperity_kinds, only: wp
   implicit none
@@ -67,7 +67,8 @@ contains
   end function strain_bound
 
   !> Say what is wrong with a rejected call: every bad value, and what was expected.
-  pure subroutine explain_call(props, ntens, stran, dstran, statev, message)
+  pure subroutine explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message)
+    integer, intent(in) :: nprops, nstatv                     !! as passed: an array of a negative size has size 0
     real(wp), intent(in), contiguous :: props(:)              !! PROPS
     integer, intent(in) :: ntens                              !! components of the host
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
@@ -79,6 +80,11 @@ contains
 
     position = component_map(ntens, 0)
     if (position(1) == 0) call append(message, "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6")
+    if (nprops < 0) then
+      call append(message, "NPROPS = " // integer_text(nprops) // ": expected at least " // &
+        integer_text(n_required_props))
+      return
+    end if
     call review_props(props, status, message)
     if (status /= status_ok) return
     call new_interface(props, interface, status)
@@ -86,6 +92,11 @@ contains
       call review_value("STRAN", i, stran(i), strain_bound(interface), message)
       call review_value("DSTRAN", i, dstran(i), strain_bound(interface), message)
     end do
+    if (nstatv < 0) then
+      call append(message, "NSTATV = " // integer_text(nstatv) // ": expected at least " // &
+        integer_text(interface%n_statev))
+      return
+    end if
     call explain_point(interface, rest, rest, statev, message)
   end subroutine explain_call
 

@@ -41,7 +41,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status == status_ok) status = host_status(interface, position, stran, dstran, statev)
   if (status /= status_ok) then
     message = ""
-    call explain_call(props, ntens, stran, dstran, statev, message)
+    call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message)
     call reject("umat", message, stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)
     return
