@@ -232,3 +232,53 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   end if
   call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done)
 end subroutine interface_confined_slip
+
+!> Newton's method without safeguards: one virgin point along given values of mixed control.
+subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, kind, tolerance, separation, traction, &
+                       state, iterations, updates, residuals, n_done, ended)
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface
+  use mixed_control, only: control_type
+  use plain_newton, only: follow => newton_path
+  implicit none
+  integer, intent(in) :: nprops                               !! number of constants
+  double precision, intent(in) :: props(nprops)               !! admissible PROPS
+  integer, intent(in) :: nstatv                               !! state variables of a point
+  integer, intent(in) :: n                                    !! increments
+  integer, intent(in) :: most                                 !! iterations of an increment
+  integer, intent(in) :: held(3)                              !! 1: the traction (N, Tx, Ty) is given, 0: the separation
+  double precision, intent(in) :: spring(3)                   !! stiffness of the surroundings, stress/length
+  double precision, intent(in) :: targets(3, n)               !! separation, or traction + spring*separation
+  integer, intent(in) :: kind                                 !! which tangent, from 1
+  double precision, intent(in) :: tolerance                   !! residual that is accepted, relative
+  double precision, intent(inout) :: separation(3, n)         !! separation (N, Tx, Ty), length
+  double precision, intent(inout) :: traction(3, n)           !! traction, stress
+  double precision, intent(inout) :: state(nstatv, n)         !! STATEV
+  integer, intent(inout) :: iterations(n)                     !! linear systems solved
+  integer, intent(inout) :: updates(n)                        !! updates of the law
+  double precision, intent(inout) :: residuals(most + 1, n)   !! relative, -1 where none was needed
+  integer, intent(out) :: n_done                              !! increments that converged
+  integer, intent(out) :: ended                               !! 0, or why the last one did not
+  !f2py threadsafe
+  type(interface_type) :: interface
+  type(control_type) :: control
+  integer :: status
+  n_done = 0
+  ended = 0
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  control%traction = held == 1
+  control%spring = spring
+  call follow(interface, control, targets, kind, tolerance, separation, traction, state, iterations, updates, &
+    residuals, n_done, ended)
+end subroutine newton_path
+
+!> Name of a tangent of newton_path; blank: there is none of that number.
+subroutine newton_tangent(kind, name)
+  use plain_newton, only: tangent_names
+  implicit none
+  integer, intent(in) :: kind              !! from 1
+  character(len=12), intent(out) :: name   !! padded with blanks
+  name = ""
+  if (kind >= 1 .and. kind <= size(tangent_names)) name = tangent_names(kind)
+end subroutine newton_tangent

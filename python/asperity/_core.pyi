@@ -1,7 +1,8 @@
-from numpy import float64
+from numpy import float64, int32
 from numpy.typing import NDArray
 
 _Floats = NDArray[float64]
+_Integers = NDArray[int32]
 
 def contract_sizes() -> tuple[int, int, int, int, int, int]: ...
 def contract_prop(i: int) -> tuple[bytes, bytes, bytes, bytes, float]: ...
@@ -23,3 +24,18 @@ def interface_confined_slip(
     traction: _Floats,
     state: _Floats,
 ) -> tuple[int, int, bytes]: ...
+def newton_path(
+    props: _Floats,
+    held: _Integers,
+    spring: _Floats,
+    targets: _Floats,
+    kind: int,
+    tolerance: float,
+    separation: _Floats,
+    traction: _Floats,
+    state: _Floats,
+    iterations: _Integers,
+    updates: _Integers,
+    residuals: _Floats,
+) -> tuple[int, int]: ...
+def newton_tangent(kind: int) -> bytes: ...

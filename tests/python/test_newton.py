@@ -1,0 +1,111 @@
+"""Newton's method without safeguards: what each tangent costs, how it ends, and that it is the same law."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern
+from asperity.newton import ENDS, TANGENTS, NewtonStudy, newton_path, newton_study
+
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
+K = 150.0
+"""Stiffness of the bond (12), MPa/mm: sigma0^2/(2 Gc (1 - eta))."""
+
+STEPS = 4
+"""Coarse enough for four and more iterations an increment."""
+
+
+def pulled_by_springs(tangent: str, most: int = 200, stiffness: float = K) -> NewtonStudy:
+    """Pressure, then slip by springs at 20 degrees: every component is an unknown, as in an FE code."""
+    spring = np.array([0.0, stiffness, stiffness])
+    angle = np.radians(20.0)
+    slips = np.linspace(0.0, 0.4, STEPS + 1)
+    targets = np.outer(slips, stiffness * np.array([0.0, np.cos(angle), np.sin(angle)]))
+    targets[:, 0] = -1.0
+    return newton_path(RP_4, targets, (True, True, True), tangent, most=most, spring=spring)
+
+
+def orders(study: NewtonStudy) -> list[float]:
+    """Residual over the square of the one before, from a tenth to rounding."""
+    found = []
+    for row in study.residuals:
+        found += [after / before**2 for before, after in pairwise(row) if before < 0.1 and after > 1e-13]
+    return found
+
+
+def test_consistent_tangent_converges_quadratically() -> None:
+    """The factor is that of the law's curvature, of order K/s0 over the softened tangent, units K s_f."""
+    study = pulled_by_springs("consistent")
+    assert study.converged and len(orders(study)) > 5
+    assert max(orders(study)) < 100.0
+    assert max(study.iterations) <= 6
+
+
+@pytest.mark.parametrize("tangent", ["symmetrised", "secant", "start"])
+def test_other_tangents_need_more(tangent: str) -> None:
+    """They arrive at the same point, at first order: the factor has no bound."""
+    study, consistent = pulled_by_springs(tangent), pulled_by_springs("consistent")
+    assert study.converged
+    assert np.abs(study.traction - consistent.traction).max() < 1e-8 * TABLE_2.sigma0
+    assert sum(study.iterations) > 2 * sum(consistent.iterations)
+    assert max(orders(study)) > 1e6
+
+
+def test_numerical_tangent_is_the_consistent_one() -> None:
+    """As many iterations but for switches, seven updates of the law each."""
+    study, consistent = pulled_by_springs("numerical"), pulled_by_springs("consistent")
+    assert study.converged
+    assert abs(sum(study.iterations) - sum(consistent.iterations)) <= len(consistent.iterations)
+    assert sum(study.updates) == 7 * sum(study.iterations) + len(study.iterations)
+
+
+@pytest.mark.parametrize(
+    ("tangent", "end"),
+    [("elastic", ENDS[1]), ("zero", ENDS[2]), ("reversed", ENDS[3])],
+)
+def test_tangents_that_fail(tangent: str, end: str) -> None:
+    """Elastic: no end in 200 iterations; zero: nothing to invert; reversed: away from the root."""
+    if tangent == "zero":
+        study = newton_study(RP_4, 20.0, [0.1], -1.0, tangent=tangent)
+    else:
+        study = pulled_by_springs(tangent, most=400 if tangent == "reversed" else 200, stiffness=0.5 * K)
+    assert not study.converged
+    assert study.end == end
+
+
+def test_slip_test_is_that_of_the_solver() -> None:
+    """Tractions and states of `confined_slip`, within the tolerance over the stiffness."""
+    slips = np.linspace(0.0, 0.4, 81)[1:]
+    rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(3, 30.0))
+    study = newton_study(rough, 20.0, slips, -1.0, preload=10)
+    history = rough.confined_slip(20.0, slips, -1.0, preload=10)
+    assert study.converged
+    assert np.abs(study.traction[10:] - history.traction).max() < 1e-8 * TABLE_2.sigma0
+    assert np.abs(study.state[10:] - history.state).max() < 1e-8
+
+
+def test_snap_stops_it() -> None:
+    """RP-32 at sigma_N = 0: large steps leap over the fold near 0.1737 mm, small ones end there."""
+    dense = Interface(TABLE_2, Pattern.regular(32, 30.0))
+    ends = {}
+    for steps in (400, 2000):
+        study = newton_study(dense, 0.0, np.linspace(0.0, 0.2, steps + 1)[1:], 0.0, preload=1)
+        ends[steps] = study.end
+        if not study.converged:
+            assert study.separation[-1, 1] == pytest.approx(0.1737, abs=1e-4)
+    assert ends == {400: ENDS[0], 2000: ENDS[1]}
+
+
+def test_bad_input() -> None:
+    """Named with what was expected."""
+    with pytest.raises(ValueError, match=r"tangent = 'best': expected one of consistent, "):
+        newton_path(RP_4, np.zeros((1, 3)), tangent="best")
+    with pytest.raises(ValueError, match=r"targets have shape \(3,\): expected \(T, 3\)"):
+        newton_path(RP_4, np.zeros(3))
+    with pytest.raises(ValueError, match="tolerance = 0"):
+        newton_path(RP_4, np.zeros((1, 3)), tolerance=0.0)
+    assert len(newton_path(RP_4, np.zeros((0, 3))).iterations) == 0
+    assert len(set(TANGENTS)) == 9
