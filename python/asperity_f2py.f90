@@ -142,6 +142,40 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   end do
 end subroutine interface_update
 
+!> Give n states the offset at which they carry a traction.
+subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
+  use asperity_checks, only: integer_text, put_text
+  use asperity_contract, only: status_ok
+  use asperity_initial, only: carry_traction, explain_initial
+  use asperity_interface, only: explain_point, interface_type, new_interface
+  implicit none
+  integer, intent(in) :: nprops                          !! number of constants
+  double precision, intent(in) :: props(nprops)          !! admissible PROPS
+  integer, intent(in) :: nstatv                          !! state variables of a point
+  integer, intent(in) :: n                               !! points
+  double precision, intent(in) :: traction(3, n)         !! traction (N, Tx, Ty), stress
+  double precision, intent(inout) :: state(nstatv, n)    !! STATEV, planes as they are -> with the offset
+  integer, intent(out) :: status                         !! 0 or that of the first point rejected
+  character(len=32768), intent(out) :: message           !! its bad values; points count from 0
+  !f2py threadsafe
+  logical, parameter :: all_held(3) = .true.
+  double precision, parameter :: rest(3) = 0.0d0
+  type(interface_type) :: interface
+  character(len=:), allocatable :: reasons
+  integer :: i
+  message = ""
+  call new_interface(props, interface, status)
+  do i = 1, n
+    if (status == status_ok) call carry_traction(interface, traction(:, i), all_held, state(:, i), status)
+    if (status == status_ok) cycle
+    reasons = ""
+    call explain_point(interface, rest, rest, state(:, i), reasons)
+    if (len(reasons) == 0) call explain_initial(interface, traction(:, i), all_held, state(:, i), reasons)
+    call put_text("point " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
+    return
+  end do
+end subroutine interface_initial
+
 !> Take one virgin point along a history of separations.
 subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status, message)
   use asperity_checks, only: integer_text, put_text

@@ -19,7 +19,8 @@ enum asperity_status {
   ASPERITY_BAD_NTENS = 4,      /* number of components no host has (UMAT only) */
   ASPERITY_BAD_SEPARATION = 5, /* not finite, or too large */
   ASPERITY_BAD_STATE = 6,      /* not finite, or a damage outside 0..1 */
-  ASPERITY_BAD_SIZE = 7        /* a negative number of points */
+  ASPERITY_BAD_SIZE = 7,       /* a negative number of points */
+  ASPERITY_BAD_INITIAL = 8     /* an initial traction that the state cannot carry */
 };
 
 /* Version of the library as text; returns its length. */
@@ -27,6 +28,14 @@ int asperity_version(char *text, int size);
 
 /* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
 int asperity_nstatv(const double *props, int nprops, char *message, int size);
+
+/* Give n states the separation at which they carry a traction (state variables 7 to 9), before their first increment.
+ *   traction double[n][3], finite
+ *   state    double[n][nstatv], planes as they are (all zero: virgin) -> the same with offset, slips and energies
+ * The traction grows from what the state carries, in proportion; the next asperity_update with s = 0 returns it.
+ * Returns ASPERITY_OK, or the status of the first point that was rejected, whose state is as it came. */
+int asperity_initial_state(const double *props, int nprops, int n, const double *traction, int nstatv, double *state,
+                           char *message, int size);
 
 /* Update n points over one increment.
  *   s_old    double[n][3], separation at the start (needed by the energies only); NULL: zero

@@ -3,11 +3,12 @@ module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use asperity_checks, only: integer_text, review_props
   use asperity_contract, only: status_ok, status_size, version
-  use asperity_interface, only: interface_type, new_interface, explain_points, update_points
+  use asperity_initial, only: carry_traction, explain_initial
+  use asperity_interface, only: interface_type, new_interface, explain_point, explain_points, update_points
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_update
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update
 
 contains
 
@@ -41,6 +42,45 @@ contains
     call put_text(text, message, size)
     deallocate (text)   ! flang 16 does not do it
   end function asperity_nstatv
+
+  !> Give n states the offset at which they carry a traction; returns 0, or the status of the first point that cannot.
+  function asperity_initial_state(props, nprops, n, traction, nstatv, state, message, size) bind(C) result(status)
+    integer(c_int), value :: nprops                     !! number of constants
+    integer(c_int), value :: n                          !! points
+    integer(c_int), value :: nstatv                     !! state variables per point
+    real(c_double), intent(in) :: props(nprops)         !! material constants
+    real(c_double), intent(in) :: traction(3, n)        !! double[n][3] traction (N, Tx, Ty), stress
+    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] planes as they are -> with the offset
+    type(c_ptr), value :: message                       !! char[size], may be NULL
+    integer(c_int), value :: size                       !! bytes of the message
+    integer(c_int) :: status
+    real(wp), parameter :: rest(3) = 0.0_wp
+    logical, parameter :: all_held(3) = .true.
+    character(len=:), allocatable :: text
+    type(interface_type) :: interface
+    integer :: i
+
+    allocate (character(len=0) :: text)
+    call new_interface(props, interface, status)
+    if (status /= status_ok) then
+      call review_props(props, status, text)
+    else if (n < 0) then
+      status = status_size
+      text = "n = " // integer_text(n) // " points: expected 0 or more"
+    else
+      do i = 1, n
+        call carry_traction(interface, traction(:, i), all_held, state(:, i), status)
+        if (status /= status_ok) then
+          call explain_point(interface, rest, rest, state(:, i), text)
+          if (len(text) == 0) call explain_initial(interface, traction(:, i), all_held, state(:, i), text)
+          text = "point " // integer_text(i) // ": " // text
+          exit
+        end if
+      end do
+    end if
+    call put_text(text, message, size)
+    deallocate (text)   ! flang 16 does not do it
+  end function asperity_initial_state
 
   !> Update n points over one increment; returns 0, or a status code with the reasons in the message, nothing written.
   function asperity_update(props, nprops, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &

@@ -104,7 +104,7 @@ module asperity_contract
 
   ! --- status codes --------------------------------------------------------------------------------------------------
   integer, parameter, public :: status_ok = 0, status_props = 1, status_nprops = 2, status_nstatv = 3, &
-    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7
+    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7, status_initial = 8
 
 contains
 

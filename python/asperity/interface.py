@@ -118,6 +118,31 @@ class Interface:
             )
         return Update(traction, new, tangent)
 
+    def initial(
+        self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None
+    ) -> Floats:
+        """State (nstatv,), or (n, nstatv), of points that carry a traction (3,), or (n, 3), at separation zero.
+
+        damage, 0 to 1: of all planes, or (Np,) of each.  slip (Np, 2), length: inelastic slips (s_dit, s_dih) of
+        the planes, None is zero.  The traction grows in proportion; the separation it needs is kept as the offset
+        (STATEV 7 to 9) and energies are those of that way.  Raises ValueError for wrong input and for a traction
+        that the state cannot carry, with what it does carry.
+        """
+        given = contract.array("traction", traction)
+        tractions = _array("traction", np.atleast_2d(given), 3).copy()
+        alpha = contract.array("damage", damage)
+        if alpha.shape not in ((), (self.n_planes,)):
+            raise ValueError(f"damage has shape {alpha.shape}: expected () or {(self.n_planes,)}")
+        slips = np.zeros((self.n_planes, 2)) if slip is None else _array("slip", slip, 2, self.n_planes)
+        names = contract.statev_names(self.n_planes)
+        state = np.zeros((len(tractions), self.nstatv))
+        planes = state[:, names.index("work") + 5 :].reshape(len(tractions), self.n_planes, -1)
+        planes[:, :, 0] = alpha
+        planes[:, :, 1:] = slips
+        if len(tractions) > 0:
+            _raise(*_core.interface_initial(self._props, tractions.T, state.T))
+        return state[0] if given.ndim == 1 else state
+
     def replay(self, S: ArrayLike) -> History:
         """Take one virgin point along the separations S (T, 3), length, a row for each increment.
 
