@@ -134,9 +134,8 @@ class Interface:
         if alpha.shape not in ((), (self.n_planes,)):
             raise ValueError(f"damage has shape {alpha.shape}: expected () or {(self.n_planes,)}")
         slips = np.zeros((self.n_planes, 2)) if slip is None else _array("slip", slip, 2, self.n_planes)
-        names = contract.statev_names(self.n_planes)
         state = np.zeros((len(tractions), self.nstatv))
-        planes = state[:, names.index("work") + 5 :].reshape(len(tractions), self.n_planes, -1)
+        planes = state[:, contract.N_POINT_STATEV :].reshape(len(tractions), self.n_planes, -1)
         planes[:, :, 0] = alpha
         planes[:, :, 1:] = slips
         if len(tractions) > 0:

@@ -1,0 +1,79 @@
+"""Initial states: points that start from a traction, against closed forms and the independent reference."""
+
+import numpy as np
+import pytest
+
+import asperity
+from asperity import reference
+
+TABLE_2 = asperity.Material(3.0, 0.3, 0.9, 0.5)
+STIFFNESS = 3.0 / (0.1 * 0.2)
+# the separation is solved for to 1e-13 of the terms of the traction, which add up to some tens of it
+TOLERANCE = 1e-10
+
+
+def interface(sides=4):
+    return asperity.Interface(TABLE_2, asperity.Pattern.regular(sides, 30.0))
+
+
+@pytest.mark.parametrize("sides", [0, 2, 4, 7, 32])
+def test_zero_separation_returns_the_traction(sides):
+    law = interface(sides)
+    tractions = np.array([[-10.0, 1.0, -0.5], [0.5, 0.3, 0.2], [0.0, 0.0, 1.0]])
+    state = law.initial(tractions)
+    update = law.update(np.zeros((3, 3)), state)
+    np.testing.assert_allclose(update.traction, tractions, rtol=0, atol=TOLERANCE * 3.0)
+    assert np.all(state[:, 5] == 0.0) and np.all(update.state[:, 5] == 1.0)
+
+
+def test_the_reference_carries_it():
+    """The independent law carries the traction at the offset and the planes' states that were found."""
+    traction = np.array([-10.0, 1.0, -0.5])
+    state = interface(4).initial(traction)
+    pattern = reference.regular_pattern(4, 30.0)
+    response = reference.update(reference.Parameters(3.0, 0.3, 0.9, 0.5), pattern, np.zeros(3), state)
+    np.testing.assert_allclose(response.traction, traction, rtol=0, atol=TOLERANCE * 3.0)
+
+
+def test_elastic_offset_is_closed_form():
+    traction = np.array([-9.0, 1.0, 0.5])
+    state = interface(0).initial(traction)
+    np.testing.assert_allclose(state[6:9], traction / STIFFNESS, rtol=0, atol=TOLERANCE)
+
+
+def test_cracked_planes():
+    """A dead flat plane sticks below mu p around its slip and refuses what is beyond, by how much."""
+    flat = interface(0)
+    slip = [[0.3, -0.1]]
+    state = flat.initial([-10.0, 4.9, 0.0], damage=1.0, slip=slip)
+    np.testing.assert_allclose(
+        state[6:9], np.array([-10.0, 4.9, 0.0]) / STIFFNESS + [0.0, 0.3, -0.1], rtol=0, atol=TOLERANCE
+    )
+    with pytest.raises(ValueError, match=r"t_Tx, t_Ty = 7.5, 0: outside the friction.*with t_N = -10 it carries (4.99|5)"):
+        flat.initial([-10.0, 7.5, 0.0], damage=1.0)
+    with pytest.raises(ValueError, match="tension on a crack"):
+        flat.initial([0.1, 0.0, 0.0], damage=[1.0])
+
+
+def test_partly_cracked_pattern():
+    law = interface(4)
+    damage = [1.0, 0.5, 0.0, 0.25, 1.0]
+    state = law.initial([-5.0, 0.5, 0.0], damage=damage)
+    np.testing.assert_allclose(law.update(np.zeros((1, 3)), state[None]).traction, [[-5.0, 0.5, 0.0]], atol=1e-9)
+    assert np.all(state[9::3] >= damage)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"traction": [1.0, 2.0]}, r"traction has shape"),
+        ({"traction": [np.nan, 0.0, 0.0]}, "initial t_N = NaN: expected a finite traction"),
+        ({"traction": [-1.0, 0.0, 0.0], "damage": [0.0, 1.0]}, r"damage has shape \(2,\)"),
+        ({"traction": [-1.0, 0.0, 0.0], "damage": 1.5}, r"STATEV\(10\) alpha = 1.5"),
+        ({"traction": [-1.0, 0.0, 0.0], "slip": np.zeros((2, 2))}, "slip has shape"),
+        ({"traction": [[0.0, 0.0, 0.0], [7.0, 0.0, 0.0]]}, r"point 1 \(of 0 to 1\).*beyond the strength"),
+    ],
+)
+def test_bad_input(keywords, message):
+    with pytest.raises(ValueError, match=message):
+        interface(4).initial(**keywords)
