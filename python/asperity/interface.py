@@ -121,12 +121,12 @@ class Interface:
     def initial(
         self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None
     ) -> Floats:
-        """State (nstatv,), or (n, nstatv), of points that carry a traction (3,), or (n, 3), at separation zero.
+        """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
 
-        damage, 0 to 1: of all planes, or (Np,) of each.  slip (Np, 2), length: inelastic slips (s_dit, s_dih) of
-        the planes, None is zero.  The traction grows in proportion; the separation it needs is kept as the offset
-        (STATEV 7 to 9) and energies are those of that way.  Raises ValueError for wrong input and for a traction
-        that the state cannot carry, with what it does carry.
+        damage, 0 to 1: of all planes, or (Np,) of each.  slip (Np, 2), length: inelastic slips (s_dit,
+        s_dih) of the planes, None is zero.  The traction grows in proportion; the separation it needs is
+        kept as the offset (STATEV 7 to 9), the energies are those of that way.  Raises ValueError for wrong
+        input and for a traction that the state cannot carry, with what it does carry.
         """
         given = contract.array("traction", traction)
         tractions = _array("traction", np.atleast_2d(given), 3).copy()
