@@ -38,7 +38,7 @@ module case_file
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
-    "             map = 0, r = 0, dtime = 1.0; columns s_N, s_Tx, s_Ty or strains e_1 ... e_<ntens>, time;", &
+    "             map = 0, dalpha = 0, r = 0, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
     "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &
     "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
     "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &

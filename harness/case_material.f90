@@ -1,8 +1,8 @@
 !> PROPS from the groups &material, &pattern and &replay of a case file.
 module case_material
   use asperity_checks, only: append, integer_text, review_props
-  use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_eta, p_flat, p_gc, &
-    p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, status_ok
+  use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_dalpha, p_eta, p_flat, &
+    p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
   use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
   use case_values, only: get_integer, get_real, get_reals
@@ -21,7 +21,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: known(3) = [character(len=80) :: &
       "sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc", "sides, theta, flat, turn, normals, weights", &
-      "file, through, ntens, h, map, r, dtime, block"]
+      "file, through, ntens, h, map, dalpha, r, dtime, block"]
     character(len=*), parameter :: owners(3) = [character(len=8) :: "material", "pattern", "replay"]
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
@@ -90,7 +90,7 @@ contains
     integer, intent(in) :: owner           !! 1, 2 or 3
     integer :: i
     integer, parameter :: of_material(8) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc], &
-      of_pattern(3) = [p_theta, p_flat, p_turn], of_replay(3) = [p_h, p_map, p_r]
+      of_pattern(3) = [p_theta, p_flat, p_turn], of_replay(4) = [p_h, p_map, p_dalpha, p_r]
     logical :: owned
     do i = n_fixed_props, 1, -1
       select case (owner)

@@ -12,10 +12,11 @@ module mixed_control
   private
   public :: control_type, point_type, new_point, advance, snapped, direction_vector, confined_slip
 
-  !> What is held of each component (N, Tx, Ty).
+  !> What is held of each component (N, Tx, Ty), and how long an increment takes.
   type :: control_type
     logical :: traction(3) = .false.   !! true: traction + spring*separation is given, false: the separation is
     real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
+    real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage only), >= 0, time
   end type control_type
 
   !> A point and what it carries.
@@ -78,6 +79,7 @@ contains
     real(wp), intent(out), optional :: residuals(0:max_iterations)   !! of the last part tried, relative to the scale of
                                                                      !! `residual_tolerance`; -1 where none was needed
     real(wp) :: fraction, next, history(0:max_iterations)
+    type(control_type) :: part   ! a part takes its share of the time
     type(point_type) :: trial
     integer :: solved, used
     logical :: converged
@@ -86,15 +88,17 @@ contains
     solved = 0
     reached = 0.0_wp
     history = -1.0_wp
+    part = control
     fraction = 1.0_wp
     if (.not. all(bounded(target, largest_target))) fraction = 0.0_wp
     do while (reached < 1.0_wp .and. fraction >= min_fraction)
       next = min(1.0_wp, reached + fraction)
       trial = point
+      part%dt = (next - reached)*control%dt
       if (next < 1.0_wp) then
-        call solve(interface, control, start + next*(target - start), point, trial, used, converged, history)
+        call solve(interface, part, start + next*(target - start), point, trial, used, converged, history)
       else
-        call solve(interface, control, target, point, trial, used, converged, history)
+        call solve(interface, part, target, point, trial, used, converged, history)
       end if
       iterations = iterations + used
       if (converged) then
@@ -108,7 +112,8 @@ contains
     end do
     if (reached < 1.0_wp .and. normal_alone(control) .and. all(bounded(target, largest_target))) then
       trial = point
-      call march(interface, control, target, point, trial, used, converged)
+      part%dt = (1.0_wp - reached)*control%dt
+      call march(interface, part, target, point, trial, used, converged)
       iterations = iterations + used
       if (converged) then
         point = trial
@@ -163,7 +168,7 @@ contains
     residual = 0.0_wp
     good = point_status(interface, old%s, new%s, old%state) == status_ok
     if (.not. good) return
-    call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent)
+    call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent, control%dt)
     scale = traction_scale(interface, new) + abs(target(1))
     residual = (new%traction(1) + control%spring(1)*new%s(1) - target(1))/max(scale, tiny(scale))
   end subroutine try
@@ -277,7 +282,7 @@ contains
     history = -1.0_wp
     do iterations = 0, max_iterations
       if (point_status(interface, old%s, new%s, old%state) /= status_ok) return
-      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent)
+      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent, control%dt)
       residual = merge(new%traction + control%spring*new%s - target, 0.0_wp, control%traction)
       scale = traction_scale(interface, new) + maxval(abs(target), mask=control%traction)
       history(iterations) = maxval(abs(residual))/max(scale, tiny(scale))
@@ -335,7 +340,7 @@ contains
   !>
   !> Where equilibrium is lost the path ends: rows beyond n_done are zero.
   pure subroutine confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, &
-                                iterations, n_done)
+                                iterations, n_done, times, preload_time)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
@@ -347,9 +352,12 @@ contains
     integer, intent(out) :: iterations(:)           !! (T) Newton iterations
     integer, intent(out) :: n_done                  !! slips that converged; fewer than T: equilibrium lost;
                                                     !! -1: by the preload, or a direction that is no number
+    real(wp), intent(in), optional :: times(:)      !! (T) of the slips from the end of the preload on, not decreasing,
+                                                    !! time; absent: no time passes
+    real(wp), intent(in), optional :: preload_time  !! duration of the preload, >= 0, time; absent: 0
     type(control_type) :: control
     type(point_type) :: point
-    real(wp) :: start(3), target(3), reached
+    real(wp) :: start(3), target(3), now, reached
     integer :: i, used
 
     separation = 0.0_wp
@@ -359,6 +367,7 @@ contains
     n_done = -1
     if (.not. bounded(direction, huge(direction))) return
     control%traction(1) = .true.
+    if (present(preload_time)) control%dt = preload_time/real(preload, wp)
     point = new_point(interface)
     target = 0.0_wp
     do i = 1, preload
@@ -368,7 +377,13 @@ contains
       if (reached < 1.0_wp) return
     end do
     n_done = 0
+    control%dt = 0.0_wp
+    now = 0.0_wp
     do i = 1, size(slips)
+      if (present(times)) then
+        control%dt = times(i) - now
+        now = times(i)
+      end if
       start = target
       target(2:3) = slips(i)*direction_vector(direction)
       call advance(interface, control, start, target, point, iterations(i), reached)

@@ -5,7 +5,7 @@ module path_run
   use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type
   use load_path, only: step_type
-  use mixed_control, only: advance, new_point, point_type, snapped
+  use mixed_control, only: advance, control_type, new_point, point_type, snapped
   implicit none
   private
   public :: run_path
@@ -50,12 +50,15 @@ contains
     type(history_type), intent(inout) :: table       !! rows are added
     type(progress_type), intent(inout) :: progress   !! clock
     type(row_type) :: row
+    type(control_type) :: control
     real(wp) :: from(3), last(3), offset(3), reached, s_n, to(3)
     integer :: j, n, parts
 
     ! the surroundings are free of force at the start of the step
     offset = merge(step%control%spring*point%s, 0.0_wp, step%control%traction)
     where (step%changed) given = merge(point%traction + offset, point%s, step%control%traction)
+    control = step%control
+    control%dt = step%time/real(sum(step%increments), wp)
     row%step = number
     do j = 1, size(step%increments)
       from = given
@@ -64,7 +67,7 @@ contains
         last = given
         s_n = point%s(1)
         given = ramp(from, to, n, step%increments(j))
-        call advance(interface, step%control, last, given, point, row%iterations, reached, parts=parts)
+        call advance(interface, control, last, given, point, row%iterations, reached, parts=parts)
         row%increment = row%increment + 1
         row%time = start + step%time*((real(row%increment - 1, wp) + reached)/real(sum(step%increments), wp))
         row%s = point%s

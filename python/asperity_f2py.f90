@@ -107,10 +107,10 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
 end subroutine interface_planes
 
 !> Update n points over one increment.
-subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction, tangent, status, message)
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
   use asperity_checks, only: integer_text, put_text
-  use asperity_contract, only: status_ok
-  use asperity_interface, only: explain_point, interface_type, new_interface, update_points
+  use asperity_contract, only: status_ok, status_time
+  use asperity_interface, only: explain_point, explain_time, interface_type, new_interface, update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -118,6 +118,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   integer, intent(in) :: n                               !! points
   double precision, intent(in) :: s_old(3, n)            !! separation (N, Tx, Ty) at the start, length
   double precision, intent(in) :: s(3, n)                !! separation at the end, length
+  double precision, intent(in) :: dt                     !! duration of the increment (viscous damage only), time
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
@@ -130,8 +131,13 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   message = ""
   call new_interface(props, interface, status)
   if (status /= status_ok) return
-  call update_points(interface, s, state, traction, status, failed, s_old, tangent)
-  if (status /= status_ok) then
+  call update_points(interface, s, state, traction, status, failed, s_old, tangent, dt)
+  if (status == status_time) then
+    reasons = ""
+    call explain_time(interface, "dt", reasons, dt)
+    call put_text(reasons, message)
+    return
+  else if (status /= status_ok) then
     reasons = ""
     call explain_point(interface, s_old(:, failed), s(:, failed), state(:, failed), reasons)
     call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
@@ -143,7 +149,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
 end subroutine interface_update
 
 !> Take one virgin point along a history of separations.
-subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status, message)
+subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: explain_point, interface_type, new_interface, update_points
@@ -153,6 +159,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
   integer, intent(in) :: nstatv                          !! state variables of a point
   integer, intent(in) :: n                               !! rows
   double precision, intent(in) :: s(3, n)                !! separation (N, Tx, Ty) at the end of each increment, length
+  double precision, intent(in) :: steps(n)               !! durations (viscous damage only), >= 0, time
   double precision, intent(inout) :: traction(3, n)      !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV
   integer, intent(out) :: status                         !! 0 or that of the first row rejected
@@ -173,7 +180,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
     else
       state(:, i) = 0.0d0
     end if
-    call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from)
+    call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from, dt=steps(i))
     if (status /= status_ok) then
       reasons = ""
       call explain_point(interface, from(:, 1), s(:, i), state(:, i), reasons)
@@ -184,8 +191,8 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
 end subroutine interface_replay
 
 !> Confined slip test: slips along a direction under a held normal traction.
-subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, separation, traction, &
-                                   state, n_done, status, message)
+subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, preload_time, &
+                                   separation, traction, state, n_done, status, message)
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
@@ -199,6 +206,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(in) :: slips(n)                 !! slips in their order, length
   double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
   integer, intent(in) :: preload                           !! increments of the preload, >= 1
+  double precision, intent(in) :: times(n)                 !! of the slips (viscous damage only), not decreasing, time
+  double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
@@ -230,7 +239,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     status = status_separation
     return
   end if
-  call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done)
+  call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
+    times, preload_time)
 end subroutine interface_confined_slip
 
 !> Newton's method without safeguards: one virgin point along given values of mixed control.

@@ -19,7 +19,8 @@ enum asperity_status {
   ASPERITY_BAD_NTENS = 4,      /* number of components no host has (UMAT only) */
   ASPERITY_BAD_SEPARATION = 5, /* not finite, or too large */
   ASPERITY_BAD_STATE = 6,      /* not finite, or a damage outside 0..1 */
-  ASPERITY_BAD_SIZE = 7        /* a negative number of points */
+  ASPERITY_BAD_SIZE = 7,       /* a negative number of points */
+  ASPERITY_BAD_TIME = 8        /* viscous damage: a time increment that is missing, not finite or negative */
 };
 
 /* Version of the library as text; returns its length. */
@@ -37,6 +38,11 @@ int asperity_nstatv(const double *props, int nprops, char *message, int size);
  * Returns ASPERITY_OK, or the status of the first point that was rejected, with nothing written but the message. */
 int asperity_update(const double *props, int nprops, int n, const double *s_old, const double *s, int nstatv,
                     double *state, double *traction, double *tangent, char *message, int size);
+
+/* The same over an increment of the duration dt >= 0, which viscous damage (tau_v > 0, PROPS 13) needs; without it dt is
+ * not looked at. */
+int asperity_update_dt(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
+                       int nstatv, double *state, double *traction, double *tangent, char *message, int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,

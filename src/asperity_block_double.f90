@@ -5,6 +5,7 @@ module asperity_block_double
     status_props, v_damage, v_friction, v_offset, v_rupture, v_status, v_stored, v_work
   use asperity_kinds, only: wp
   use asperity_law, only: rie_type
+  use asperity_material, only: material_type, over_time
   implicit none
   private
   include "asperity_block.inc"

@@ -60,9 +60,9 @@ module asperity_contract
     prop_type("Gc2", "mode II rupture energy if different (0: equal)", "stress*length", &
               ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("tau_v", "relaxation time of the viscous damage, 0: none", "time", &
-              "0 (viscous damage has no effect yet)", 0.0_wp, 0.0_wp, 0.0_wp), &
+              ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("dalpha", "growth of damage in an increment that asks for a cut, 0: never", "-", &
-              "0 (cut requests have no effect yet)", 0.0_wp, 0.0_wp, 0.0_wp), &
+              "0 <= dalpha < 1", 0.0_wp, below_one, 0.0_wp), &
     prop_type("r", "NTENS = 6: stiffness of the other components, share of K h", "-", &
               "0 <= r <= 1", 0.0_wp, 1.0_wp, 0.0_wp), &
     prop_type("kc", "closing stiffness as a multiple of Kn (0: 1)", "-", &
@@ -104,7 +104,7 @@ module asperity_contract
 
   ! --- status codes --------------------------------------------------------------------------------------------------
   integer, parameter, public :: status_ok = 0, status_props = 1, status_nprops = 2, status_nstatv = 3, &
-    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7
+    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7, status_time = 8
 
 contains
 

@@ -3,7 +3,7 @@ module asperity_material
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: material_type, new_material
+  public :: material_type, new_material, over_time
 
   !> Constants of the law, in the user's consistent units.
   type :: material_type
@@ -17,12 +17,15 @@ module asperity_material
     real(wp) :: inv_s02_2   !! 1/s02^2, s02 = slip at damage onset in mode II
     real(wp) :: inv_eta     !! 1/eta
     real(wp) :: s0          !! the smaller of s01 and s02, length
+    real(wp) :: tau_v       !! relaxation time of the damage, 0: none
+    real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
+    real(wp) :: take = 1.0_wp   !! weight of the damage of (7), without its history
   end type material_type
 
 contains
 
   !> Constants of the law from admissible parameters (units: stress, stress*length; s_f = 2 Gc/sigma0, (5), (12)).
-  pure function new_material(sigma0, gc, eta, mu, sigma02, gc2, kc) result(material)
+  pure function new_material(sigma0, gc, eta, mu, sigma02, gc2, kc, tau_v) result(material)
     real(wp), intent(in) :: sigma0    !! strength, > 0
     real(wp), intent(in) :: gc        !! rupture energy, > 0
     real(wp), intent(in) :: eta       !! ductility, 0 < eta < 1
@@ -30,6 +33,7 @@ contains
     real(wp), intent(in) :: sigma02   !! tangential strength, 0: sigma0
     real(wp), intent(in) :: gc2       !! mode II rupture energy, 0: Gc
     real(wp), intent(in) :: kc        !! closing stiffness as a multiple of K_n, 0: 1
+    real(wp), intent(in) :: tau_v     !! relaxation time of the damage, 0: none
     type(material_type) :: material
     real(wp) :: inv_s01, inv_s02, strength2
 
@@ -46,6 +50,23 @@ contains
     material%inv_eta = 1.0_wp/eta
     material%mu_c = mu*material%k_c/material%k_t
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
+    material%tau_v = tau_v
   end function new_material
+
+  !> The constants for an increment of a duration: backward Euler of tau_v alpha' = alpha_eq - alpha.
+  !>
+  !> alpha = (alpha_0 + r alpha_eq)/(1 + r), r = dt/tau_v, alpha_eq that of (7) without history; the law as it is if
+  !> tau_v = 0. If no time passes no damage grows.
+  pure function over_time(material, dt) result(timed)
+    type(material_type), intent(in) :: material   !! constants
+    real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
+    type(material_type) :: timed
+    timed = material
+    if (.not. material%tau_v > 0.0_wp) return
+    timed%take = 0.0_wp
+    ! dt/(tau_v + dt) = r/(1 + r) cannot overflow
+    if (present(dt)) timed%take = dt/(material%tau_v + dt)
+    timed%keep = 1.0_wp - timed%take
+  end function over_time
 
 end module asperity_material

@@ -10,7 +10,7 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
   use asperity_contract, only: plane_statev, status_nstatv, status_ntens, status_ok, status_state, v_friction, &
     v_offset, v_rupture, v_work
   use asperity_host, only: explain_block, explain_vumat, report, vumat_map
-  use asperity_interface, only: interface_type, new_interface, slip_factor, virgin_tangent
+  use asperity_interface, only: interface_type, new_interface, slip_factor, time_status, virgin_tangent
   use asperity_kinds, only: wp
   implicit none
   character(len=*), parameter :: routine = "vumat"

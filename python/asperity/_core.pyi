@@ -11,15 +11,25 @@ def contract_version() -> bytes: ...
 def interface_review(props: _Floats) -> tuple[int, int, bytes]: ...
 def interface_planes(props: _Floats, n_planes: int) -> tuple[_Floats, _Floats]: ...
 def interface_update(
-    props: _Floats, s_old: _Floats, s: _Floats, state: _Floats, traction: _Floats, tangent: _Floats
+    props: _Floats,
+    s_old: _Floats,
+    s: _Floats,
+    dt: float,
+    state: _Floats,
+    traction: _Floats,
+    tangent: _Floats,
 ) -> tuple[int, bytes]: ...
-def interface_replay(props: _Floats, s: _Floats, traction: _Floats, state: _Floats) -> tuple[int, bytes]: ...
+def interface_replay(
+    props: _Floats, s: _Floats, steps: _Floats, traction: _Floats, state: _Floats
+) -> tuple[int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
     direction: float,
     slips: _Floats,
     sigma_n: float,
     preload: int,
+    times: _Floats,
+    preload_time: float,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,

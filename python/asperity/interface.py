@@ -100,44 +100,62 @@ class Interface:
         """State variables of a point."""
         return contract.n_statev(self.n_planes)
 
-    def update(self, s: ArrayLike, state: ArrayLike | None = None, s_old: ArrayLike | None = None) -> Update:
+    def update(
+        self,
+        s: ArrayLike,
+        state: ArrayLike | None = None,
+        s_old: ArrayLike | None = None,
+        dt: float | None = None,
+    ) -> Update:
         """Take n points over one increment; nothing that comes in is modified.
 
         s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): at the start, None is
-        zero, the virgin point at rest (s_old enters the energies only).  Raises ValueError for wrong shapes
-        and for values that are not finite or out of range.
+        zero, the virgin point at rest (s_old enters the energies only).  dt: duration of the increment, time,
+        needed and looked at where tau_v > 0.  Raises ValueError for wrong shapes and for values that are
+        missing, not finite or out of range.
         """
         s = _array("s", s, 3)
         n = len(s)
         new = np.zeros((n, self.nstatv)) if state is None else _array("state", state, self.nstatv, n).copy()
         s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
         traction, tangent = np.empty((n, 3)), np.empty((n, 3, 3))
+        duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if n > 0:  # f2py takes no empty arrays
             _raise(
-                *_core.interface_update(self._props, s_old.T, s.T, new.T, traction.T, tangent.T),
+                *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
             )
         return Update(traction, new, tangent)
 
-    def replay(self, S: ArrayLike) -> History:
+    def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
         """Take one virgin point along the separations S (T, 3), length, a row for each increment.
 
-        Raises ValueError for a wrong shape and for values that are not finite or too large.
+        times (T,): ends of the increments from 0 on, not decreasing, needed where tau_v > 0.  Raises
+        ValueError for a wrong shape and for values that are missing, not finite or too large.
         """
         S = _array("S", S, 3)
         traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
+        steps = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) > 0:
-            _raise(*_core.interface_replay(self._props, S.T, traction.T, state.T))
+            _raise(*_core.interface_replay(self._props, S.T, steps, traction.T, state.T))
         return self._history(S.copy(), traction, state)
 
     def confined_slip(
-        self, direction_deg: float, slips: ArrayLike, sigma_N: float, preload: int = 100
+        self,
+        direction_deg: float,
+        slips: ArrayLike,
+        sigma_N: float,
+        preload: int = 100,
+        times: ArrayLike | None = None,
+        preload_time: float = 0.0,
     ) -> History:
         """Slip test of Section 4 under a held normal traction: a row for each of the slips (T,), length.
 
         The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
         applied first at zero slip in `preload` increments (its damage counts, it is no row), then held.
-        Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
-        equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
+        times (T,): of the slips, from 0 at the end of the preload, not decreasing, needed where tau_v > 0;
+        the preload takes preload_time.  Raises ValueError for wrong input and EquilibriumLost, which has the
+        rows that converged, where no equilibrium is found; warns where sigma_N closes an inclined plane by
+        more than a small share of s_f.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -146,11 +164,14 @@ class Interface:
         if slips.ndim != 1:
             raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
         n = n_done = len(slips)
+        times = self._times(times, n)
+        if not 0.0 <= preload_time < np.inf:
+            raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                separation.T, traction.T, state.T,
+                times, float(preload_time), separation.T, traction.T, state.T,
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)
@@ -198,6 +219,29 @@ class Interface:
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
         return cards.card(host, name, self.props(h, map, dalpha, r), contract.statev_names(self.n_planes))
+
+    def _is_missing(self, name: str, value: object) -> bool:
+        """Whether a time is None; ValueError where viscous damage needs it."""
+        if value is None and self.material.tau_v > 0.0:
+            tau_v = self.material.tau_v
+            raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
+        return value is None
+
+    def _times(self, times: ArrayLike | None, rows: int) -> Floats:
+        """Times (rows,), zeros where there are none."""
+        if self._is_missing("times", times):
+            return np.zeros(rows)
+        array = np.asarray(times, dtype=float, order="C")
+        if array.shape != (rows,):
+            raise ValueError(f"times have shape {array.shape}: expected ({rows},)")
+        before = np.concatenate([[0.0], array])[:-1]
+        bad = np.flatnonzero(~(np.isfinite(array) & (array >= before)))
+        if bad.size > 0:
+            i = bad[0]
+            raise ValueError(
+                f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
+            )
+        return array
 
     def _history(self, separation: Floats, traction: Floats, state: Floats, lost: str = "") -> History:
         damage = contract.statev_names(self.n_planes).index("damage")

@@ -82,6 +82,24 @@ static int null_start_and_null_tangent(void) {
   return bad + FAILS(memcmp(traction[0], traction[1], sizeof traction[0]) == 0);
 }
 
+static int time_is_for_viscous_damage(void) {
+  /* PROPS 13; one increment of r = dt/tau_v = 1 takes the damage half-way to that of (7), (1 - s0/s)/eta */
+  const double props[] = {SIGMA0, GC, ETA, MU, 0.0, 0.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25};
+  const double s[3] = {2.0 * S0, 0.0, 0.0}, half = 0.5 * (1.0 - 0.5) / ETA;
+  double state[FLAT_STATEV] = {0}, untouched[FLAT_STATEV] = {0}, traction[3];
+  char message[256];
+  int bad = FAILS(asperity_update(props, 13, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
+                                  sizeof message) == ASPERITY_BAD_TIME);
+  bad += FAILS(strstr(message, "dt is missing") != NULL) + FAILS(untouched[5] == 0.0);
+  bad += FAILS(asperity_update_dt(props, 13, -1.0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
+                                  sizeof message) == ASPERITY_BAD_TIME);
+  bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[5] == 0.0);
+  bad += FAILS(asperity_update_dt(props, 13, 0.25, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
+                                  sizeof message) == ASPERITY_OK);
+  bad += DIFFERS(half, state[ALPHA], 16 * 2.3e-16) + FAILS(message[0] == '\0');
+  return bad + DIFFERS((1.0 - half) * K * s[0], traction[0], STRESS_TOLERANCE);
+}
+
 /* The call must return the status, name the culprit, and leave state and traction as they came. */
 static int rejected(int expected, const char *culprit, const double *props, int nprops, int n, double s_n,
                     int nstatv, double alpha) {
@@ -141,6 +159,7 @@ int main(void) {
                                 null_start_and_null_tangent,
                                 errors_write_nothing_but_the_message,
                                 no_points_is_no_error,
+                                time_is_for_viscous_damage,
                                 umat_is_the_same_law};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }

@@ -664,7 +664,7 @@ PATTERN = "sides = 4, theta = 30.0"
         ("eta = 0.9", "eta = ,", 1, ["&material: eta: empty value"]),
         ("eta = 0.9", "eta = 0.9, eta = 0.9", 1, ["eta is given twice, first in line 1"]),
         ("eta = 0.9", "eta(1) = 0.9", 1, ["eta(1): subscripts are not read"]),
-        ("mu = 0.5", "mu = 0.5, tau_v = 1.0", 1, ["tau_v = 1.0", "no effect yet"]),
+        ("mu = 0.5", "mu = 0.5, tau_v = -1.0", 1, ["tau_v = -1.0", ">= 0"]),
         ("mu = 0.5", "mu = 0.5, kc = -1", 1, ["kc = -1", ">= 0"]),
         ("sides = 4", "sides = 1", 2, ["sides = 1", "expected 0 (flat) or 2 to 64"]),
         ("sides = 4", "sides = 2.5", 2, ["sides = 2.5", "whole number from 0 to 64"]),
@@ -718,7 +718,7 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments:
 def test_all_bad_values_at_once(run) -> None:
     """Whatever can be told of a file is told in one go."""
     messages = run(
-        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = 1, kc = -1 /\n"
+        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = -1, kc = -1 /\n"
         "&pattern sides = 65, theta = -1, flat = 2 /\n&step t_N = x /\n",
         code=1,
     ).messages
