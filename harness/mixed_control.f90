@@ -1,73 +1,55 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
-!> Newton's method with the consistent tangent on the free separations; an increment that does not converge is halved.
-!> Which root is taken where t_N alone is held: docs/theory.md, "Root".
+!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch ends
+!> the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
 module mixed_control
   use asperity_checks, only: bounded
-  use asperity_contract, only: plane_statev, status_ok
-  use asperity_interface, only: interface_type, point_status
+  use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
+  use control_point, only: balance_type, control_type, evaluate, free_matrix, new_balance, new_point, point_type, &
+    released_energy, residual_tolerance, solve_linear, unstable
+  use newton, only: max_iterations, newton_solve, newton_type, stiffness_scale
+  use snap_motion, only: cannot_soften, move_on, settle
   implicit none
   private
-  public :: control_type, point_type, new_point, advance, snapped, direction_vector, confined_slip
+  public :: control_type, point_type, new_point, advance, direction_vector, confined_slip, max_iterations, &
+    residual_tolerance
 
-  !> What is held of each component (N, Tx, Ty), and how long an increment takes.
-  type :: control_type
-    logical :: traction(3) = .false.   !! true: traction + spring*separation is given, false: the separation is
-    real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
-    real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage only), >= 0, time
-  end type control_type
-
-  !> A point and what it carries.
-  type :: point_type
-    real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
-    real(wp) :: traction(3) = 0.0_wp      !! stress
-    real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
-    real(wp), allocatable :: state(:)     !! STATEV
-  end type point_type
-
-  !> Newton iterations before an increment is halved: quadratic convergence needs fewer than 10, switches add a few.
-  integer, parameter, public :: max_iterations = 25
+  !> Methods: Newton alone; with halved increments; with continuation and motion through snaps.
+  integer, parameter, public :: plain_newton = 1, halved_newton = 2, full_solver = 3
+  !> How an increment ended: complete, no equilibrium beyond, work limit, targets that are no numbers or out of range.
+  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3
+  !> Most updates of the law in an increment.
+  integer, parameter, public :: most_updates = 50000
+  !> Smallest jump of a separation that is a snap, of s0.
+  real(wp), parameter, public :: snap_resolution = 1.0e-3_wp
+  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what is
+  !> given if that is more.
+  real(wp), parameter :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
   !> Smallest part of an increment that is tried.
   real(wp), parameter :: min_fraction = 2.0_wp**(-20)
-  !> Residual accepted, relative to K max(|s|, |s_di|) + |target|: some hundred units in the last place of the terms
-  !> that are summed over the planes.
-  real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
   !> Largest given value that is tried: differences of two stay finite.
   real(wp), parameter :: largest_target = 0.25_wp*huge(1.0_wp)
 
-  interface
-    !> LAPACK: solve A x = b.
-    pure subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-      import :: wp
-      implicit none
-      integer, intent(in) :: n, nrhs, lda, ldb
-      real(wp), intent(inout) :: a(lda, n), b(ldb, nrhs)
-      integer, intent(out) :: ipiv(n), info
-    end subroutine dgesv
-  end interface
+  !> What happened in an increment.
+  type, public :: report_type
+    integer :: ended = ended_complete
+    integer :: updates = 0               !! of the law
+    integer :: parts = 0                 !! parts that converged, 1: the increment was solved whole
+    integer :: snaps = 0                 !! jumps from one branch to another
+    real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
+    real(wp) :: after(3) = 0.0_wp        !! and after it
+    real(wp) :: released = 0.0_wp        !! energy that all of them set free, stress*length
+    real(wp) :: beyond(3) = 0.0_wp       !! given values for which no equilibrium was found
+  end type report_type
 
 contains
 
-  !> A virgin point at rest, or one that starts from a state at separation zero.
-  pure function new_point(interface, state) result(point)
-    type(interface_type), intent(in) :: interface     !! the interface
-    real(wp), intent(in), optional :: state(:)        !! STATEV to start from
-    type(point_type) :: point
-    real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: old(interface%n_statev)
-    old = 0.0_wp
-    if (present(state)) old = state(:interface%n_statev)
-    allocate (point%state(interface%n_statev))
-    call update_point(interface%rie, rest, rest, old, point%state, point%traction, point%tangent)
-  end function new_point
-
   !> Take a point from the given values `start` to `target`, in parts where that is needed.
   !>
-  !> Where no neighbouring equilibrium is left and t_N alone is held, s_N moves to the first one in the sense in which
-  !> the traction is missing. If there is none it stays at the last part that converged and `reached` is below 1.
-  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals)
+  !> A part is accepted if it continues the branch. Where the branch ends the point moves on to the first rest under what
+  !> is held. If there is none it stays at the last part that converged and `reached` is below 1.
+  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, method)
     type(interface_type), intent(in) :: interface   !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
@@ -78,246 +60,158 @@ contains
     integer, intent(out), optional :: parts         !! parts that converged, 1: the increment was solved whole
     real(wp), intent(out), optional :: residuals(0:max_iterations)   !! of the last part tried, relative to the scale of
                                                                      !! `residual_tolerance`; -1 where none was needed
-    real(wp) :: fraction, next, history(0:max_iterations)
+    type(report_type), intent(out), optional :: report   !! what happened
+    integer, intent(in), optional :: method         !! plain_newton, halved_newton or full_solver (the default)
+    type(report_type) :: what
+    type(balance_type) :: balance
     type(control_type) :: part   ! a part takes its share of the time
+    type(newton_type) :: result
     type(point_type) :: trial
-    integer :: solved, used
-    logical :: converged
+    real(wp) :: fraction, least, next
+    integer :: chosen
+    logical :: good
 
-    iterations = 0
-    solved = 0
-    reached = 0.0_wp
-    history = -1.0_wp
+    chosen = full_solver
+    if (present(method)) chosen = method
     part = control
+    iterations = 0
+    reached = 0.0_wp
     fraction = 1.0_wp
-    if (.not. all(bounded(target, largest_target))) fraction = 0.0_wp
-    do while (reached < 1.0_wp .and. fraction >= min_fraction)
+    least = merge(1.0_wp, min_fraction, chosen == plain_newton)
+    if (.not. all(bounded(target, largest_target))) what%ended = ended_rejected
+    do while (reached < 1.0_wp .and. what%ended == ended_complete)
       next = min(1.0_wp, reached + fraction)
-      trial = point
       part%dt = (next - reached)*control%dt
-      if (next < 1.0_wp) then
-        call solve(interface, part, start + next*(target - start), point, trial, used, converged, history)
-      else
-        call solve(interface, part, target, point, trial, used, converged, history)
-      end if
-      iterations = iterations + used
-      if (converged) then
+      balance = new_balance(part, merge(target, start + next*(target - start), next >= 1.0_wp), point)
+      trial = point
+      call newton_solve(interface, balance, chosen == full_solver, trial, result)
+      iterations = iterations + result%iterations
+      what%updates = what%updates + result%updates
+      good = result%converged
+      if (good .and. chosen == full_solver) call check_branch(interface, balance, result, &
+        (next - reached)*(target - start), trial, good, what%updates)
+      if (good) then
+        call settle(interface, balance, trial, what%updates)
         point = trial
         reached = next
-        solved = solved + 1
+        what%parts = what%parts + 1
         fraction = 2.0_wp*fraction
-      else
+      else if (0.5_wp*fraction >= least) then
         fraction = 0.5_wp*fraction
+      else if (chosen == full_solver .and. balance%n > 0) then
+        call jump(interface, balance, point, iterations, what)
+        if (what%ended == ended_complete) reached = next
+      else
+        what%ended = ended_lost
       end if
+      if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
+      what%beyond = balance%given
     end do
-    if (reached < 1.0_wp .and. normal_alone(control) .and. all(bounded(target, largest_target))) then
-      trial = point
-      part%dt = (1.0_wp - reached)*control%dt
-      call march(interface, part, target, point, trial, used, converged)
-      iterations = iterations + used
-      if (converged) then
-        point = trial
-        reached = 1.0_wp
-        solved = solved + 1
-      end if
-    end if
-    if (present(parts)) parts = solved
-    if (present(residuals)) residuals = history
+    if (present(parts)) parts = what%parts
+    if (present(residuals)) residuals = result%history
+    if (present(report)) report = what
   end subroutine advance
 
-  !> Whether the traction of N is held and the separations of Tx and Ty are given.
-  pure function normal_alone(control) result(yes)
-    type(control_type), intent(in) :: control   !! what is given
-    logical :: yes
-    yes = control%traction(1) .and. .not. any(control%traction(2:3))
-  end function normal_alone
-
-  !> Whether s_N moved farther than the change of what is given explains: a snap, a jumped fold, or a branch as steep.
+  !> Whether a converged part continues the branch it started from.
   !>
-  !> The limit is ten times the largest change of a given separation, or of a given traction over the elastic stiffness,
-  !> and half a hundredth of s_f.
-  pure function snapped(interface, control, start, target, s_n_old, s_n) result(yes)
+  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what they
+  !> predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too, and where
+  !> one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so is any where no
+  !> plane can soften.
+  pure subroutine check_branch(interface, balance, result, change, point, good, updates)
     type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: start(3), target(3)     !! given values before and now
-    real(wp), intent(in) :: s_n_old, s_n            !! normal separation before and now, length
-    logical :: yes
-    real(wp), parameter :: factor = 10.0_wp, share = 0.005_wp
-    real(wp) :: change(3)
-    yes = .false.
-    if (.not. control%traction(1)) return
-    associate (material => interface%rie%material)
-      change = abs(target - start)
-      where (control%traction) change = change/min(material%k_n, material%k_t)
-      yes = abs(s_n - s_n_old) > factor*maxval(change) + share*material%s0/(1.0_wp - material%eta)
+    type(balance_type), intent(in) :: balance       !! equations of the part
+    type(newton_type), intent(in) :: result         !! of Newton's method
+    real(wp), intent(in) :: change(3)               !! of the given values in the part
+    type(point_type), intent(in) :: point           !! at the end of the part
+    logical, intent(out) :: good                    !! whether it does
+    integer, intent(inout) :: updates               !! of the law
+    !> Change of the tangent, relative to the first one, that Newton's method bears: half of what Kantorovich allows.
+    real(wp), parameter :: half = 0.5_wp
+    !> Looks at the way: at least, at most, and one for this share of s0.
+    integer, parameter :: least_looks = 7, most_looks = 63
+    real(wp), parameter :: distance = 1.0_wp/16.0_wp
+    type(point_type) :: between
+    real(wp) :: column(3), first(3), from(3), last(3), move(3), r(3), r_first, s0, scale, stiffness
+    integer :: i, looks, n
+    logical :: solved
+
+    n = balance%n
+    good = .true.
+    if (n == 0 .or. result%iterations == 0) return
+    stiffness = stiffness_scale(interface)
+    s0 = interface%rie%material%s0
+    associate (free => balance%free(:n))
+      from(:n) = balance%old%s(free)
+      move(:n) = point%s(free) - from(:n)
+      good = .not. unstable(n, result%last, stiffness)
+      if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
+      good = result%stable
+      if (.not. good) return
+      if (cannot_soften(interface, balance%old)) return
+      r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
     end associate
-  end function snapped
-
-  !> Residual of the held t_N, relative to the scale of `residual_tolerance`, at a separation s_N.
-  pure subroutine try(interface, control, target, s_n, old, new, residual, good)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
-    real(wp), intent(in) :: target(3)               !! given values
-    real(wp), intent(in) :: s_n                     !! normal separation, length
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! the point with that separation
-    real(wp), intent(out) :: residual               !! traction + spring*separation - target, relative
-    logical, intent(out) :: good                    !! whether the law takes the separation
-    real(wp) :: scale
-    new%s = [s_n, target(2:3)]
-    residual = 0.0_wp
-    good = point_status(interface, old%s, new%s, old%state) == status_ok
+    first(:n) = result%step(:n)
+    call solve_linear(n, result%last, -r, last, good)
+    if (good) good = maxval(abs(move(:n) - 0.5_wp*(first(:n) + last(:n)))) <= max(unexplained*s0, &
+      unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
     if (.not. good) return
-    call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent, control%dt)
-    scale = traction_scale(interface, new) + abs(target(1))
-    residual = (new%traction(1) + control%spring(1)*new%s(1) - target(1))/max(scale, tiny(scale))
-  end subroutine try
+    solved = .false.
+    do i = 1, n
+      call solve_linear(n, result%first, result%last(:n, i) - result%first(:n, i), column, solved)
+      if (solved) solved = sum(abs(column(:n))) <= half
+      if (.not. solved) exit
+    end do
+    if (solved) return
+    between = point
+    looks = max(least_looks, min(most_looks, ceiling(maxval(abs(move(:n)))/(distance*s0))))
+    r_first = 0.0_wp
+    do i = 0, looks
+      updates = updates + 1
+      call evaluate(interface, balance, from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n), between, r(:n), scale, good)
+      if (.not. good) return
+      if (i == 0) r_first = r(1)
+      good = .not. unstable(n, free_matrix(balance, between), stiffness)
+      if (n == 1) good = good .and. r(1)*r_first >= 0.0_wp
+      if (.not. good) return
+    end do
+  end subroutine check_branch
 
-  !> Move s_N in the sense of the traction that is missing, to the first equilibrium.
-  pure subroutine march(interface, control, target, old, new, tries, converged)
+  !> No part of the increment continues the branch: the point moves on under the values held now.
+  pure subroutine jump(interface, balance, point, iterations, what)
     type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
-    real(wp), intent(in) :: target(3)               !! given values
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! the point at the end
-    integer, intent(out) :: tries                   !! updates of the point
-    logical, intent(out) :: converged               !! whether there is an equilibrium
-    !> From a twentieth of s0, growing: 800 steps reach ten million s0.
-    integer, parameter :: most_steps = 800
-    real(wp), parameter :: first_step = 0.05_wp, growth = 1.02_wp
-    real(wp) :: near, far, middle, step, residual, sense
-    logical :: good
+    type(balance_type), intent(in) :: balance       !! equations of the smallest part
+    type(point_type), intent(inout) :: point        !! the point -> at the next rest, if there is one
+    integer, intent(inout) :: iterations            !! tangent solves
+    type(report_type), intent(inout) :: what        !! what happened
+    type(point_type) :: trial
+    type(control_type) :: at_once
+    real(wp) :: length
+    integer :: used, updates
+    logical :: found
 
-    near = old%s(1)
-    call try(interface, control, target, near, old, new, residual, good)
-    tries = 1
-    converged = good .and. abs(residual) <= residual_tolerance
-    if (converged .or. .not. good) return
-    sense = -sign(1.0_wp, residual)
-    step = first_step*interface%rie%material%s0
-    far = near
-    do while (good .and. sense*residual < -residual_tolerance .and. tries < most_steps)
-      near = far
-      far = near + sense*step
-      step = growth*step
-      call try(interface, control, target, far, old, new, residual, good)
-      tries = tries + 1
-    end do
-    if (.not. good .or. sense*residual < -residual_tolerance) return
-    ! the first equilibrium lies between near (short of it) and far: where the traction is no longer missing
-    do
-      middle = near + 0.5_wp*(far - near)
-      if (.not. (abs(middle - near) > 0.0_wp .and. abs(middle - far) > 0.0_wp)) exit
-      call try(interface, control, target, middle, old, new, residual, good)
-      tries = tries + 1
-      if (sense*residual < -residual_tolerance) then
-        near = middle
-      else
-        far = middle
+    trial = point
+    at_once = balance%control
+    at_once%dt = 0.0_wp   ! a snap takes no time
+    call move_on(interface, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
+    what%updates = what%updates + updates
+    iterations = iterations + used
+    if (.not. found) then
+      what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
+      return
+    end if
+    what%parts = what%parts + 1
+    length = maxval(abs(trial%s - point%s), mask=balance%control%traction)
+    if (length > snap_resolution*interface%rie%material%s0) then
+      what%snaps = what%snaps + 1
+      what%released = what%released + released_energy(balance, point, trial)
+      if (length > maxval(abs(what%after - what%before))) then
+        what%before = point%s
+        what%after = trial%s
       end if
-    end do
-    call try(interface, control, target, far, old, new, residual, good)
-    converged = good .and. abs(residual) <= residual_tolerance
-  end subroutine march
-
-  !> Where all is open and dead, every other opening is an equilibrium, too: go to the one with the smallest |s_N|.
-  pure subroutine settle(interface, control, target, old, new)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
-    real(wp), intent(in) :: target(3)               !! given values
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! an equilibrium without traction and stiffness -> that one
-    real(wp) :: closed, open, middle, residual
-    logical :: good
-    open = new%s(1)
-    closed = 0.0_wp
-    call try(interface, control, target, closed, old, new, residual, good)
-    if (good .and. free()) return
-    ! the edge, where contact begins
-    do
-      middle = closed + 0.5_wp*(open - closed)
-      if (.not. (abs(middle - closed) > 0.0_wp .and. abs(middle - open) > 0.0_wp)) exit
-      call try(interface, control, target, middle, old, new, residual, good)
-      if (good .and. free()) then
-        open = middle
-      else
-        closed = middle
-      end if
-    end do
-    call try(interface, control, target, open, old, new, residual, good)
-
-  contains
-
-    !> Whether the point carries nothing: exact, since every plane is dead and open.
-    pure function free() result(yes)
-      logical :: yes
-      yes = .not. abs(new%traction(1)) > 0.0_wp
-    end function free
-
-  end subroutine settle
-
-  !> Newton's method for one part of an increment.
-  pure subroutine solve(interface, control, target, old, new, iterations, converged, history)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: target(3)               !! given values
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! guess -> the point at the end
-    integer, intent(out) :: iterations              !! tangent solves
-    logical, intent(out) :: converged               !! whether the residual is small enough
-    real(wp), intent(out) :: history(0:max_iterations)   !! relative residuals, -1 where none was needed
-    real(wp) :: residual(3), a(3, 3), b(3), scale
-    integer :: free(3), pivots(3), i, info, n
-
-    n = 0
-    do i = 1, 3
-      if (control%traction(i)) then
-        n = n + 1
-        free(n) = i
-      else
-        new%s(i) = target(i)
-      end if
-    end do
-    converged = .false.
-    history = -1.0_wp
-    do iterations = 0, max_iterations
-      if (point_status(interface, old%s, new%s, old%state) /= status_ok) return
-      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent, control%dt)
-      residual = merge(new%traction + control%spring*new%s - target, 0.0_wp, control%traction)
-      scale = traction_scale(interface, new) + maxval(abs(target), mask=control%traction)
-      history(iterations) = maxval(abs(residual))/max(scale, tiny(scale))
-      converged = history(iterations) <= residual_tolerance
-      if (converged .and. normal_alone(control)) then
-        if (.not. (abs(new%tangent(1, 1) + control%spring(1)) > 0.0_wp .or. abs(new%traction(1)) > 0.0_wp)) then
-          call settle(interface, control, target, old, new)
-        end if
-      end if
-      if (converged .or. iterations == max_iterations) return
-      b(:n) = -residual(free(:n))
-      a(:n, :n) = new%tangent(free(:n), free(:n))
-      do i = 1, n
-        a(i, i) = a(i, i) + control%spring(free(i))
-      end do
-      call dgesv(n, 1, a, 3, pivots, b, 3, info)
-      if (info /= 0) return
-      new%s(free(:n)) = new%s(free(:n)) + b(:n)
-    end do
-  end subroutine solve
-
-  !> Size of the terms that are summed to the traction of a point, stress: what their rounding errors go with.
-  pure function traction_scale(interface, point) result(scale)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(point_type), intent(in) :: point           !! the point
-    real(wp) :: scale
-    real(wp) :: largest
-    integer :: i, k
-    largest = maxval(abs(point%s))
-    do k = 1, interface%rie%pattern%n
-      i = plane_statev(k)
-      largest = max(largest, abs(point%state(i + 1)), abs(point%state(i + 2)))
-    end do
-    scale = max(interface%rie%material%k_n, interface%rie%material%k_t, interface%rie%material%k_c)*largest
-  end function traction_scale
+    end if
+    point = trial
+  end subroutine jump
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
   pure function direction_vector(direction) result(e)
@@ -340,7 +234,7 @@ contains
   !>
   !> Where equilibrium is lost the path ends: rows beyond n_done are zero.
   pure subroutine confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, &
-                                iterations, n_done, times, preload_time)
+                                iterations, n_done, times, preload_time, reports, method)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
@@ -355,7 +249,10 @@ contains
     real(wp), intent(in), optional :: times(:)      !! (T) of the slips from the end of the preload on, not decreasing,
                                                     !! time; absent: no time passes
     real(wp), intent(in), optional :: preload_time  !! duration of the preload, >= 0, time; absent: 0
+    type(report_type), intent(out), optional :: reports(0:)   !! (0:T) what happened; 0: in the preload
+    integer, intent(in), optional :: method         !! of `advance`
     type(control_type) :: control
+    type(report_type) :: report
     type(point_type) :: point
     real(wp) :: start(3), target(3), now, reached
     integer :: i, used
@@ -373,7 +270,8 @@ contains
     do i = 1, preload
       start = target
       target(1) = sigma_n*(real(i, wp)/real(preload, wp))
-      call advance(interface, control, start, target, point, used, reached)
+      call advance(interface, control, start, target, point, used, reached, report=report, method=method)
+      if (present(reports)) reports(0) = joined(reports(0), report)
       if (reached < 1.0_wp) return
     end do
     n_done = 0
@@ -386,7 +284,8 @@ contains
       end if
       start = target
       target(2:3) = slips(i)*direction_vector(direction)
-      call advance(interface, control, start, target, point, iterations(i), reached)
+      call advance(interface, control, start, target, point, iterations(i), reached, report=report, method=method)
+      if (present(reports)) reports(i) = report
       if (reached < 1.0_wp) return
       separation(:, i) = point%s
       traction(:, i) = point%traction
@@ -394,5 +293,20 @@ contains
       n_done = i
     end do
   end subroutine confined_slip
+
+  !> Reports of two increments as one.
+  pure function joined(first, second) result(both)
+    type(report_type), intent(in) :: first, second   !! in turn
+    type(report_type) :: both
+    both = second
+    both%updates = first%updates + second%updates
+    both%parts = first%parts + second%parts
+    both%snaps = first%snaps + second%snaps
+    both%released = first%released + second%released
+    if (maxval(abs(first%after - first%before)) > maxval(abs(second%after - second%before))) then
+      both%before = first%before
+      both%after = first%after
+    end if
+  end function joined
 
 end module mixed_control

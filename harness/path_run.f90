@@ -5,7 +5,7 @@ module path_run
   use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type
   use load_path, only: step_type
-  use mixed_control, only: advance, control_type, new_point, point_type, snapped
+  use mixed_control, only: advance, control_type, new_point, point_type, report_type
   implicit none
   private
   public :: run_path
@@ -51,8 +51,9 @@ contains
     type(progress_type), intent(inout) :: progress   !! clock
     type(row_type) :: row
     type(control_type) :: control
-    real(wp) :: from(3), last(3), offset(3), reached, s_n, to(3)
-    integer :: j, n, parts
+    type(report_type) :: report
+    real(wp) :: from(3), last(3), offset(3), reached, to(3)
+    integer :: j, n
 
     ! the surroundings are free of force at the start of the step
     offset = merge(step%control%spring*point%s, 0.0_wp, step%control%traction)
@@ -65,16 +66,15 @@ contains
       to = merge(step%targets(:, j) + offset, given, step%has_target)
       do n = 1, step%increments(j)
         last = given
-        s_n = point%s(1)
         given = ramp(from, to, n, step%increments(j))
-        call advance(interface, control, last, given, point, row%iterations, reached, parts=parts)
+        call advance(interface, control, last, given, point, row%iterations, reached, report=report)
         row%increment = row%increment + 1
         row%time = start + step%time*((real(row%increment - 1, wp) + reached)/real(sum(step%increments), wp))
         row%s = point%s
         row%traction = point%traction
         row%state = point%state
-        row%snap = snapped(interface, step%control, last, given, s_n, point%s(1))
-        row%substeps = parts > 1
+        row%snap = report%snaps > 0
+        row%substeps = report%parts > 1
         row%lost = reached < 1.0_wp
         call add_row(table, interface, row)
         if (row%lost .or. .not. table%good) return
