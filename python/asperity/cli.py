@@ -13,6 +13,7 @@ from . import __version__, tables
 from .case_files import labels
 from .installed import bench, cases, driver
 from .results import read_rows, results_of
+from .stability import command as stability
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
 """Exit codes; the last one is the driver's."""
@@ -99,6 +100,8 @@ def _parser() -> argparse.ArgumentParser:
         "--check", action="store_true", help="change nothing, exit 1 if a file is not up to date"
     )
     table.set_defaults(action=_tables)
+
+    stability.add_command(commands)
     return parser
 
 

@@ -1,0 +1,38 @@
+"""The catalogue of failures: its entries, how they are run and told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from . import law_edges, solver_edges
+from .edges import Edge, Trial
+
+EDGES: tuple[Edge, ...] = solver_edges.EDGES + law_edges.EDGES
+"""Entries in the order of the page."""
+
+
+def find(names: Iterable[str]) -> list[Edge]:
+    """Entries by name, `all` for every one; raises ValueError for an unknown name."""
+    known = {edge.name: edge for edge in EDGES}
+    wanted = list(names)
+    unknown = [name for name in wanted if name != "all" and name not in known]
+    if unknown:
+        raise ValueError(f"{', '.join(unknown)}: expected all or names of {', '.join(known)}")
+    return list(EDGES) if "all" in wanted else [known[name] for name in wanted]
+
+
+def shown(trials: Sequence[Trial]) -> bool:
+    """Whether an entry shows what it says: a failure and a survival, each as expected."""
+    return all(trial.holds for trial in trials) and len({trial.expected for trial in trials}) == 2
+
+
+def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
+    """What was measured as a table in Markdown."""
+    lines = ["| edge | method | | measured |", "|---|---|---|---|"]
+    for edge, trials in results:
+        for i, trial in enumerate(trials):
+            name = f"[{edge.name}](#{edge.name})" if i == 0 else ""
+            verdict = "survives" if trial.survives else "**fails**"
+            cells = (name, trial.method, verdict, trial.measured)
+            lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
+    return "\n".join(lines)
