@@ -1,4 +1,4 @@
-from numpy import float64
+from numpy import float64, int32
 from numpy.typing import NDArray
 
 _Floats = NDArray[float64]
@@ -23,3 +23,6 @@ def interface_confined_slip(
     traction: _Floats,
     state: _Floats,
 ) -> tuple[int, int, bytes]: ...
+def interface_slip_curves(
+    props: _Floats, direction: _Floats, sigma_n: _Floats, slips: _Floats, preload: int, rows: _Floats
+) -> tuple[NDArray[int32], NDArray[int32]]: ...
