@@ -34,6 +34,9 @@ def interface_confined_slip(
     traction: _Floats,
     state: _Floats,
 ) -> tuple[int, int, bytes]: ...
+def interface_slip_curves(
+    props: _Floats, direction: _Floats, sigma_n: _Floats, slips: _Floats, preload: int, rows: _Floats
+) -> tuple[NDArray[int32], NDArray[int32]]: ...
 def newton_path(
     props: _Floats,
     held: _Integers,
