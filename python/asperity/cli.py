@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import __version__, tables
+from . import __version__, card_command, tables
 from .case_files import labels
 from .installed import bench, cases, driver
 from .results import read_rows, results_of
@@ -88,6 +88,8 @@ def _parser() -> argparse.ArgumentParser:
     speed.add_argument("--quick", action="store_true", help="a short, rough run")
     speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
     speed.set_defaults(action=_speed)
+
+    card_command.add_command(commands)
 
     table = commands.add_parser(
         "tables", help="print the tables of PROPS and STATEV, or fill them into files"
