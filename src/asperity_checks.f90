@@ -6,7 +6,7 @@ module asperity_checks
     p_m, p_map, prop_table, status_nprops, status_ok, status_props, weight_tolerance
   implicit none
   private
-  public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text
+  public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text, piece_end
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
@@ -217,5 +217,16 @@ contains
       message = message // new_line("a") // line
     end if
   end subroutine append
+
+  !> Last character of the piece of a message that begins at `first`: its line, or as much of it as goes into a text.
+  pure function piece_end(message, first, limit) result(last)
+    character(len=*), intent(in) :: message   !! lines
+    integer, intent(in) :: first              !! first character, from 1
+    integer, intent(in) :: limit              !! characters that go into a text
+    integer :: last
+    last = index(message(first:), new_line("a"))
+    last = merge(len(message), first + last - 2, last == 0)
+    last = min(last, first + limit - 1)
+  end function piece_end
 
 end module asperity_checks

@@ -1,6 +1,6 @@
 !> What the host adapters share: component orders, the test of their input, and the rejection of a call.
 module asperity_host
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
   use asperity_contract, only: n_plane_statev, n_point_statev, n_required_props, status_nstatv, status_ntens, &
     status_ok, status_separation, status_time, v_offset
@@ -9,8 +9,8 @@ module asperity_host
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: component_map, vumat_map, host_status, explain_call, explain_vumat, explain_block, reject, report, &
-    request_cut, request_slower_damage
+  public :: component_map, vumat_map, host_status, explain_call, explain_vumat, explain_block, reject, request_cut, &
+    request_slower_damage
 
   !> Increment factor asked for when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
@@ -197,22 +197,12 @@ contains
     end if
   end subroutine request_slower_damage
 
-  !> Tell on standard error why a call was rejected, and make sure that the host's solver stops.
-  subroutine reject(routine, message, stress, tangent)
-    character(len=*), intent(in) :: routine      !! name of the adapter
-    character(len=*), intent(in) :: message      !! lines that name the values and what was expected
+  !> Fill what a rejected call returns with NaN, so that the host's solver stops.
+  pure subroutine reject(stress, tangent)
     real(wp), intent(inout) :: stress(:)         !! filled with NaN
     real(wp), intent(inout) :: tangent(:, :)     !! filled with NaN
-    call report(routine, message)
     stress = quiet_nan
     tangent = quiet_nan
   end subroutine reject
-
-  !> Tell on standard error why a call was rejected.
-  subroutine report(routine, message)
-    character(len=*), intent(in) :: routine   !! name of the adapter
-    character(len=*), intent(in) :: message   !! lines that name the values and what was expected
-    write (error_unit, "(4a)") "asperity ", routine, ": ", message
-  end subroutine report
 
 end module asperity_host

@@ -14,6 +14,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
+  use asperity_report_umat, only: report_umat
   implicit none
   integer, intent(in) :: ndi                     !! direct stress components, not used
   integer, intent(in) :: nshr                    !! shear stress components, not used
@@ -46,7 +47,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status /= status_ok) then
     message = ""
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
-    call reject("umat", message, stress, ddsdde)
+    call report_umat(message)
+    call reject(stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)
     return
   end if

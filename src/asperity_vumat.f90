@@ -9,9 +9,10 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
   use asperity_block_double, only: block_type, chunk, largest_separation, new_block, update_block
   use asperity_contract, only: plane_statev, status_nstatv, status_ntens, status_ok, status_state, v_friction, &
     v_offset, v_rupture, v_work
-  use asperity_host, only: explain_block, explain_vumat, report, vumat_map
+  use asperity_host, only: explain_block, explain_vumat, vumat_map
   use asperity_interface, only: interface_type, new_interface, slip_factor, time_status, virgin_tangent
   use asperity_kinds, only: wp
+  use asperity_report_vumat, only: report_vumat
   implicit none
   character(len=*), parameter :: routine = "vumat"
   integer(ik), parameter :: nan_bits = int(z"7FF8000000000000", ik)

@@ -9,8 +9,9 @@ subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, s
   use asperity_block_single, only: block_type, chunk, largest_separation, new_block, update_block
   use asperity_contract, only: plane_statev, status_nstatv, status_ntens, status_ok, status_state, v_friction, &
     v_offset, v_rupture, v_work
-  use asperity_host, only: explain_block, explain_vumat, report, vumat_map
+  use asperity_host, only: explain_block, explain_vumat, vumat_map
   use asperity_interface, only: interface_type, new_interface, slip_factor, time_status, virgin_tangent
+  use asperity_report_vumat, only: report_vumat
   implicit none
   character(len=*), parameter :: routine = "vumat_single"
   integer(ik), parameter :: nan_bits = int(z"7FC00000", ik)

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import __version__, paper, tables
+from . import __version__, card_command, paper, tables
 from .case_files import labels
 from .installed import bench, cases, driver
 from .results import read_rows, results_of
@@ -91,6 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     speed.set_defaults(action=_speed)
 
     paper.add_command(commands)
+    card_command.add_command(commands)
 
     table = commands.add_parser(
         "tables", help="print the tables of PROPS and STATEV, or fill them into files"

@@ -13,9 +13,7 @@ from .contract import Floats
 from .events import find_events
 from .material import Material, ModelWarning
 from .pattern import Pattern
-
-SMALL_CLOSURE = 0.1
-"""Closure of the facing planes under a normal traction, as a share of s_f, above which a warning is given."""
+from .remarks import SMALL_CLOSURE, closure, remarks
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,12 +211,36 @@ class Interface:
         dalpha: float = contract.default("dalpha"),
         r: float = contract.default("r"),
         name: str = "INTERFACE",
+        dimension: int = 3,
+        explicit: bool = False,
+        density: float | None = None,
+        stress: float | None = None,
+        modulus: float | None = None,
+        size: float | None = None,
     ) -> str:
         """Material block of the input of a host, "abaqus", "calculix" or "kratos".
 
+        explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
+        compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
+        elements.  They are checked: remarks go into the block, and a ModelWarning tells what is not fine.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
-        return cards.card(host, name, self.props(h, map, dalpha, r), contract.statev_names(self.n_planes))
+        found = remarks(self.material, self.pattern, stress, modulus, size)
+        texts = [remark.text if remark.good else f"WARNING: {remark.text}" for remark in found]
+        block = cards.Block(
+            name,
+            self.props(h, map, dalpha, r),
+            contract.statev_names(self.n_planes),
+            texts,
+            dimension,
+            explicit,
+            density,
+        )
+        text = cards.card(host, block)
+        for remark in found:
+            if not remark.good:
+                warnings.warn(remark.text, ModelWarning, stacklevel=2)
+        return text
 
     def _is_missing(self, name: str, value: object) -> bool:
         """Whether a time is None; ValueError where viscous damage needs it."""
@@ -255,12 +277,10 @@ class Interface:
         inclined = np.any(self.pattern.normals[:, 1:], axis=1)
         if not (sigma_N < 0.0 and inclined.any()):
             return
-        gamma = self.pattern.weights[inclined].min()
-        m = self.material
-        closure = -sigma_N * (1.0 - m.eta) / (gamma * m.sigma0 * (m.kc or contract.default("kc")))
-        if closure > SMALL_CLOSURE:
+        share, gamma = closure(self.material, self.pattern, sigma_N)
+        if share > SMALL_CLOSURE:
             warnings.warn(
-                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {closure:.2g} s_f "
+                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
                 f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
                 "the bond, raise kc where closure matters",
                 ModelWarning,
