@@ -51,11 +51,13 @@ contains
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
     real(wp), intent(in), contiguous :: statev(:)   !! state at the start
     integer :: status                               !! 0, status_ntens or those of state_status
+    real(wp) :: bound
     status = status_ntens
     if (position(1) == 0) return
     status = status_separation
-    if (.not. all_bounded(size(stran), stran, strain_bound(interface))) return
-    if (.not. all_bounded(size(dstran), dstran, strain_bound(interface))) return
+    bound = strain_bound(interface)
+    if (.not. all_bounded(size(stran), stran, bound)) return
+    if (.not. all_bounded(size(dstran), dstran, bound)) return
     status = state_status(interface, statev)
   end function host_status
 

@@ -47,7 +47,7 @@ contains
     p(:given) = props(:given)
     p(given + 1:) = defaults(given + 1:)
     interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc))
-    m = nint(p(p_m))
+    m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)
     else
@@ -55,7 +55,7 @@ contains
     end if
     interface%n_statev = n_statev(interface%rie%pattern%n)
     interface%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
-    interface%map = nint(p(p_map))
+    interface%map = int(p(p_map))
     interface%r = p(p_r)
   end subroutine new_interface
 
@@ -101,21 +101,22 @@ contains
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in), contiguous :: state(:)    !! STATEV
     integer :: status                               !! 0, status_nstatv or status_state
-    real(wp) :: bound
+    real(wp) :: least, most, slip
     integer :: i
-    logical :: good
 
     status = status_nstatv
     if (size(state) < interface%n_statev) return
     status = status_state
     if (.not. all_bounded(interface%n_statev, state, huge(1.0_wp))) return
-    bound = slip_bound(interface)
-    good = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2))) <= bound
+    slip = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2)))
+    least = 0.0_wp
+    most = 0.0_wp
     do i = n_point_statev + 1, interface%n_statev, n_plane_statev
-      good = good .and. state(i) >= 0.0_wp .and. state(i) <= 1.0_wp &
-             .and. max(abs(state(i + 1)), abs(state(i + 2))) <= bound
+      least = min(least, state(i))
+      most = max(most, state(i))
+      slip = max(slip, abs(state(i + 1)), abs(state(i + 2)))
     end do
-    if (good) status = status_ok
+    if (least >= 0.0_wp .and. most <= 1.0_wp .and. slip <= slip_bound(interface)) status = status_ok
   end function state_status
 
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.

@@ -134,7 +134,8 @@ contains
       d_h(k) = d_h1
     end do
     traction = [sigma_1, sigma_2, sigma_3]
-    sums = [damage, stored, rupture, friction, work + 0.5_wp*dot_product(traction, to - from)]
+    sums = [damage, stored, rupture, friction, work + 0.5_wp*(sigma_1*(to_1 - from_1) &
+      + (sigma_2*(to_2 - from_2) + sigma_3*(to_3 - from_3)))]
     tangent(:, 1) = [d11, d21, d31]
     tangent(:, 2) = [d12, d22, d32]
     tangent(:, 3) = [d13, d23, d33]

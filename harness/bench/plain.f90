@@ -70,7 +70,8 @@ contains
     state(v_rupture) = state(v_rupture) + rupture
     state(v_friction) = state(v_friction) + friction
     traction = [sigma_1, sigma_2, sigma_3]
-    state(v_work) = state(v_work) + (work + 0.5_wp*dot_product(traction, s_new - s_old))
+    state(v_work) = state(v_work) + (work + 0.5_wp*(sigma_1*(to_1 - from_1) + (sigma_2*(to_2 - from_2) &
+      + sigma_3*(to_3 - from_3))))
     state(v_status) = 1.0_wp
   end subroutine plain_update
 
