@@ -66,14 +66,18 @@ contains
     bound = separation_limit*interface%rie%material%s0
   end function separation_bound
 
-  !> Tangent of the virgin interface at rest.
+  !> The stiffest tangent of the virgin interface: that of its planes all open or at rest, or closed if kc > 1.
   pure function virgin_tangent(interface) result(tangent)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp) :: tangent(3, 3)                       !! stress/length
     real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: state(interface%n_statev), traction(3)
+    ! closes all planes, far from damage
+    real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
+    real(wp) :: state(interface%n_statev), traction(3), s(3)
     state = 0.0_wp
-    call update_point_in_place(interface%rie, rest, rest, state, traction, tangent)
+    s = rest
+    if (interface%rie%material%k_c > interface%rie%material%k_n) s = interface%rie%material%s0*closure
+    call update_point_in_place(interface%rie, rest, s, state, traction, tangent)
   end function virgin_tangent
 
   !> Largest slip and offset in a state, length.
