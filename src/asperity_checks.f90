@@ -139,21 +139,25 @@ contains
     integer :: i, j, k, m
 
     status = status_ok
-    if (size(props) < n_required_props) then
-      status = status_nprops
-      if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // ": expected at least " // &
-        integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
-    end if
     m = 0
-    do i = 1, min(size(props), n_fixed_props)
-      if (prop_admissible(i, props(i))) then
-        if (i == p_m) m = nint(props(i))
-      else
-        status = status_props
-        if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // &
-          " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+    if (fixed_props_admissible(props)) then
+      if (size(props) >= p_m) m = int(props(p_m))
+    else
+      if (size(props) < n_required_props) then
+        status = status_nprops
+        if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // &
+          ": expected at least " // integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
       end if
-    end do
+      do i = 1, min(size(props), n_fixed_props)
+        if (prop_admissible(i, props(i))) then
+          if (i == p_m) m = int(props(i))
+        else
+          status = status_props
+          if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // &
+            " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+        end if
+      end do
+    end if
     if (m >= 0) return
 
     ! listed planes
@@ -184,6 +188,25 @@ contains
     end if
   end subroutine review_props
 
+  !> Whether all PROPS before the listed planes are admissible: what every call of a host passes, in few instructions.
+  pure function fixed_props_admissible(props) result(yes)
+    real(wp), intent(in), contiguous :: props(:)   !! PROPS, any number of values
+    logical :: yes
+    integer :: bad, i, n
+    n = min(size(props), n_fixed_props)
+    yes = n >= n_required_props
+    if (yes) yes = all_bounded(n, props, huge(1.0_wp))
+    if (.not. yes) return
+    bad = 0
+    do i = 1, n
+      bad = ior(bad, merge(0, 1, props(i) >= prop_table(i)%lower))
+      bad = ior(bad, merge(0, 1, props(i) <= prop_table(i)%upper))
+    end do
+    yes = bad == 0
+    if (yes .and. n >= p_m) yes = prop_admissible(p_m, props(p_m))
+    if (yes .and. n >= p_map) yes = prop_admissible(p_map, props(p_map))
+  end function fixed_props_admissible
+
   !> Whether entry i of PROPS may have this value.
   pure function prop_admissible(i, value) result(yes)
     integer, intent(in) :: i        !! index, 1..n_fixed_props
@@ -191,8 +214,8 @@ contains
     logical :: yes
     yes = bounded(value, huge(1.0_wp))
     if (yes) yes = value >= prop_table(i)%lower .and. value <= prop_table(i)%upper
-    if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - anint(value)) <= 0.0_wp
-    if (yes .and. i == p_m) yes = nint(value) <= 0 .or. nint(value) >= min_inclined
+    if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - real(int(value), wp)) <= 0.0_wp
+    if (yes .and. i == p_m) yes = int(value) <= 0 .or. int(value) >= min_inclined
   end function prop_admissible
 
   !> Whether value j of a listed plane (n_N, n_Tx, n_Ty, gamma) may have this value.

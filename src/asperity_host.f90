@@ -57,13 +57,15 @@ contains
     real(wp), intent(in), contiguous :: statev(:)   !! state at the start
     real(wp), intent(in), optional :: dtime         !! time increment
     integer :: status                               !! 0, status_ntens, status_time or those of state_status
+    real(wp) :: bound
     status = status_ntens
     if (position(1) == 0) return
     status = time_status(interface, dtime)
     if (status /= status_ok) return
     status = status_separation
-    if (.not. all_bounded(size(stran), stran, strain_bound(interface))) return
-    if (.not. all_bounded(size(dstran), dstran, strain_bound(interface))) return
+    bound = strain_bound(interface)
+    if (.not. all_bounded(size(stran), stran, bound)) return
+    if (.not. all_bounded(size(dstran), dstran, bound)) return
     status = state_status(interface, statev)
   end function host_status
 

@@ -50,7 +50,7 @@ contains
     p(given + 1:) = defaults(given + 1:)
     interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
       p(p_tau_v))
-    m = nint(p(p_m))
+    m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)
     else
@@ -58,7 +58,7 @@ contains
     end if
     interface%n_statev = n_statev(interface%rie%pattern%n)
     interface%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
-    interface%map = nint(p(p_map))
+    interface%map = int(p(p_map))
     interface%r = p(p_r)
     interface%dalpha = p(p_dalpha)
   end subroutine new_interface
@@ -70,14 +70,18 @@ contains
     bound = separation_limit*interface%rie%material%s0
   end function separation_bound
 
-  !> Tangent of the virgin interface at rest.
+  !> The stiffest tangent of the virgin interface: that of its planes all open or at rest, or closed if kc > 1.
   pure function virgin_tangent(interface) result(tangent)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp) :: tangent(3, 3)                       !! stress/length
     real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: state(interface%n_statev), traction(3)
+    ! closes all planes, far from damage
+    real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
+    real(wp) :: state(interface%n_statev), traction(3), s(3)
     state = 0.0_wp
-    call update_point_in_place(interface%rie, rest, rest, state, traction, tangent)
+    s = rest
+    if (interface%rie%material%k_c > interface%rie%material%k_n) s = interface%rie%material%s0*closure
+    call update_point_in_place(interface%rie, rest, s, state, traction, tangent)
   end function virgin_tangent
 
   !> Largest slip and offset in a state, length.
@@ -105,21 +109,22 @@ contains
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in), contiguous :: state(:)    !! STATEV
     integer :: status                               !! 0, status_nstatv or status_state
-    real(wp) :: bound
+    real(wp) :: least, most, slip
     integer :: i
-    logical :: good
 
     status = status_nstatv
     if (size(state) < interface%n_statev) return
     status = status_state
     if (.not. all_bounded(interface%n_statev, state, huge(1.0_wp))) return
-    bound = slip_bound(interface)
-    good = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2))) <= bound
+    slip = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2)))
+    least = 0.0_wp
+    most = 0.0_wp
     do i = n_point_statev + 1, interface%n_statev, n_plane_statev
-      good = good .and. state(i) >= 0.0_wp .and. state(i) <= 1.0_wp &
-             .and. max(abs(state(i + 1)), abs(state(i + 2))) <= bound
+      least = min(least, state(i))
+      most = max(most, state(i))
+      slip = max(slip, abs(state(i + 1)), abs(state(i + 2)))
     end do
-    if (good) status = status_ok
+    if (least >= 0.0_wp .and. most <= 1.0_wp .and. slip <= slip_bound(interface)) status = status_ok
   end function state_status
 
   !> Whether the duration of an increment is admissible: without viscous damage (tau_v = 0) it is not looked at.

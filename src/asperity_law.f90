@@ -105,9 +105,9 @@ contains
     rupture = 0.0_wp
     friction = 0.0_wp
     work = 0.0_wp
-    t1 = 0.0_wp
-    t2 = 0.0_wp
-    t3 = 0.0_wp
+    sigma_1 = 0.0_wp
+    sigma_2 = 0.0_wp
+    sigma_3 = 0.0_wp
     d11 = 0.0_wp
     d21 = 0.0_wp
     d31 = 0.0_wp
@@ -117,7 +117,7 @@ contains
     d13 = 0.0_wp
     d23 = 0.0_wp
     d33 = 0.0_wp
-    !$omp simd reduction(+:damage, stored, rupture, friction, work, t1, t2, t3) &
+    !$omp simd reduction(+:damage, stored, rupture, friction, work, sigma_1, sigma_2, sigma_3) &
     !$omp reduction(+:d11, d21, d31, d12, d22, d32, d13, d23, d33)
     do k = 1, pattern%lanes
       c = pattern%cos_theta(k)
@@ -135,8 +135,9 @@ contains
       d_t(k) = d_t1
       d_h(k) = d_h1
     end do
-    sums = [damage, stored, rupture, friction, work]
-    traction = [t1, t2, t3]
+    traction = [sigma_1, sigma_2, sigma_3]
+    sums = [damage, stored, rupture, friction, work + 0.5_wp*(sigma_1*(to_1 - from_1) &
+      + (sigma_2*(to_2 - from_2) + sigma_3*(to_3 - from_3)))]
     tangent(:, 1) = [d11, d21, d31]
     tangent(:, 2) = [d12, d22, d32]
     tangent(:, 3) = [d13, d23, d33]

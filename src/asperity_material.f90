@@ -12,9 +12,11 @@ module asperity_material
     real(wp) :: k_n         !! normal stiffness (12), stress/length
     real(wp) :: k_t         !! tangential stiffness (12), stress/length
     real(wp) :: k_c         !! normal stiffness in closure, stress/length
-    real(wp) :: mu_c        !! mu k_c/k_t: friction strength over k_t, per closure
+    real(wp) :: kn_kt       !! k_n/k_t
+    real(wp) :: kc_kt       !! k_c/k_t
     real(wp) :: inv_s01_2   !! 1/s01^2, s01 = separation at damage onset in mode I
     real(wp) :: inv_s02_2   !! 1/s02^2, s02 = slip at damage onset in mode II
+    real(wp) :: s02_s01_2   !! (s02/s01)^2
     real(wp) :: inv_eta     !! 1/eta
     real(wp) :: s0          !! the smaller of s01 and s02, length
     real(wp) :: tau_v       !! relaxation time of the damage, 0: none
@@ -48,7 +50,9 @@ contains
     material%inv_s01_2 = inv_s01**2
     material%inv_s02_2 = inv_s02**2
     material%inv_eta = 1.0_wp/eta
-    material%mu_c = mu*material%k_c/material%k_t
+    material%kn_kt = material%k_n/material%k_t
+    material%kc_kt = material%k_c/material%k_t
+    material%s02_s01_2 = (inv_s01/inv_s02)**2
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
     material%tau_v = tau_v
   end function new_material
