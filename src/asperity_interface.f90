@@ -34,11 +34,12 @@ module asperity_interface
 
 contains
 
-  !> Interface from PROPS (contract; missing trailing values take their default).
-  pure subroutine new_interface(props, interface, status)
+  !> Interface from PROPS (contract; missing trailing values take their default), and the guard, which PROPS lacks.
+  pure subroutine new_interface(props, interface, status, guarded)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
     type(interface_type), intent(out) :: interface   !! defined if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
+    logical, intent(in), optional :: guarded         !! damage grows only where that releases energy, absent: no
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     real(wp) :: p(n_fixed_props)
     integer :: given, m
@@ -50,6 +51,7 @@ contains
     p(given + 1:) = defaults(given + 1:)
     interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
       p(p_tau_v))
+    if (present(guarded)) interface%rie%material%guarded = guarded
     m = nint(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)
@@ -174,12 +176,37 @@ contains
     failed = 0
     call new_block(interface%rie, block, status, dt)
     if (status /= status_ok) return
+    if (interface%rie%material%guarded) then
+      call update_one_by_one(interface, s, state, traction, s_old, tangent, dt)
+      return
+    end if
     !$omp parallel do if(n >= worth_threads) schedule(static)
     do first = 1, n, chunk
       call update_some(interface, block, first, min(first + chunk - 1, n), s, state, traction, s_old, tangent)
     end do
     !$omp end parallel do
   end subroutine update_points
+
+  !> All points of a guarded interface: blocks know no guard.
+  subroutine update_one_by_one(interface, s, state, traction, s_old, tangent, dt)
+    type(interface_type), intent(in) :: interface                 !! the interface
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt                          !! duration, time
+    real(wp) :: from(3), slope(3, 3)
+    integer :: i
+    from = 0.0_wp
+    !$omp parallel do if(size(s, 2) >= worth_threads) schedule(static) firstprivate(from) private(slope)
+    do i = 1, size(s, 2)
+      if (present(s_old)) from = s_old(:, i)
+      call update_point_in_place(interface%rie, from, s(:, i), state(:, i), traction(:, i), slope, dt)
+      if (present(tangent)) tangent(:, :, i) = slope
+    end do
+    !$omp end parallel do
+  end subroutine update_one_by_one
 
   !> Points first..last, at most `chunk`: to structure of arrays, the law, and back.
   pure subroutine update_some(interface, block, first, last, s, state, traction, s_old, tangent)

@@ -117,24 +117,51 @@ contains
     d13 = 0.0_wp
     d23 = 0.0_wp
     d33 = 0.0_wp
-    !$omp simd reduction(+:damage, stored, rupture, friction, work, t1, t2, t3) &
-    !$omp reduction(+:d11, d21, d31, d12, d22, d32, d13, d23, d33)
-    do k = 1, pattern%lanes
-      c = pattern%cos_theta(k)
-      s = pattern%sin_theta(k)
-      e_x = pattern%e_x(k)
-      e_y = pattern%e_y(k)
-      h_x = pattern%h_x(k)
-      h_y = pattern%h_y(k)
-      gamma = pattern%gamma(k)
-      alpha0 = alpha(k)
-      d_t0 = d_t(k)
-      d_h0 = d_h(k)
-      include "asperity_plane.inc"
-      alpha(k) = alpha1
-      d_t(k) = d_t1
-      d_h(k) = d_h1
-    end do
+    most = m%take
+    ! two loops: what the guard asks for would make every update wait
+    if (m%guarded) then
+      !$omp simd reduction(+:damage, stored, rupture, friction, work, t1, t2, t3) &
+      !$omp reduction(+:d11, d21, d31, d12, d22, d32, d13, d23, d33)
+      do k = 1, pattern%lanes
+        c = pattern%cos_theta(k)
+        s = pattern%sin_theta(k)
+        e_x = pattern%e_x(k)
+        e_y = pattern%e_y(k)
+        h_x = pattern%h_x(k)
+        h_y = pattern%h_y(k)
+        gamma = pattern%gamma(k)
+        alpha0 = alpha(k)
+        d_t0 = d_t(k)
+        d_h0 = d_h(k)
+        include "asperity_plane_slip.inc"
+        ! none where the trapezoid of Y is negative: it would give energy back
+        most = merge(m%take, 0.0_wp, y0 + y1 >= 0.0_wp)
+        include "asperity_plane.inc"
+        alpha(k) = alpha1
+        d_t(k) = d_t1
+        d_h(k) = d_h1
+      end do
+    else
+      !$omp simd reduction(+:damage, stored, rupture, friction, work, t1, t2, t3) &
+      !$omp reduction(+:d11, d21, d31, d12, d22, d32, d13, d23, d33)
+      do k = 1, pattern%lanes
+        c = pattern%cos_theta(k)
+        s = pattern%sin_theta(k)
+        e_x = pattern%e_x(k)
+        e_y = pattern%e_y(k)
+        h_x = pattern%h_x(k)
+        h_y = pattern%h_y(k)
+        gamma = pattern%gamma(k)
+        alpha0 = alpha(k)
+        d_t0 = d_t(k)
+        d_h0 = d_h(k)
+        include "asperity_plane_slip.inc"
+        include "asperity_plane.inc"
+        alpha(k) = alpha1
+        d_t(k) = d_t1
+        d_h(k) = d_h1
+      end do
+    end if
     sums = [damage, stored, rupture, friction, work]
     traction = [t1, t2, t3]
     tangent(:, 1) = [d11, d21, d31]

@@ -15,11 +15,12 @@ module asperity_material
     real(wp) :: mu_c        !! mu k_c/k_t: friction strength over k_t, per closure
     real(wp) :: inv_s01_2   !! 1/s01^2, s01 = separation at damage onset in mode I
     real(wp) :: inv_s02_2   !! 1/s02^2, s02 = slip at damage onset in mode II
-    real(wp) :: inv_eta     !! 1/eta
     real(wp) :: s0          !! the smaller of s01 and s02, length
     real(wp) :: tau_v       !! relaxation time of the damage, 0: none
     real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
-    real(wp) :: take = 1.0_wp   !! weight of the damage of (7), without its history
+    real(wp) :: take = 1.0_wp   !! weight of the damage of (7) without its history; keep + take is not above 1
+    real(wp) :: take_eta        !! take/eta
+    logical :: guarded = .false.   !! damage grows only where that releases energy
   end type material_type
 
 contains
@@ -47,7 +48,7 @@ contains
     material%k_c = merge(kc, 1.0_wp, kc > 0.0_wp)*material%k_n
     material%inv_s01_2 = inv_s01**2
     material%inv_s02_2 = inv_s02**2
-    material%inv_eta = 1.0_wp/eta
+    material%take_eta = 1.0_wp/eta
     material%mu_c = mu*material%k_c/material%k_t
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
     material%tau_v = tau_v
@@ -67,6 +68,7 @@ contains
     ! dt/(tau_v + dt) = r/(1 + r) cannot overflow
     if (present(dt)) timed%take = dt/(material%tau_v + dt)
     timed%keep = 1.0_wp - timed%take
+    timed%take_eta = timed%take*material%take_eta
   end function over_time
 
 end module asperity_material

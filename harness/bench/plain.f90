@@ -40,6 +40,7 @@ contains
     t1 = 0.0_wp
     t2 = 0.0_wp
     t3 = 0.0_wp
+    most = m%take
     if (present(tangent)) then
       d11 = 0.0_wp
       d21 = 0.0_wp
@@ -52,6 +53,7 @@ contains
       d33 = 0.0_wp
       do k = 1, rie%pattern%n
         include "plain_load.inc"
+        include "asperity_plane_slip.inc"
         include "asperity_plane.inc"
         include "plain_store.inc"
       end do
@@ -61,6 +63,7 @@ contains
     else
       do k = 1, rie%pattern%n
         include "plain_load.inc"
+        include "asperity_plane_slip.inc"
         include "asperity_plane.inc"
         include "plain_store.inc"
       end do
