@@ -22,7 +22,7 @@ module case_file
   character(len=*), parameter, public :: case_format(29) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
-    "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc                        ! the last four are", &
+    "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard = .false.       ! the last five are", &
     "  &pattern   sides, theta, flat, turn   or   normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
     "  &step      one or more; each goes on from where the last one ended", &
     "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to, one value or a list run", &
@@ -80,6 +80,7 @@ module case_file
     logical :: planes = .false.                   !! columns per plane
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
+    logical :: guarded = .false.                  !! damage grows only where that releases energy
     type(interface_type) :: interface
     type(step_type), allocatable :: steps(:)      !! size 0: a replay
     type(expect_type) :: expect
@@ -136,12 +137,12 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_props(text, case%props, case%mode_2, message)
+    call read_props(text, case%props, case%mode_2, case%guarded, message)
     call read_steps(text, case%steps, message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
-    call new_interface(case%props, case%interface, status)
+    call new_interface(case%props, case%interface, status, case%guarded)
     if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
     call check_separations(text, case%steps, case%interface, message)
     if (size(case%steps) > 0) return

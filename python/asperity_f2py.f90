@@ -107,7 +107,7 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
 end subroutine interface_planes
 
 !> Update n points over one increment.
-subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, state, traction, tangent, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok, status_time
   use asperity_interface, only: explain_point, explain_time, interface_type, new_interface, update_points
@@ -119,6 +119,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   double precision, intent(in) :: s_old(3, n)            !! separation (N, Tx, Ty) at the start, length
   double precision, intent(in) :: s(3, n)                !! separation at the end, length
   double precision, intent(in) :: dt                     !! duration of the increment (viscous damage only), time
+  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
@@ -129,7 +130,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   character(len=:), allocatable :: reasons
   integer :: failed, i
   message = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   call update_points(interface, s, state, traction, status, failed, s_old, tangent, dt)
   if (status == status_time) then
@@ -149,7 +150,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
 end subroutine interface_update
 
 !> Take one virgin point along a history of separations.
-subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state, status, message)
+subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, traction, state, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: explain_point, interface_type, new_interface, update_points
@@ -160,6 +161,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state,
   integer, intent(in) :: n                               !! rows
   double precision, intent(in) :: s(3, n)                !! separation (N, Tx, Ty) at the end of each increment, length
   double precision, intent(in) :: steps(n)               !! durations (viscous damage only), >= 0, time
+  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: traction(3, n)      !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV
   integer, intent(out) :: status                         !! 0 or that of the first row rejected
@@ -170,7 +172,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state,
   double precision :: from(3, 1)
   integer :: failed, i
   message = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   from = 0.0d0
   do i = 1, n
@@ -191,8 +193,8 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state,
 end subroutine interface_replay
 
 !> Confined slip test: slips along a direction under a held normal traction.
-subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, preload_time, &
-                                   separation, traction, state, n_done, status, message)
+subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
+                                   preload_time, guarded, separation, traction, state, n_done, status, message)
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
@@ -208,6 +210,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   integer, intent(in) :: preload                           !! increments of the preload, >= 1
   double precision, intent(in) :: times(n)                 !! of the slips (viscous damage only), not decreasing, time
   double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
+  integer, intent(in) :: guarded                           !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
@@ -221,7 +224,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   integer :: i, iterations(n)
   n_done = 0
   text = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   bound = separation_bound(interface)
   if (.not. bounded(direction, huge(direction))) &

@@ -39,10 +39,12 @@ int asperity_nstatv(const double *props, int nprops, char *message, int size);
 int asperity_update(const double *props, int nprops, int n, const double *s_old, const double *s, int nstatv,
                     double *state, double *traction, double *tangent, char *message, int size);
 
-/* The same over an increment of the duration dt >= 0, which viscous damage (tau_v > 0, PROPS 13) needs; without it dt is
- * not looked at. */
-int asperity_update_dt(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
-                       int nstatv, double *state, double *traction, double *tangent, char *message, int size);
+/* The same with what PROPS cannot say.
+ *   dt       duration of the increment, >= 0: needed by viscous damage (tau_v > 0, PROPS 13), else not looked at
+ *   guarded  not 0: damage of a plane grows only where that releases energy (docs/theory.md, section 10) */
+int asperity_update_with(const double *props, int nprops, double dt, int guarded, int n, const double *s_old,
+                         const double *s, int nstatv, double *state, double *traction, double *tangent,
+                         char *message, int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,

@@ -7,7 +7,7 @@ module asperity_c
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_update, asperity_update_dt
+  public :: asperity_version, asperity_nstatv, asperity_update, asperity_update_with
 
 contains
 
@@ -60,11 +60,12 @@ contains
     call update(props, n, s_old, s, state, traction, tangent, message, size, status)
   end function asperity_update
 
-  !> The same over an increment of a duration, which viscous damage (tau_v > 0) needs.
-  function asperity_update_dt(props, nprops, dt, n, s_old, s, nstatv, state, traction, tangent, message, size) &
-    bind(C) result(status)
+  !> The same with a duration of the increment, which viscous damage (tau_v > 0) needs, and the guard.
+  function asperity_update_with(props, nprops, dt, guarded, n, s_old, s, nstatv, state, traction, tangent, message, &
+    size) bind(C) result(status)
     integer(c_int), value :: nprops                     !! number of constants
     real(c_double), value :: dt                         !! duration, >= 0, time; not looked at if tau_v = 0
+    integer(c_int), value :: guarded                    !! not 0: damage grows only where that releases energy
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
     real(c_double), intent(in) :: props(nprops)         !! material constants
@@ -76,11 +77,11 @@ contains
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
-    call update(props, n, s_old, s, state, traction, tangent, message, size, status, dt)
-  end function asperity_update_dt
+    call update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded /= 0)
+  end function asperity_update_with
 
   !> Update n points; what both entries share.
-  subroutine update(props, n, s_old, s, state, traction, tangent, message, size, status, dt)
+  subroutine update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded)
     real(c_double), intent(in), contiguous :: props(:)           !! material constants
     integer(c_int), intent(in) :: n                              !! points
     type(c_ptr), intent(in) :: s_old                             !! (3, n) separation at the start, NULL: zero
@@ -92,13 +93,14 @@ contains
     integer(c_int), intent(in) :: size                           !! bytes of the message
     integer(c_int), intent(out) :: status                        !! 0 or why nothing was written
     real(c_double), intent(in), optional :: dt                   !! duration, any bits, time
+    logical, intent(in), optional :: guarded                     !! as in new_interface
     real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
     character(len=:), allocatable :: text
     type(interface_type) :: interface
     integer :: failed, i
 
     text = ""
-    call new_interface(props, interface, status)
+    call new_interface(props, interface, status, guarded)
     if (status /= status_ok) then
       call review_props(props, status, text)
     else if (n < 0) then

@@ -34,11 +34,12 @@ module asperity_interface
 
 contains
 
-  !> Interface from PROPS (contract; missing trailing values take their default).
-  pure subroutine new_interface(props, interface, status)
+  !> Interface from PROPS (contract; missing trailing values take their default), and the guard, which PROPS lacks.
+  pure subroutine new_interface(props, interface, status, guarded)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
     type(interface_type), intent(out) :: interface   !! defined if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
+    logical, intent(in), optional :: guarded         !! damage grows only where that releases energy, absent: no
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     real(wp) :: p(n_fixed_props)
     integer :: given, m
@@ -50,6 +51,9 @@ contains
     p(given + 1:) = defaults(given + 1:)
     interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
       p(p_tau_v))
+    if (present(guarded)) then
+      if (guarded) interface%rie%material%least_y = 0.0_wp
+    end if
     m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)

@@ -17,11 +17,12 @@ module asperity_material
     real(wp) :: inv_s01_2   !! 1/s01^2, s01 = separation at damage onset in mode I
     real(wp) :: inv_s02_2   !! 1/s02^2, s02 = slip at damage onset in mode II
     real(wp) :: s02_s01_2   !! (s02/s01)^2
-    real(wp) :: inv_eta     !! 1/eta
     real(wp) :: s0          !! the smaller of s01 and s02, length
     real(wp) :: tau_v       !! relaxation time of the damage, 0: none
     real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
-    real(wp) :: take = 1.0_wp   !! weight of the damage of (7), without its history
+    real(wp) :: take = 1.0_wp   !! weight of the damage of (7) without its history; keep + take is not above 1
+    real(wp) :: take_eta        !! take/eta
+    real(wp) :: least_y = -huge(1.0_wp)   !! damage grows where the trapezoid of Y is at least this; 0: the guard
   end type material_type
 
 contains
@@ -49,7 +50,7 @@ contains
     material%k_c = merge(kc, 1.0_wp, kc > 0.0_wp)*material%k_n
     material%inv_s01_2 = inv_s01**2
     material%inv_s02_2 = inv_s02**2
-    material%inv_eta = 1.0_wp/eta
+    material%take_eta = 1.0_wp/eta
     material%kn_kt = material%k_n/material%k_t
     material%kc_kt = material%k_c/material%k_t
     material%s02_s01_2 = (inv_s01/inv_s02)**2
@@ -71,6 +72,7 @@ contains
     ! dt/(tau_v + dt) = r/(1 + r) cannot overflow
     if (present(dt)) timed%take = dt/(material%tau_v + dt)
     timed%keep = 1.0_wp - timed%take
+    timed%take_eta = timed%take*material%take_eta
   end function over_time
 
 end module asperity_material

@@ -15,12 +15,13 @@ def interface_update(
     s_old: _Floats,
     s: _Floats,
     dt: float,
+    guarded: int,
     state: _Floats,
     traction: _Floats,
     tangent: _Floats,
 ) -> tuple[int, bytes]: ...
 def interface_replay(
-    props: _Floats, s: _Floats, steps: _Floats, traction: _Floats, state: _Floats
+    props: _Floats, s: _Floats, steps: _Floats, guarded: int, traction: _Floats, state: _Floats
 ) -> tuple[int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
@@ -30,6 +31,7 @@ def interface_confined_slip(
     preload: int,
     times: _Floats,
     preload_time: float,
+    guarded: int,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,

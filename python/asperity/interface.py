@@ -77,18 +77,20 @@ class EquilibriumLost(RuntimeError):
 class Interface:
     """Rough quasi-brittle interface: a material on a pattern of planes (Albarella et al. 2015).
 
-    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  Raises
-    ValueError naming every value out of range.
+    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  guarded:
+    the damage of a plane grows only where that releases energy, so that no increment has a negative
+    dissipation.  Raises ValueError naming every value out of range.
     """
 
     material: Material
     pattern: Pattern
+    guarded: bool = False
     n_planes: int = field(init=False, repr=False, compare=False)
     _props: Floats = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Pack the constants."""
-        props = self.props()
+        props = self._pack()
         props.flags.writeable = False
         object.__setattr__(self, "_props", props)
         object.__setattr__(self, "n_planes", contract.check(props))
@@ -120,7 +122,9 @@ class Interface:
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if n > 0:  # f2py takes no empty arrays
             _raise(
-                *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
+                *_core.interface_update(
+                    self._props, s_old.T, s.T, duration, int(self.guarded), new.T, traction.T, tangent.T
+                ),
             )
         return Update(traction, new, tangent)
 
@@ -134,7 +138,7 @@ class Interface:
         traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
         steps = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) > 0:
-            _raise(*_core.interface_replay(self._props, S.T, steps, traction.T, state.T))
+            _raise(*_core.interface_replay(self._props, S.T, steps, int(self.guarded), traction.T, state.T))
         return self._history(S.copy(), traction, state)
 
     def confined_slip(
@@ -169,7 +173,7 @@ class Interface:
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                times, float(preload_time), separation.T, traction.T, state.T,
+                times, float(preload_time), int(self.guarded), separation.T, traction.T, state.T,
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)
@@ -194,11 +198,15 @@ class Interface:
     ) -> Floats:
         """Vector PROPS for a host, contract.props_table(); h is the thickness it divides by.
 
-        Raises ValueError naming every value out of range.
+        Raises ValueError naming every value out of range, and where guarded, which PROPS cannot say.
         """
-        values = (
-            self.material.values() | self.pattern.values() | {"h": h, "map": map, "dalpha": dalpha, "r": r}
-        )
+        if self.guarded:
+            raise ValueError("guarded = True: expected False for a host, PROPS has no entry for it")
+        return self._pack(h=h, map=map, dalpha=dalpha, r=r)
+
+    def _pack(self, **of_host: float) -> Floats:
+        """Vector PROPS, checked."""
+        values = self.material.values() | self.pattern.values() | of_host
         props = contract.pack(values, self.pattern.constants())
         contract.check(props)
         return props

@@ -199,11 +199,13 @@ def update(
     state: ArrayLike | None = None,
     s_old: ArrayLike | None = None,
     dt: float = 0.0,
+    guarded: bool = False,
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is (..., 9 + 3 k); None means zero.  Leading axes are independent points.
-    dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.
+    dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.  guarded: damage
+    of a plane stays where its growth would give energy back, Y by the mean of start and end.
     """
     gamma = pattern[1]
     frame = frames(pattern[0])
@@ -216,14 +218,19 @@ def update(
     s_new = _resolve(frame, s + offset)
     s_before = _resolve(frame, s_old + offset)
 
-    damage = alpha, _ = _damage(parameters, s_new, alpha_old, dt)
     friction = _, slip, _, branch = _friction(parameters, s_new, slip_old)
+    release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
+    alpha, slope = _damage(parameters, s_new, alpha_old, dt)
+    if guarded:
+        gives_back = release < 0.0
+        alpha = np.where(gives_back, alpha_old, alpha)
+        slope = np.where(gives_back[..., None], 0.0, slope)
+    damage = alpha, slope
     traction, tangent = _assemble(parameters, frame, gamma, s_new, damage, friction)
 
     # Energies per unit area; the start of the increment is evaluated from the state that came in.
     tau_before = parameters.Kt * (s_before[..., 1:] - slip_old)
     traction_before = _traction(frame, gamma, alpha_old, *_parts(parameters, s_before, tau_before))
-    release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
     strength_before = parameters.mu * alpha_old * _pressure(parameters, s_before)
     strength = parameters.mu * alpha * _pressure(parameters, s_new)
     sliding = np.linalg.norm(slip - slip_old, axis=-1)
@@ -242,7 +249,11 @@ def update(
 
 
 def replay(
-    parameters: Parameters, pattern: Pattern, S: ArrayLike, times: ArrayLike | None = None
+    parameters: Parameters,
+    pattern: Pattern,
+    S: ArrayLike,
+    times: ArrayLike | None = None,
+    guarded: bool = False,
 ) -> Response:
     """The law along a history S (T, ..., 3) of separations from a virgin point; T leads every field.
 
@@ -254,7 +265,7 @@ def replay(
     steps = []
     clock = np.concatenate([[0.0], np.zeros(len(S)) if times is None else np.asarray(times, dtype=float)])
     for s, dt in zip(S, np.diff(clock), strict=True):
-        steps.append(update(parameters, pattern, s, state, s_old, float(dt)))
+        steps.append(update(parameters, pattern, s, state, s_old, float(dt), guarded))
         state, s_old = steps[-1].state, s
     names = ("traction", "state", "tangent", "branch", "damaging")
     return Response(*(np.stack([getattr(step, name) for step in steps]) for name in names))

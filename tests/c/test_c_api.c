@@ -93,13 +93,28 @@ static int time_is_for_viscous_damage(void) {
   int bad = FAILS(asperity_update(props, 13, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
                                   sizeof message) == ASPERITY_BAD_TIME);
   bad += FAILS(strstr(message, "dt is missing") != NULL) + FAILS(untouched[5] == 0.0);
-  bad += FAILS(asperity_update_dt(props, 13, -1.0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
+  bad += FAILS(asperity_update_with(props, 13, -1.0, 0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
                                   sizeof message) == ASPERITY_BAD_TIME);
   bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[5] == 0.0);
-  bad += FAILS(asperity_update_dt(props, 13, 0.25, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
+  bad += FAILS(asperity_update_with(props, 13, 0.25, 0, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
                                   sizeof message) == ASPERITY_OK);
   bad += DIFFERS(half, state[ALPHA], 16 * 2.3e-16) + FAILS(message[0] == '\0');
   return bad + DIFFERS((1.0 - half) * K * s[0], traction[0], STRESS_TOLERANCE);
+}
+
+static int guard_blocks_damage(void) {
+  /* a plane that slid by 3 s0 sticks at -4 s0: growing damage would give energy back, (7) wants (1 - 1/4)/eta */
+  const double props[] = FLAT_PROPS, s[3] = {-50.0 * S0, -4.0 * S0, 0.0}, held = 0.25;
+  int bad = 0;
+  for (int guarded = 0; guarded < 2; guarded++) {
+    double state[FLAT_STATEV] = {0}, traction[3];
+    state[ALPHA] = held;
+    state[ALPHA + 1] = 3.0 * S0;
+    bad += FAILS(asperity_update_with(props, N_FLAT_PROPS, 0.0, guarded, 1, s, s, FLAT_STATEV, state, traction, NULL,
+                                      NULL, 0) == ASPERITY_OK);
+    bad += DIFFERS(guarded ? held : 0.75 / ETA, state[ALPHA], 16 * 2.3e-16);
+  }
+  return bad;
 }
 
 /* The call must return the status, name the culprit, and leave state and traction as they came. */
@@ -167,6 +182,7 @@ int main(void) {
                                 errors_write_nothing_but_the_message,
                                 no_points_is_no_error,
                                 time_is_for_viscous_damage,
+                                guard_blocks_damage,
                                 umat_is_the_same_law};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }

@@ -64,7 +64,7 @@ def test_signatures() -> None:
     assert list(arguments(Material)) == ["sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc"]
     assert arguments(Pattern.regular) == {"sides": required, "theta": required, "flat": 1 / 3, "turn": 0.0}
     assert arguments(Pattern.planes) == {"normals": required, "weights": required}
-    assert arguments(Interface) == {"material": required, "pattern": required}
+    assert arguments(Interface) == {"material": required, "pattern": required, "guarded": False}
     assert arguments(Interface.update) == {"s": required, "state": None, "s_old": None, "dt": None}
     assert arguments(Interface.replay) == {"S": required, "times": None}
     assert list(arguments(Interface.confined_slip))[:3] == ["direction_deg", "slips", "sigma_N"]
