@@ -13,6 +13,9 @@ from ..newton import NewtonStudy, newton_path, newton_study
 from ..pattern import Pattern
 from .edges import S_F, TABLE_2, Edge, K, Trial, drive, plain
 
+SPRING = 0.3
+"""Stiffness of the springs that shear the point of `pulled`, over K."""
+
 
 def ramp(*corners: float, steps: int) -> Floats:
     """Values from the first corner, which is left out, to the last, `steps` for each leg."""
@@ -29,18 +32,18 @@ def period(residuals: Floats, most: int = 6) -> int:
 
 
 def pulled(
-    mu: float, theta: float, tangent: str, steps: int = 10, share: float = 0.3, direction: float = 20.0
+    mu: float, theta: float, tangent: str, steps: int = 10, most: int = 25, direction: float = 20.0
 ) -> NewtonStudy:
-    """RP-4 under 1 MPa, sheared at `direction` by springs of a share of K: all three unknown, as in FE."""
+    """RP-4 under 1 MPa, sheared at `direction` by springs of 0.3 K: three unknowns, as in an FE code."""
     rough = Interface(
         Material(TABLE_2.sigma0, TABLE_2.Gc, TABLE_2.eta, mu, kc=20.0), Pattern.regular(4, theta)
     )
-    k = share * K
+    k = SPRING * K
     angle = np.radians(direction)
     ends = np.linspace(0.0, S_F + TABLE_2.sigma0 / k, steps + 1)
     targets = np.outer(ends, [0.0, k * np.cos(angle), k * np.sin(angle)])
     targets[:, 0] = -1.0
-    return newton_path(rough, targets, (True, True, True), tangent, spring=(0.0, k, k))
+    return newton_path(rough, targets, (True, True, True), tangent, most=most, spring=(0.0, k, k))
 
 
 # --- snap ---------------------------------------------------------------------------------------------------
@@ -297,11 +300,11 @@ TANGENTS = Edge(
 def wrong() -> list[Trial]:
     """Tangents that a user routine got wrong."""
     return [
-        plain(f"{name} tangent", pulled(0.5, 30.0, tangent, share=share), survives)
-        for name, tangent, share, survives in (
-            ("zero", "zero", 0.3, False),
-            ("wrong-signed", "reversed", 0.3, False),
-            ("consistent", "consistent", 0.3, True),
+        plain(f"{name} tangent", pulled(0.5, 30.0, tangent), survives)
+        for name, tangent, survives in (
+            ("zero", "zero", False),
+            ("wrong-signed", "reversed", False),
+            ("consistent", "consistent", True),
         )
     ]
 
