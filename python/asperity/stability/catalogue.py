@@ -28,14 +28,17 @@ def shown(trials: Sequence[Trial]) -> bool:
 
 
 def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
-    """What was measured as a table in Markdown."""
-    lines = ["| edge | method | | measured |", "|---|---|---|---|"]
-    for edge, trials in results:
-        for i, trial in enumerate(trials):
-            name = f"[{edge.name}](#{edge.name})" if i == 0 else ""
-            verdict = "survives" if trial.survives else "**fails**"
-            cells = (name, trial.method, verdict, trial.measured)
-            lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
+    """Body of docs/stability.md: what happens at each edge, what to do, what was measured, in Markdown."""
+    return "\n\n".join(_section(edge, trials) for edge, trials in results)
+
+
+def _section(edge: Edge, trials: Sequence[Trial]) -> str:
+    lines = [f"### {edge.name}", "", f"**{edge.title}.** {edge.happens}", ""]
+    lines += [f"*What to do.* {edge.advice}", ""]
+    lines += ["| method | | measured |", "|---|---|---|"]
+    for trial in trials:
+        cells = (trial.method, "survives" if trial.survives else "**fails**", trial.measured)
+        lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
     return "\n".join(lines)
 
 

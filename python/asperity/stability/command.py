@@ -26,12 +26,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
     run = actions.add_parser("run", help="run entries: the method that fails, the one that survives")
     run.add_argument("names", nargs="+", metavar="NAME", help="of `asperity stability list`, or all")
-    run.add_argument("--table", action="store_true", help="print a table in Markdown")
+    run.add_argument("--table", action="store_true", help="print the body of docs/stability.md")
     run.add_argument(
         "--fill",
         type=Path,
         metavar="FILE.md",
-        help="fill the table between <!-- stability --> markers instead of printing it",
+        help="fill what stands between <!-- stability --> markers instead of printing it",
     )
     run.add_argument("--check", action="store_true", help="with --fill: change nothing, exit 1 if it differs")
     run.set_defaults(action=_run)

@@ -99,10 +99,13 @@ def facing_angle(sides: int, direction: ArrayLike) -> Floats:
 
 def locks(interface: Interface, direction: float) -> bool:
     """Whether the traction of the dead interface grows with the slip, far out, instead of staying."""
-    e = [np.cos(np.radians(direction)), np.sin(np.radians(direction))]
+    e = np.array([np.cos(np.radians(direction)), np.sin(np.radians(direction))])
     far = 1e4 * S_F
-    traction = interface.confined_slip(direction, [S_F, 10 * S_F, 0.5 * far, far], -0.01, preload=1).traction
-    before, after = traction[-2:, 1:] @ e
+    # one step of 10 s_f breaks every plane
+    study = newton_study(interface, direction, [10 * S_F, 0.5 * far, far], -0.01, preload=1, tolerance=1e-6)
+    if not study.converged:
+        raise RuntimeError(f"slip at {direction:g} degrees: {study.end}")
+    before, after = study.traction[-2:, 1:] @ e
     return bool(after > 1.5 * before)  # 2 if it grows with the slip, 1 if it stays
 
 
@@ -227,8 +230,9 @@ def second_law() -> list[Trial]:
 SECOND_LAW = Edge(
     "second-law",
     "Damage with clamped slip",
-    "A plane slid open to s_1, then clamped so hard that it sticks, and slid back beyond s_1, damages while "
-    "its broken part is strained more than the sound one: damage releases energy.",
+    "A plane is slid open to s_1, clamped to s_N and slid back to -r. Beyond r = s_1 it damages on; its "
+    "broken part is then strained by up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2 and damage "
+    "releases energy where q > r. It begins for mu |s_N| > s_1.",
     "Watch STATEV 3 (rupture); where it falls the law is outside its ground (CNS, seismic paths). Use the "
     "guard, if the version has it.",
     second_law,

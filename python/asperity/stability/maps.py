@@ -162,7 +162,7 @@ def draw_tangents(rows: Sequence[Row]) -> Figure:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small")
     figure.suptitle(
-        f"RP-4, 1 MPa, sheared through springs of {SPRING:g} K in 10 increments, at most {MOST} iterations each",
+        f"RP-4, 1 MPa, sheared through springs of {SPRING:g} K, 10 increments of at most {MOST} iterations",
         fontsize="medium",
     )
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -68,6 +69,12 @@ def snap() -> list[Trial]:
         f"mm, {stored[row - 1] - stored[row]:.1e} N/mm released"
     )
     trials.append(Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured))
+    viscous = Interface(replace(TABLE_2, tau_v=0.003), Pattern.regular(16, 30.0))
+    for steps in (100, 2000):
+        study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
+        more = 100.0 * (study.state[-1, 4] / run.last("work") - 1.0)
+        label = f"plain Newton, RP-16, {steps} steps, tau_v = 0.003 of the test's time"
+        trials.append(plain(label, study, True, f"{more:.1f} % more work"))
     return trials
 
 
