@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import functools
 import re
 from collections.abc import Sequence
@@ -127,6 +128,52 @@ def test_vumat_is_the_law(single: bool) -> None:
         tolerance = 1e-4 if single else 1e-12
         assert point.step(ds) == pytest.approx(traction, abs=tolerance * TABLE_2.sigma0)
     assert point.value("damage") == pytest.approx(expected.damage[-1], rel=1e-5)
+
+
+# --- maps --------------------------------------------------------------------------------------------
+
+
+def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Pictures and CSV; cells agree with the closed forms, the solver gets through where there is a way."""
+    assert main(["stability", "map", "-o", str(tmp_path), "--size", "4", "--pdf"]) == 0
+    names = {
+        f"map_{name}{suffix}" for name in ("tangents", "steps", "law") for suffix in (".csv", ".png", ".pdf")
+    }
+    assert {path.name for path in tmp_path.iterdir()} == names
+    assert capsys.readouterr().out.split() == sorted((str(tmp_path / name) for name in names), key=_written)
+    assert all(
+        (tmp_path / name).read_bytes()[:4] in (b"\x89PNG", b"%PDF") for name in names if "csv" not in name
+    )
+    law = _read(tmp_path / "map_law.csv")
+    for row in law:
+        x, y, value = (float(row[name]) for name in ("x", "y", "value"))
+        if row["map"] == "locking":
+            angles = facing_angle(4, np.array([0.0, 15.0, 30.0, 45.0]))
+            assert value == np.sum(denominator(x, y, angles) <= 0.0)
+        else:
+            assert (value > 1e-9) == (y > 0.15 and TABLE_2.mu * x > 0.15)
+    tangents = _read(tmp_path / "map_tangents.csv")
+    assert {row["consistent"] == "nan" for row in tangents} <= {True, False}
+    assert sum(row["consistent"] != "nan" for row in tangents) > sum(
+        row["symmetrised"] != "nan" for row in tangents
+    )
+    without_friction = [row for row in tangents if float(row["mu"]) == 0.0 and float(row["theta"]) == 0.0]
+    assert float(without_friction[0]["determinant"]) < 0.0  # the bond softens
+    for row in _read(tmp_path / "map_steps.csv"):
+        assert (row["solver"] == "lost") == (float(row["sigma_N/sigma0"]) > 0.0)
+        assert row["solver"] == "lost" or float(row["solver_iterations"]) > 0.0
+    assert main(["stability", "map", "-o", str(tmp_path), "--size", "1"]) == 1
+
+
+def _written(path: str) -> tuple[int, int]:
+    """Order in which the files of the maps are written."""
+    name, suffix = Path(path).stem.removeprefix("map_"), Path(path).suffix
+    return ("tangents", "steps", "law").index(name), (".csv", ".png", ".pdf").index(suffix)
+
+
+def _read(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 # --- command -----------------------------------------------------------------------------------------

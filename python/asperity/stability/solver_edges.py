@@ -66,7 +66,7 @@ def snap() -> list[Trial]:
     s_n, stored = run.columns["s_N"], run.columns["stored"]
     measured = (
         f"event snap at s_L = {run.columns['s_Tx'][row]:.4f} mm: s_N {s_n[row - 1]:.4f} to {s_n[row]:.4f} "
-        f"mm, {stored[row - 1] - stored[row]:.1e} N/mm released"
+        f"mm; the stored energy falls by {stored[row - 1] - stored[row]:.1e} N/mm"
     )
     trials.append(Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured))
     viscous = Interface(replace(TABLE_2, tau_v=0.003), Pattern.regular(16, 30.0))
