@@ -247,11 +247,11 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
 end subroutine interface_confined_slip
 
 !> Newton's method without safeguards: one virgin point along given values of mixed control.
-subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, kind, tolerance, separation, traction, &
-                       state, iterations, updates, residuals, n_done, ended)
+subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, kind, tolerance, separation, &
+                       traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use mixed_control, only: control_type
+  use control_point, only: control_type
   use plain_newton, only: follow => newton_path
   implicit none
   integer, intent(in) :: nprops                               !! number of constants
@@ -262,6 +262,7 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, ki
   integer, intent(in) :: held(3)                              !! 1: the traction (N, Tx, Ty) is given, 0: the separation
   double precision, intent(in) :: spring(3)                   !! stiffness of the surroundings, stress/length
   double precision, intent(in) :: targets(3, n)               !! separation, or traction + spring*separation
+  double precision, intent(in) :: durations(n)                !! of the increments (viscous damage only), time
   integer, intent(in) :: kind                                 !! which tangent, from 1
   double precision, intent(in) :: tolerance                   !! residual that is accepted, relative
   double precision, intent(inout) :: separation(3, n)         !! separation (N, Tx, Ty), length
@@ -282,8 +283,8 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, ki
   if (status /= status_ok) return
   control%traction = held == 1
   control%spring = spring
-  call follow(interface, control, targets, kind, tolerance, separation, traction, state, iterations, updates, &
-    residuals, n_done, ended)
+  call follow(interface, control, targets, durations, kind, tolerance, separation, traction, state, iterations, &
+    updates, residuals, n_done, ended)
 end subroutine newton_path
 
 !> Name of a tangent of newton_path; blank: there is none of that number.

@@ -44,6 +44,7 @@ def newton_path(
     held: _Integers,
     spring: _Floats,
     targets: _Floats,
+    durations: _Floats,
     kind: int,
     tolerance: float,
     separation: _Floats,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 from . import law_edges, solver_edges
@@ -27,12 +28,36 @@ def shown(trials: Sequence[Trial]) -> bool:
 
 
 def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
-    """What was measured as a table in Markdown."""
-    lines = ["| edge | method | | measured |", "|---|---|---|---|"]
-    for edge, trials in results:
-        for i, trial in enumerate(trials):
-            name = f"[{edge.name}](#{edge.name})" if i == 0 else ""
-            verdict = "survives" if trial.survives else "**fails**"
-            cells = (name, trial.method, verdict, trial.measured)
-            lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
+    """Body of docs/stability.md: what happens at each edge, what to do, what was measured, in Markdown."""
+    return "\n\n".join(_section(edge, trials) for edge, trials in results)
+
+
+def _section(edge: Edge, trials: Sequence[Trial]) -> str:
+    lines = [f"### {edge.name}", "", f"**{edge.title}.** {edge.happens}", ""]
+    lines += [f"*What to do.* {edge.advice}", ""]
+    lines += ["| method | | measured |", "|---|---|---|"]
+    for trial in trials:
+        cells = (trial.method, "survives" if trial.survives else "**fails**", trial.measured)
+        lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
     return "\n".join(lines)
+
+
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+"""A number in a table."""
+
+NOISE = 1e-9
+"""Numbers below are rounding."""
+
+
+def agree(one: str, other: str) -> bool:
+    """Whether two tables tell the same: their words, and numbers within a factor of 2 or both rounding.
+
+    Compilers round differently, which counts of iterations and errors show.
+    """
+    if NUMBER.sub("#", one) != NUMBER.sub("#", other):
+        return False
+    pairs = zip(*(map(float, NUMBER.findall(text)) for text in (one, other)), strict=True)
+    return all(
+        max(abs(a), abs(b)) < NOISE or (a * b >= 0.0 and 0.5 <= abs(a) / abs(b) <= 2.0 if a * b else a == b)
+        for a, b in pairs
+    )

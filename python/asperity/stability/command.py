@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import textwrap
 import time
 from pathlib import Path
 
 from .. import tables
-from .catalogue import EDGES, find, shown, table
+from .catalogue import EDGES, agree, find, shown, table
 
 NOT_SHOWN = 1
 """Exit code of an entry that did not go as it says, and of a table that is not up to date."""
@@ -25,12 +26,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
     run = actions.add_parser("run", help="run entries: the method that fails, the one that survives")
     run.add_argument("names", nargs="+", metavar="NAME", help="of `asperity stability list`, or all")
-    run.add_argument("--table", action="store_true", help="print a table in Markdown")
+    run.add_argument("--table", action="store_true", help="print the body of docs/stability.md")
     run.add_argument(
         "--fill",
         type=Path,
         metavar="FILE.md",
-        help="fill the table between <!-- stability --> markers instead of printing it",
+        help="fill what stands between <!-- stability --> markers instead of printing it",
     )
     run.add_argument("--check", action="store_true", help="with --fill: change nothing, exit 1 if it differs")
     run.set_defaults(action=_run)
@@ -83,12 +84,25 @@ def _run(options: argparse.Namespace) -> int:
             print(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file, flush=True)
     text = table(results)
     if options.fill is not None:
-        if not tables.refresh(options.fill, options.check, {"stability": lambda: text}):
-            print(f"{options.fill}: {'the table is not up to date' if options.check else 'table filled'}")
-            bad += ["table"] if options.check else []
+        bad += _fill(options.fill, text, options.check)
     elif options.table:
         print(text)
     return NOT_SHOWN if bad else 0
+
+
+def _fill(path: Path, text: str, check: bool) -> list[str]:
+    """Fill the table of a file or compare it; what is wrong with it."""
+    if not check:
+        if not tables.refresh(path, False, {"stability": lambda: text}):
+            print(f"{path}: table filled")
+        return []
+    found = re.search(
+        r"<!-- stability -->\n(.*?)\n<!-- /stability -->", path.read_text(encoding="utf-8"), re.DOTALL
+    )
+    if found and agree(found[1], text):
+        return []
+    print(f"{path}: the table is not up to date")
+    return ["table"]
 
 
 def _map(options: argparse.Namespace) -> int:

@@ -64,8 +64,8 @@ class Vumat:
 class Flight:
     """A mass on an interface under a constant force: separation (T, 3), damage at the end, and energies.
 
-    energy (T,): kinetic, with the mean of the velocities before and after, and work on the interface, less the
-    work of the force, stress*length.
+    energy (T,): kinetic, with the mean of the velocities before and after, and work on the interface, less
+    the work of the force, stress*length.
     """
 
     separation: Floats
