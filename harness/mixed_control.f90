@@ -1,7 +1,7 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
-!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch ends
-!> the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
+!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch
+!> ends the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
 module mixed_control
   use asperity_checks, only: bounded
   use asperity_interface, only: interface_type
@@ -9,7 +9,7 @@ module mixed_control
   use control_point, only: balance_type, control_type, evaluate, free_matrix, new_balance, new_point, point_type, &
     released_energy, residual_tolerance, solve_linear, unstable
   use newton, only: max_iterations, newton_solve, newton_type, stiffness_scale
-  use snap_motion, only: cannot_soften, move_on, settle
+  use snap_motion, only: cannot_soften, farthest_rest, move_on, settle
   implicit none
   private
   public :: control_type, point_type, new_point, advance, direction_vector, confined_slip, max_iterations, &
@@ -23,8 +23,8 @@ module mixed_control
   integer, parameter, public :: most_updates = 50000
   !> Smallest jump of a separation that is a snap, of s0.
   real(wp), parameter, public :: snap_resolution = 1.0e-3_wp
-  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what is
-  !> given if that is more.
+  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what
+  !> is given if that is more.
   real(wp), parameter :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
   !> Smallest part of an increment that is tried.
   real(wp), parameter :: min_fraction = 2.0_wp**(-20)
@@ -47,9 +47,10 @@ contains
 
   !> Take a point from the given values `start` to `target`, in parts where that is needed.
   !>
-  !> A part is accepted if it continues the branch. Where the branch ends the point moves on to the first rest under what
-  !> is held. If there is none it stays at the last part that converged and `reached` is below 1.
-  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, method)
+  !> A part is accepted if it continues the branch. Where the branch ends the point moves on to the first rest under
+  !> what is held. If there is none it stays at the last part that converged and `reached` is below 1.
+  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, &
+                          method)
     type(interface_type), intent(in) :: interface   !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
@@ -111,10 +112,10 @@ contains
 
   !> Whether a converged part continues the branch it started from.
   !>
-  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what they
-  !> predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too, and where
-  !> one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so is any where no
-  !> plane can soften.
+  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what
+  !> they predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too,
+  !> and where one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so
+  !> is any where no plane can soften.
   pure subroutine check_branch(interface, balance, result, change, point, good, updates)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the part
@@ -143,7 +144,7 @@ contains
       move(:n) = point%s(free) - from(:n)
       good = .not. unstable(n, result%last, stiffness)
       if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
-      good = result%stable
+      good = result%stable .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
       if (.not. good) return
       if (cannot_soften(interface, balance%old)) return
       r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
@@ -165,11 +166,12 @@ contains
     r_first = 0.0_wp
     do i = 0, looks
       updates = updates + 1
-      call evaluate(interface, balance, from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n), between, r(:n), scale, good)
+      r(:n) = from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n)
+      call evaluate(interface, balance, r(:n), between, column(:n), scale, good)
       if (.not. good) return
-      if (i == 0) r_first = r(1)
+      if (i == 0) r_first = column(1)
       good = .not. unstable(n, free_matrix(balance, between), stiffness)
-      if (n == 1) good = good .and. r(1)*r_first >= 0.0_wp
+      if (n == 1) good = good .and. column(1)*r_first >= 0.0_wp
       if (.not. good) return
     end do
   end subroutine check_branch
