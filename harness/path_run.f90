@@ -110,8 +110,8 @@ contains
     integer, parameter :: most = 20
     if (earlier >= most) return
     call tell(progress, label // ": step " // integer_text(row%step) // " increment " // &
-      integer_text(row%increment) // ": snap from s = " // vector(report%before) // " to " // vector(report%after) // ", " // &
-      short(report%released) // " set free")
+      integer_text(row%increment) // ": snap from s = " // vector(report%before) // " to " // vector(report%after) // &
+      ", " // short(report%released) // " set free")
   end subroutine tell_snap
 
   !> Components in parentheses.
