@@ -91,6 +91,9 @@ contains
     real(wp), intent(out) :: residual(:)             !! (n) traction + spring*separation - given, stress
     real(wp), intent(out) :: scale                   !! stress that `residual_tolerance` refers to, > 0
     logical, intent(out) :: good                     !! false: the law does not take the separation, nothing is known
+    !> Largest growth of the scale with free separations: 1e-7 of the strength is left.
+    real(wp), parameter :: coarsest = 1.0e6_wp
+    real(wp) :: given, rest(3)
     residual = 0.0_wp
     scale = 1.0_wp
     associate (n => balance%n)
@@ -102,22 +105,29 @@ contains
         point%tangent, balance%control%dt)
       associate (free => balance%free(:n))
         residual(:n) = point%traction(free) + balance%control%spring(free)*x(:n) - balance%given(free)
-        scale = max(traction_scale(interface, point) + maxval([0.0_wp, abs(balance%given(free))]), tiny(scale))
+        given = maxval([0.0_wp, abs(balance%given(free))])
+        scale = traction_scale(interface, point%s, point%state) + given
+        ! separations that run away do not make their residuals small
+        rest = balance%old%s
+        where (.not. balance%control%traction) rest = balance%given
+        scale = max(tiny(scale), min(scale, coarsest*(traction_scale(interface, rest, balance%old%state) + &
+          interface%rie%material%k_n*interface%rie%material%s0 + given)))
       end associate
     end associate
   end subroutine evaluate
 
   !> Size of the terms that are summed to the traction of a point, stress: what their rounding errors go with.
-  pure function traction_scale(interface, point) result(scale)
+  pure function traction_scale(interface, s, state) result(scale)
     type(interface_type), intent(in) :: interface   !! the interface
-    type(point_type), intent(in) :: point           !! the point
+    real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)                !! STATEV
     real(wp) :: scale
     real(wp) :: largest
     integer :: i, k
-    largest = maxval(abs(point%s))
+    largest = maxval(abs(s))
     do k = 1, interface%rie%pattern%n
       i = plane_statev(k)
-      largest = max(largest, abs(point%state(i + 1)), abs(point%state(i + 2)))
+      largest = max(largest, abs(state(i + 1)), abs(state(i + 2)))
     end do
     scale = max(interface%rie%material%k_n, interface%rie%material%k_t, interface%rie%material%k_c)*largest
   end function traction_scale

@@ -1,7 +1,7 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
-!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch ends
-!> the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
+!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch
+!> ends the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
 module mixed_control
   use asperity_checks, only: bounded
   use asperity_interface, only: interface_type
@@ -9,7 +9,7 @@ module mixed_control
   use control_point, only: balance_type, control_type, evaluate, free_matrix, new_balance, new_point, point_type, &
     released_energy, residual_tolerance, solve_linear, unstable
   use newton, only: max_iterations, newton_solve, newton_type, stiffness_scale
-  use snap_motion, only: cannot_soften, move_on, settle
+  use snap_motion, only: cannot_soften, farthest_rest, move_on, settle
   implicit none
   private
   public :: control_type, point_type, new_point, advance, direction_vector, confined_slip, max_iterations, &
@@ -23,10 +23,10 @@ module mixed_control
   integer, parameter, public :: most_updates = 50000
   !> Smallest jump of a separation that is a snap, of s0.
   real(wp), parameter, public :: snap_resolution = 1.0e-3_wp
-  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what is
-  !> given if that is more.
+  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what
+  !> is given if that is more.
   real(wp), parameter :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
-  !> Smallest part of an increment that is tried.
+  !> Smallest step along an increment that is tried: the place of a fold is known as well as that.
   real(wp), parameter :: min_fraction = 2.0_wp**(-20)
   !> Largest given value that is tried: differences of two stay finite.
   real(wp), parameter :: largest_target = 0.25_wp*huge(1.0_wp)
@@ -34,6 +34,7 @@ module mixed_control
   !> What happened in an increment.
   type, public :: report_type
     integer :: ended = ended_complete
+    integer :: iterations = 0            !! tangent solves
     integer :: updates = 0               !! of the law
     integer :: parts = 0                 !! parts that converged, 1: the increment was solved whole
     integer :: snaps = 0                 !! jumps from one branch to another
@@ -43,13 +44,23 @@ module mixed_control
     real(wp) :: beyond(3) = 0.0_wp       !! given values for which no equilibrium was found
   end type report_type
 
+  !> An increment.
+  type :: path_type
+    type(control_type) :: control        !! what is given
+    real(wp) :: start(3) = 0.0_wp        !! given values
+    real(wp) :: target(3) = 0.0_wp
+  end type path_type
+
 contains
 
-  !> Take a point from the given values `start` to `target`, in parts where that is needed.
+  !> Take a point from the given values `start` to `target`.
   !>
-  !> A part is accepted if it continues the branch. Where the branch ends the point moves on to the first rest under what
-  !> is held. If there is none it stays at the last part that converged and `reached` is below 1.
-  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, method)
+  !> The increment is solved whole, from the state at its start, wherever the branch of equilibria goes on: Newton's
+  !> result is taken if the tangents explain it, else the branch is followed with smaller steps of the given values.
+  !> Where the branch ends the point moves on to the first rest under what is held, a part of its own. If there is
+  !> none it stays at the last equilibrium and `reached` is below 1.
+  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, &
+                          method)
     type(interface_type), intent(in) :: interface   !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
@@ -58,71 +69,158 @@ contains
     integer, intent(out) :: iterations              !! Newton iterations over all parts, failed ones included
     real(wp), intent(out) :: reached                !! share of the increment that converged, 1: all
     integer, intent(out), optional :: parts         !! parts that converged, 1: the increment was solved whole
-    real(wp), intent(out), optional :: residuals(0:max_iterations)   !! of the last part tried, relative to the scale of
+    real(wp), intent(out), optional :: residuals(0:max_iterations)   !! of the last solve, relative to the scale of
                                                                      !! `residual_tolerance`; -1 where none was needed
     type(report_type), intent(out), optional :: report   !! what happened
     integer, intent(in), optional :: method         !! plain_newton, halved_newton or full_solver (the default)
     type(report_type) :: what
     type(balance_type) :: balance
-    type(control_type) :: part   ! a part takes its share of the time
     type(newton_type) :: result
-    type(point_type) :: trial
-    real(wp) :: fraction, least, next
+    type(path_type) :: path
     integer :: chosen
-    logical :: good
 
     chosen = full_solver
     if (present(method)) chosen = method
-    part = control
-    iterations = 0
+    path = path_type(control, start, target)
     reached = 0.0_wp
-    fraction = 1.0_wp
-    least = merge(1.0_wp, min_fraction, chosen == plain_newton)
-    if (.not. all(bounded(target, largest_target))) what%ended = ended_rejected
-    do while (reached < 1.0_wp .and. what%ended == ended_complete)
-      next = min(1.0_wp, reached + fraction)
-      part%dt = (next - reached)*control%dt
-      balance = new_balance(part, merge(target, start + next*(target - start), next >= 1.0_wp), point)
-      trial = point
-      call newton_solve(interface, balance, chosen == full_solver, trial, result)
-      iterations = iterations + result%iterations
-      what%updates = what%updates + result%updates
-      good = result%converged
-      if (good .and. chosen == full_solver) call check_branch(interface, balance, result, &
-        (next - reached)*(target - start), trial, good, what%updates)
-      if (good) then
-        call settle(interface, balance, trial, what%updates)
-        point = trial
-        reached = next
-        what%parts = what%parts + 1
-        fraction = 2.0_wp*fraction
-      else if (0.5_wp*fraction >= least) then
-        fraction = 0.5_wp*fraction
-      else if (chosen == full_solver .and. balance%n > 0) then
-        call jump(interface, balance, point, iterations, what)
-        if (what%ended == ended_complete) reached = next
-      else
+    if (.not. all(bounded(target, largest_target))) then
+      what%ended = ended_rejected
+    else if (chosen /= full_solver) then
+      call halve(interface, path, merge(1.0_wp, min_fraction, chosen == plain_newton), point, reached, what, result)
+    end if
+    do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
+      call follow(interface, path, point, reached, what, result)
+      if (reached >= 1.0_wp) exit
+      balance = new_balance(control, values_at(path, min(1.0_wp, reached + min_fraction)), point)
+      what%beyond = balance%given
+      if (balance%n == 0) then
         what%ended = ended_lost
+      else if (what%updates < most_updates) then
+        call jump(interface, balance, point, what)
+        if (what%ended == ended_complete) reached = min(1.0_wp, reached + min_fraction)
       end if
       if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
-      what%beyond = balance%given
     end do
+    iterations = what%iterations
     if (present(parts)) parts = what%parts
     if (present(residuals)) residuals = result%history
     if (present(report)) report = what
   end subroutine advance
 
+  !> Equations at a share of an increment, from the point at another; without viscous damage no time is needed.
+  pure function balance_at(path, share, reached, point) result(balance)
+    type(path_type), intent(in) :: path    !! the increment
+    real(wp), intent(in) :: share          !! 0 to 1
+    real(wp), intent(in) :: reached        !! share of the point
+    type(point_type), intent(in) :: point  !! where the equations start
+    type(balance_type) :: balance
+    balance = new_balance(path%control, values_at(path, share), point)
+    balance%control%dt = (share - reached)*path%control%dt
+  end function balance_at
+
+  !> Given values at a share of an increment.
+  pure function values_at(path, share) result(values)
+    type(path_type), intent(in) :: path   !! the increment
+    real(wp), intent(in) :: share         !! 0 to 1
+    real(wp) :: values(3)
+    values = path%start + share*(path%target - path%start)
+    if (share >= 1.0_wp) values = path%target
+  end function values_at
+
+  !> Newton's method alone, the increment halved where it does not converge: what the full solver is measured against.
+  pure subroutine halve(interface, path, least, point, reached, what, result)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(path_type), intent(in) :: path             !! the increment
+    real(wp), intent(in) :: least                   !! smallest part that is tried
+    type(point_type), intent(inout) :: point        !! the point, start -> end
+    real(wp), intent(inout) :: reached              !! share that converged
+    type(report_type), intent(inout) :: what        !! what happened
+    type(newton_type), intent(out) :: result        !! of the last solve
+    type(balance_type) :: balance
+    type(point_type) :: trial
+    real(wp) :: fraction, next
+    fraction = 1.0_wp
+    do while (reached < 1.0_wp .and. fraction >= least)
+      next = min(1.0_wp, reached + fraction)
+      balance = balance_at(path, next, reached, point)
+      what%beyond = balance%given
+      trial = point
+      call newton_solve(interface, balance, .false., trial, result)
+      call count_work(result, what)
+      if (result%converged) then
+        call settle(interface, balance, trial, what%updates)
+        point = trial
+        reached = next
+        what%parts = what%parts + 1
+        fraction = 2.0_wp*fraction
+      else
+        fraction = 0.5_wp*fraction
+      end if
+    end do
+    if (reached < 1.0_wp) what%ended = ended_lost
+  end subroutine halve
+
+  !> Follow the branch as far as it goes, in one part: the state at its start is that of the point.
+  pure subroutine follow(interface, path, point, reached, what, result)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(path_type), intent(in) :: path             !! the increment
+    type(point_type), intent(inout) :: point        !! the point at `reached` -> at the new `reached`
+    real(wp), intent(inout) :: reached              !! share that converged
+    type(report_type), intent(inout) :: what        !! what happened
+    type(newton_type), intent(out) :: result        !! of the last solve
+    type(balance_type) :: balance, last
+    type(point_type) :: here, trial
+    real(wp) :: next, share, step
+    logical :: good
+
+    here = point
+    share = reached
+    step = 1.0_wp
+    do while (share < 1.0_wp .and. step >= min_fraction .and. what%updates < most_updates)
+      next = min(1.0_wp, share + step)
+      balance = balance_at(path, next, reached, point)
+      trial = here
+      call newton_solve(interface, balance, .true., trial, result)
+      call count_work(result, what)
+      good = result%converged
+      if (good) call check_branch(interface, balance, result, (next - share)*(path%target - path%start), here%s, &
+        trial, good, what%updates)
+      if (good) then
+        here = trial
+        share = next
+        last = balance
+        step = 2.0_wp*step
+      else
+        step = 0.5_wp*min(step, 1.0_wp - share)
+      end if
+    end do
+    if (.not. share > reached) return
+    call settle(interface, last, here, what%updates)
+    point = here
+    reached = share
+    what%parts = what%parts + 1
+  end subroutine follow
+
+  !> Add the work of a solve.
+  pure subroutine count_work(result, what)
+    type(newton_type), intent(in) :: result    !! of a solve
+    type(report_type), intent(inout) :: what   !! what happened so far
+    what%iterations = what%iterations + result%iterations
+    what%updates = what%updates + result%updates
+  end subroutine count_work
+
   !> Whether a converged part continues the branch it started from.
   !>
-  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what they
-  !> predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too, and where
-  !> one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so is any where no
-  !> plane can soften.
-  pure subroutine check_branch(interface, balance, result, change, point, good, updates)
+  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what
+  !> they predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too,
+  !> and where one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so
+  !> is any where no plane can soften.
+  pure subroutine check_branch(interface, balance, result, change, origin, point, good, updates)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the part
     type(newton_type), intent(in) :: result         !! of Newton's method
     real(wp), intent(in) :: change(3)               !! of the given values in the part
+    real(wp), intent(in) :: origin(3)               !! separation at the start of the part, length
     type(point_type), intent(in) :: point           !! at the end of the part
     logical, intent(out) :: good                    !! whether it does
     integer, intent(inout) :: updates               !! of the law
@@ -142,11 +240,11 @@ contains
     stiffness = stiffness_scale(interface)
     s0 = interface%rie%material%s0
     associate (free => balance%free(:n))
-      from(:n) = balance%old%s(free)
+      from(:n) = origin(free)
       move(:n) = point%s(free) - from(:n)
       good = .not. unstable(n, result%last, stiffness)
       if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
-      good = result%stable
+      good = result%stable .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
       if (.not. good) return
       if (cannot_soften(interface, balance%old)) return
       r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
@@ -168,21 +266,21 @@ contains
     r_first = 0.0_wp
     do i = 0, looks
       updates = updates + 1
-      call evaluate(interface, balance, from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n), between, r(:n), scale, good)
+      r(:n) = from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n)
+      call evaluate(interface, balance, r(:n), between, column(:n), scale, good)
       if (.not. good) return
-      if (i == 0) r_first = r(1)
+      if (i == 0) r_first = column(1)
       good = .not. unstable(n, free_matrix(balance, between), stiffness)
-      if (n == 1) good = good .and. r(1)*r_first >= 0.0_wp
+      if (n == 1) good = good .and. column(1)*r_first >= 0.0_wp
       if (.not. good) return
     end do
   end subroutine check_branch
 
   !> No part of the increment continues the branch: the point moves on under the values held now.
-  pure subroutine jump(interface, balance, point, iterations, what)
+  pure subroutine jump(interface, balance, point, what)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the smallest part
     type(point_type), intent(inout) :: point        !! the point -> at the next rest, if there is one
-    integer, intent(inout) :: iterations            !! tangent solves
     type(report_type), intent(inout) :: what        !! what happened
     type(point_type) :: trial
     type(control_type) :: at_once
@@ -195,7 +293,7 @@ contains
     at_once%dt = 0.0_wp   ! a snap takes no time
     call move_on(interface, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
     what%updates = what%updates + updates
-    iterations = iterations + used
+    what%iterations = what%iterations + used
     if (.not. found) then
       what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
       return
@@ -299,6 +397,7 @@ contains
     type(report_type), intent(in) :: first, second   !! in turn
     type(report_type) :: both
     both = second
+    both%iterations = first%iterations + second%iterations
     both%updates = first%updates + second%updates
     both%parts = first%parts + second%parts
     both%snaps = first%snaps + second%snaps

@@ -1,4 +1,5 @@
-!> Semismooth Newton's method for the held tractions: consistent tangent of the side the iterate is on, LAPACK, line search.
+!> Semismooth Newton's method for the held tractions: consistent tangent of the side the iterate is on, LAPACK, line
+!> search.
 module newton
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -33,14 +34,15 @@ contains
 
   !> Solve the equations from the separations of `point` on.
   !>
-  !> With a line search a step is halved until the largest residual falls; the method gives up where it does not.
+  !> With a line search a step is halved until the largest residual falls; the method gives up where it does not. The
+  !> first step is free: its tangent may be that of the other side of a switch, as where a plane is about to slide.
   pure subroutine newton_solve(interface, balance, searches, point, result, damping)
     type(interface_type), intent(in) :: interface        !! the interface
     type(balance_type), intent(in) :: balance            !! the equations
     logical, intent(in) :: searches                      !! false: plain Newton, full steps
     type(point_type), intent(inout) :: point             !! guess -> the point at the end
     type(newton_type), intent(out) :: result             !! what came out
-    real(wp), intent(in), optional :: damping            !! kappa: solve residual + kappa (s - s of the guess) = 0,
+    real(wp), intent(in), optional :: damping            !! kappa: solve residual + kappa (s - s at the start) = 0,
                                                          !! stress/length
     !> Armijo's constant; shortest step tried.
     real(wp), parameter :: decrease = 1.0e-4_wp, shortest = 2.0_wp**(-8)
@@ -52,8 +54,9 @@ contains
     kappa = 0.0_wp
     if (present(damping)) kappa = damping
     start = 0.0_wp
-    start(:n) = point%s(balance%free(:n))
-    x = start
+    x = 0.0_wp
+    start(:n) = balance%old%s(balance%free(:n))
+    x(:n) = point%s(balance%free(:n))
     call damped(interface, balance, kappa, start, x, point, r, error, good)
     result%updates = 1
     if (.not. good) return
@@ -77,7 +80,7 @@ contains
         trial(:n) = x(:n) + length*step(:n)
         call damped(interface, balance, kappa, start, trial, point, r, next_error, good)
         result%updates = result%updates + 1
-        if (.not. searches) exit
+        if (.not. searches .or. (good .and. result%iterations == 1)) exit
         if (good .and. (next_error <= residual_tolerance .or. next_error <= (1.0_wp - decrease*length)*error)) exit
         length = 0.5_wp*length
         if (length < shortest) return
@@ -93,7 +96,7 @@ contains
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
     real(wp), intent(in) :: kappa                   !! damping, stress/length
-    real(wp), intent(in) :: start(3), x(3)          !! free separations of the guess and now, length
+    real(wp), intent(in) :: start(3), x(3)          !! free separations at the start and now, length
     type(point_type), intent(inout) :: point        !! the point with the separations x
     real(wp), intent(out) :: r(3)                   !! residual
     real(wp), intent(out) :: error                  !! its largest component, relative

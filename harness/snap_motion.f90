@@ -1,7 +1,9 @@
-!> Where no neighbouring equilibrium is left: the overdamped motion under what is held, to the first rest or away for good.
+!> Where no neighbouring equilibrium is left: the overdamped motion under what is held, to the first rest or away for
+!> good.
 !>
 !> One free separation moves in the sense of the missing traction, in steps that are halved where two roots may hide
-!> between; several move by damped implicit Euler steps (pseudo-transient continuation). The law keeps its history on the way.
+!> between; several move by damped implicit Euler steps (pseudo-transient continuation). The law keeps its history on
+!> the way.
 module snap_motion
   use asperity_contract, only: plane_statev
   use asperity_interface, only: interface_type, separation_bound
@@ -12,9 +14,10 @@ module snap_motion
   use newton, only: newton_solve, newton_type, stiffness_scale
   implicit none
   private
-  public :: move_on, settle, cannot_soften
+  public :: move_on, settle, cannot_soften, farthest_rest
 
-  !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be passed.
+  !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be
+  !> passed.
   real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step/64.0_wp
   !> Growth of the step: slow where planes may break, fast where all are broken and the law is monotone.
   real(wp), parameter :: growth = 1.02_wp, fast_growth = 2.0_wp
@@ -40,8 +43,8 @@ contains
     end if
   end subroutine move_on
 
-  !> Whether the residual of a single held t_N only grows with s_N, and the derivative of several has no softening: every
-  !> plane broken, mu tan(theta) < 1.
+  !> Whether the residual of a single held t_N only grows with s_N, and the derivative of several has no softening:
+  !> every plane broken, mu tan(theta) < 1.
   pure function cannot_soften(interface, point) result(yes)
     type(interface_type), intent(in) :: interface   !! the interface
     type(point_type), intent(in) :: point           !! the point
@@ -55,6 +58,23 @@ contains
       end do
     end associate
   end function cannot_soften
+
+  !> Separation beyond which several free ones are taken to run away, length: that at the start and a thousand times
+  !> s_f or what is given.
+  pure function farthest_rest(interface, balance) result(far)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations
+    real(wp) :: far
+    real(wp), parameter :: times = 1000.0_wp
+    far = huge(far)
+    if (balance%n < 2) return
+    associate (material => interface%rie%material)
+      far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
+        balance%control%traction))
+      far = maxval(abs(balance%old%s)) + times*(material%s0/(1.0_wp - material%eta) + far)
+      far = min(far, 0.5_wp*separation_bound(interface))
+    end associate
+  end function farthest_rest
 
   !> One free separation.
   pure subroutine march(interface, control, given, budget, point, updates, found)
@@ -130,8 +150,8 @@ contains
     yes = f_0 + slope_0*way >= 0.0_wp
   end function may_hide
 
-  !> The equilibrium between two separations, the residual being short of it at the first: Newton's method kept inside the
-  !> bracket by bisection.
+  !> The equilibrium between two separations, the residual being short of it at the first: Newton's method, kept inside
+  !> the bracket by bisection.
   pure subroutine close_in(interface, balance, sense, first, last, point, updates, found)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! the equation, the point at its start
@@ -183,33 +203,35 @@ contains
     integer, intent(inout) :: iterations            !! tangent solves
     logical, intent(out) :: found                   !! whether there is a rest
     !> Change of the damping after a step that went well, and after one that did not; least that is used, of K.
-    real(wp), parameter :: less = 0.5_wp, more = 4.0_wp, least = 1.0e-12_wp
-    !> A step without damping counts as rest where it is this much shorter than a step of the motion may be.
-    real(wp), parameter :: near_rest = 1.0_wp
+    real(wp), parameter :: less = 0.5_wp, more = 4.0_wp, least = 1.0e-9_wp
     type(balance_type) :: balance
     type(newton_type) :: result
     type(point_type) :: trial
-    real(wp) :: damping, limit, move, stiffness
+    real(wp) :: damping, drift(3), far, limit, move, stiffness
 
     found = .false.
     stiffness = stiffness_scale(interface)
     limit = first_step*interface%rie%material%s0
     damping = stiffness
+    drift = 0.0_wp
     balance = new_balance(control, given, point)
+    far = farthest_rest(interface, balance)
     trial = point
     do while (updates < budget .and. damping < stiffness/residual_tolerance)
       balance%old = point
+      trial%s = point%s
       ! at rest from here?
       call newton_solve(interface, balance, .true., trial, result)
       updates = updates + result%updates
       iterations = iterations + result%iterations
       move = maxval(abs(trial%s - point%s))
-      if (result%converged .and. result%stable .and. move <= near_rest*limit) then
+      if (result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far) then
         point = trial
         found = .true.
         return
       end if
-      trial = point
+      ! as the last step went: on the right side of a plane that slides
+      trial%s = point%s + drift
       call newton_solve(interface, balance, .true., trial, result, damping)
       updates = updates + result%updates
       iterations = iterations + result%iterations
@@ -219,11 +241,12 @@ contains
         trial = point
         cycle
       end if
+      drift = trial%s - point%s
       point = trial
       if (flies(interface, balance, point)) return
       damping = max(less*damping, least*stiffness)
-      limit = limit*merge(fast_growth, growth, cannot_soften(interface, point))
-      if (maxval(abs(point%s)) > 0.5_wp*separation_bound(interface)) return
+      limit = min(far, limit*merge(fast_growth, growth, cannot_soften(interface, point)))
+      if (maxval(abs(point%s)) > far) return
     end do
   end subroutine creep
 
@@ -244,8 +267,8 @@ contains
     yes = yes .and. any(abs(force) > 0.0_wp)
   end function flies
 
-  !> Where all is open and dead and t_N alone is held, every larger opening is an equilibrium, too: go to the one with the
-  !> smallest |s_N|. Nothing is done elsewhere.
+  !> Where all is open and dead and t_N alone is held, every larger opening is an equilibrium, too: go to the one with
+  !> the smallest |s_N|. Nothing is done elsewhere.
   pure subroutine settle(interface, balance, point, updates)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
