@@ -28,6 +28,8 @@ def interface_adaptive_slip(
     turns: _Floats,
     sigma_n: float,
     tolerance: float,
+    times: _Floats,
+    preload_time: float,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,

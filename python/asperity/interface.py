@@ -169,13 +169,15 @@ class Interface:
         preload = contract.whole("preload", preload)
         if slips.ndim != 1:
             raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
-        if tolerance is not None:
-            self._warn_if_soft(sigma_N)
-            return self._adaptive_slip(float(direction_deg), slips, float(sigma_N), float(tolerance))
         n = n_done = len(slips)
         times = self._times(times, n)
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
+        if tolerance is not None:
+            self._warn_if_soft(sigma_N)
+            return self._adaptive_slip(
+                direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
+            )
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
@@ -196,7 +198,15 @@ class Interface:
             raise EquilibriumLost(where + lost, history)
         return history
 
-    def _adaptive_slip(self, direction: float, turns: Floats, sigma_N: float, tolerance: float) -> History:
+    def _adaptive_slip(
+        self,
+        direction: float,
+        turns: Floats,
+        sigma_N: float,
+        tolerance: float,
+        times: Floats,
+        preload_time: float,
+    ) -> History:
         """Rows of adaptive increments between turning points."""
         if len(turns) == 0:
             return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)))
@@ -206,8 +216,9 @@ class Interface:
             separation, traction = np.empty((room, 3)), np.empty((room, 3))
             state = np.empty((room, self.nstatv))
             rows, reached, status, message = _core.interface_adaptive_slip(
-                self._props, direction, turns, sigma_N, tolerance, separation.T, traction.T, state.T
-            )
+                self._props, direction, turns, sigma_N, tolerance,
+                times, preload_time, separation.T, traction.T, state.T,
+            )  # fmt: skip
             _raise(status, message)
             if rows <= room:
                 break
