@@ -9,7 +9,8 @@ module adaptive
   use asperity_contract, only: plane_statev, v_friction, v_rupture, v_work
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use mixed_control, only: advance, control_type, direction_vector, new_point, point_type, report_type
+  use mixed_control, only: advance, control_type, direction_vector, new_point, plain_newton, point_type, &
+    report_type
   implicit none
   private
   public :: walk_type, new_walk, adaptive_step, adaptive_slip
@@ -77,11 +78,13 @@ contains
     real(wp), intent(out) :: reached                !! 1, or below: equilibrium lost
     type(report_type), intent(out) :: reports(2)    !! what happened in both increments
     type(point_type) :: ending, whole
+    type(report_type) :: report
     real(wp) :: error, next, shorter, size, switch
     integer :: used
-    logical :: landed, last, located, switched
+    logical :: landed, last, located, single, switched
 
     error = 0.0_wp
+    single = .false.
     size = min(walk%size, largest_size)
     if (.not. at > 0.0_wp) then
       ! the control or the direction may have changed
@@ -102,11 +105,15 @@ contains
       whole = point
       middle = point
       iterations = 0
-      call go(at, next, whole, used, reached, walk%solves, reports(1))
-      if (.not. reached < 1.0_wp) then
-        call go(at, at_middle, middle, iterations(1), reached, walk%solves, reports(1))
-        ending = middle
+      ! Newton's method alone where it can: an increment that was solved in the same two parts says nothing about them
+      call go(at, next, whole, used, reached, walk%solves, report, plain_newton)
+      single = .not. reached < 1.0_wp
+      if (.not. single) then
+        whole = point
+        call go(at, next, whole, used, reached, walk%solves, report)
       end if
+      call go(at, at_middle, middle, iterations(1), reached, walk%solves, reports(1))
+      ending = middle
       if (.not. reached < 1.0_wp) call go(at_middle, next, ending, iterations(2), reached, walk%solves, reports(2))
       if (reached < 1.0_wp) then
         if (last) exit
@@ -114,7 +121,8 @@ contains
       else
         switched = any(walk%does .neqv. regime(interface, point, middle)) .or. &
           any(walk%does .neqv. regime(interface, middle, ending))
-        error = step_error(control, walk, point, whole, middle, ending, switched)
+        single = single .and. maxval(reports%parts) == 1
+        error = step_error(control, walk, point, whole, middle, ending, switched, single)
         if (error <= 1.0_wp .or. last) exit
         if (walk%lands .and. .not. located .and. error > worth_landing) then
           call first_switch(interface, control, start, target, at, next, point, walk, switch)
@@ -135,7 +143,7 @@ contains
       reached = min(reached, 1.0_wp - epsilon(1.0_wp))
       return
     end if
-    call extrapolate(point, whole, middle, ending)
+    if (single) call extrapolate(point, whole, middle, ending)
     walk%traction = max(walk%traction, size_of(ending%traction))
     walk%separation = max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     walk%size = size*min(most_growth, safety/sqrt(max(error, tiny(error))))
@@ -147,15 +155,16 @@ contains
   contains
 
     !> Take a point from one share of the way to another.
-    pure subroutine go(from, to, moved, used, reached, solves, report)
+    pure subroutine go(from, to, moved, used, reached, solves, report, method)
       real(wp), intent(in) :: from, to            !! shares of the way
       type(point_type), intent(inout) :: moved    !! the point
       integer, intent(out) :: used                !! Newton iterations
       real(wp), intent(out) :: reached            !! 1: all of it
       integer, intent(inout) :: solves            !! counted
       type(report_type), intent(out) :: report    !! what happened
+      integer, intent(in), optional :: method     !! of `advance`
       call advance(interface, share_of(control, to - from), between(start, target, from), between(start, target, to), &
-        moved, used, reached, report=report)
+        moved, used, reached, report=report, method=method)
       solves = solves + 1
     end subroutine go
 
@@ -201,11 +210,12 @@ contains
   end function size_of
 
   !> Error of a step in units of what the tolerance allows.
-  pure function step_error(control, walk, old, whole, middle, ending, switched) result(error)
+  pure function step_error(control, walk, old, whole, middle, ending, switched, single) result(error)
     type(control_type), intent(in) :: control                   !! what is given
     type(walk_type), intent(in) :: walk                         !! tolerance and scales
     type(point_type), intent(in) :: old, whole, middle, ending  !! start, end in one increment, middle and end in two
     logical, intent(in) :: switched                             !! whether a plane switches within the step
+    logical, intent(in) :: single                               !! whether no increment was solved in parts
     real(wp) :: error
     integer, parameter :: energies(3) = [v_rupture, v_friction, v_work]
     real(wp) :: energy, separation, share, traction
@@ -219,8 +229,9 @@ contains
     separation = separation/max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     energy = energy/max(tiny(1.0_wp), max(walk%traction, size_of(ending%traction))*(size_of(middle%s - old%s) &
       + size_of(ending%s - middle%s)))/3.0_wp
-    ! what is left after extrapolation is two orders smaller, where all is smooth
-    if (.not. switched) energy = energy**2
+    ! what is left after extrapolation is two orders smaller, where all is smooth; parts spoil it
+    if (.not. single) energy = 3.0_wp*energy
+    if (single .and. .not. switched) energy = energy**2
     error = max(traction, separation, energy)/walk%tolerance
   end function step_error
 
