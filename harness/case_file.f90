@@ -33,6 +33,8 @@ module case_file
     "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
     "               k (s - s at the start of the step), until k is set again or s is given", &
     "    increments = 100      to each target, one number or a list", &
+    "    tolerance             relative, 1e-8 to 0.1: adaptive increments, so that straight lines between the", &
+    "               rows are within it; increments is the first guess", &
     "    cycles = 1            times that the lists are run through", &
     "    time = 1.0            that the step takes", &
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &

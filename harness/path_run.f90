@@ -1,5 +1,6 @@
 !> Run of a load path: the steps of a case in turn by the mixed solver.
 module path_run
+  use adaptive, only: adaptive_step, new_walk, walk_type
   use asperity_checks, only: integer_text
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -25,8 +26,9 @@ contains
     type(progress_type), intent(inout) :: progress   !! clock
     type(failed_type), intent(out) :: failed         !! the increment without equilibrium, if there is one
     type(point_type) :: point
+    type(walk_type) :: walk
     real(wp) :: given(3), start
-    integer :: i, total
+    integer :: done, i, total
 
     if (state%given) then
       point = new_point(interface, state%statev, state%s)
@@ -34,28 +36,34 @@ contains
     else
       point = new_point(interface)
     end if
+    walk = new_walk(interface)
     given = point%s
     start = 0.0_wp
     total = 0
+    done = 0
     do i = 1, size(steps)
       total = total + sum(steps(i)%increments)
     end do
     do i = 1, size(steps)
-      call run_step(interface, steps(i), i, start, total, label, point, given, table, progress, failed)
+      call run_step(interface, steps(i), i, start, done, total, label, point, walk, given, table, progress, &
+        failed)
+      done = done + sum(steps(i)%increments)
       if (table%last%lost .or. .not. table%good) exit
       start = start + steps(i)%time
     end do
   end subroutine run_path
 
   !> Run a step: from target to target.
-  subroutine run_step(interface, step, number, start, total, label, point, given, table, progress, failed)
+  subroutine run_step(interface, step, number, start, done, total, label, point, walk, given, table, &
+                      progress, failed)
     type(interface_type), intent(in) :: interface    !! the interface
     type(step_type), intent(in) :: step              !! the step
     integer, intent(in) :: number                    !! of the step
     real(wp), intent(in) :: start                    !! time at its start
-    integer, intent(in) :: total                     !! increments of the run
+    integer, intent(in) :: done, total               !! increments of earlier steps, of the run
     character(len=*), intent(in) :: label            !! of the run
     type(point_type), intent(inout) :: point         !! the point, start -> end
+    type(walk_type), intent(inout) :: walk           !! of adaptive increments
     real(wp), intent(inout) :: given(3)              !! separation, or traction + spring*separation, start -> end
     type(history_type), intent(inout) :: table       !! rows are added
     type(progress_type), intent(inout) :: progress   !! clock
@@ -64,7 +72,7 @@ contains
     type(control_type) :: control
     type(point_type) :: before
     type(report_type) :: report
-    real(wp) :: from(3), last(3), offset(3), reached, to(3)
+    real(wp) :: earlier, from(3), last(3), offset(3), reached, to(3)
     integer :: j, n
 
     ! the surroundings are free of force at the start of the step
@@ -76,6 +84,14 @@ contains
     do j = 1, size(step%increments)
       from = given
       to = merge(step%targets(:, j) + offset, given, step%has_target)
+      if (step%tolerance > 0.0_wp) then
+        earlier = real(sum(step%increments(:j - 1)), wp)
+        call run_adaptive(interface, step, from, to, start, earlier, real(step%increments(j), wp), done, total, label, &
+          point, walk, row, table, progress, failed)
+        given = to
+        if (row%lost .or. .not. table%good) return
+        cycle
+      end if
       do n = 1, step%increments(j)
         last = given
         before = point
@@ -97,7 +113,7 @@ contains
         end if
         call add_row(table, interface, row)
         if (row%lost .or. .not. table%good) return
-        call show_progress(progress, label, table%n_rows, total)
+        call show_progress(progress, label, done + row%increment, total)
       end do
     end do
   end subroutine run_step
@@ -123,6 +139,72 @@ contains
     character(len=:), allocatable :: text
     text = "(" // short(s(1)) // ", " // short(s(2)) // ", " // short(s(3)) // ")"
   end function vector
+
+  !> Run to one target by adaptive increments: two rows for every step, or one where equilibrium is lost.
+  subroutine run_adaptive(interface, step, from, to, start, before, increments, done, total, label, point, walk, row, &
+                          table, progress)
+    type(interface_type), intent(in) :: interface    !! the interface
+    type(step_type), intent(in) :: step              !! the step
+    real(wp), intent(in) :: from(3), to(3)           !! given values at both ends of the way
+    real(wp), intent(in) :: start                    !! time at the start of the step
+    real(wp), intent(in) :: before, increments       !! of the step before this target, and to it: shares of its time
+    integer, intent(in) :: done, total               !! increments of earlier steps, of the run
+    character(len=*), intent(in) :: label            !! of the run
+    type(point_type), intent(inout) :: point         !! the point, start -> end
+    type(walk_type), intent(inout) :: walk           !! step size and scales
+    type(row_type), intent(inout) :: row             !! the last one of the step
+    type(history_type), intent(inout) :: table       !! rows are added
+    type(progress_type), intent(inout) :: progress   !! clock
+    type(failed_type), intent(inout) :: failed       !! set if a step finds no equilibrium
+    type(point_type) :: middle
+    type(control_type) :: control
+    type(report_type) :: reports(2)
+    real(wp) :: at, at_middle, reached
+    integer :: iterations(2)
+
+    walk%tolerance = step%tolerance
+    walk%size = 1.0_wp/increments
+    control = step%control
+    control%dt = step%time*(increments/real(sum(step%increments), wp))
+    at = 0.0_wp
+    do while (at < 1.0_wp)
+      call adaptive_step(interface, control, from, to, walk, at, point, at_middle, middle, iterations, reached, reports)
+      row%lost = reached < 1.0_wp
+      if (.not. row%lost) then
+        call add(at_middle, middle, iterations(1), reports(1))
+        if (.not. table%good) return
+        call add(at, point, iterations(2), reports(2))
+      else
+        failed = failed_type(.true., row%step, row%increment + 1, control, point, point, reports(1)%beyond, reports(1))
+        call add(at, point, iterations(1), reports(1))
+      end if
+      if (row%lost .or. .not. table%good) return
+      call show_progress(progress, label, done + int(before + at*increments), total)
+    end do
+
+  contains
+
+    !> Add the row at a share of the way.
+    subroutine add(now, new, iterations, report)
+      real(wp), intent(in) :: now               !! share of the way
+      type(point_type), intent(in) :: new       !! the point
+      integer, intent(in) :: iterations         !! of Newton's method
+      type(report_type), intent(in) :: report   !! what happened
+      row%increment = row%increment + 1
+      row%time = start + step%time*((before + now*increments)/real(sum(step%increments), wp))
+      row%s = new%s
+      row%traction = new%traction
+      row%state = new%state
+      row%iterations = iterations
+      row%snaps = report%snaps
+      row%released = report%released
+      row%updates = report%updates
+      row%substeps = report%parts > 1
+      if (row%snaps > 0) call tell_snap(label, row, report, table%snaps, progress)
+      call add_row(table, interface, row)
+    end subroutine add
+
+  end subroutine run_adaptive
 
   !> Value n of m between two, both ends exact.
   pure elemental function ramp(from, to, n, m) result(value)

@@ -192,6 +192,63 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, tractio
   end do
 end subroutine interface_replay
 
+!> Confined slip test with adaptive increments between turning points.
+subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
+                                   preload_time, separation, traction, state, n_rows, n_turns, status, message)
+  use adaptive, only: adaptive_slip, largest_tolerance, least_tolerance, walk_type
+  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
+  use asperity_contract, only: status_ok, status_separation
+  use asperity_interface, only: interface_type, new_interface, separation_bound
+  implicit none
+  integer, intent(in) :: nprops                            !! number of constants
+  double precision, intent(in) :: props(nprops)            !! admissible PROPS
+  integer, intent(in) :: nstatv                            !! state variables of a point
+  integer, intent(in) :: room                              !! rows that are kept
+  double precision, intent(in) :: direction                !! from Tx towards Ty, degrees
+  integer, intent(in) :: n                                 !! turning points
+  double precision, intent(in) :: turns(n)                 !! slips in their order, length
+  double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
+  double precision, intent(in) :: tolerance                !! relative
+  double precision, intent(in) :: times(n)                 !! of the turning points (viscous damage only), time
+  double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
+  double precision, intent(inout) :: separation(3, room)   !! separation (N, Tx, Ty), length
+  double precision, intent(inout) :: traction(3, room)     !! traction, stress
+  double precision, intent(inout) :: state(nstatv, room)   !! STATEV
+  integer, intent(out) :: n_rows                           !! rows; beyond the room they are counted, not kept
+  integer, intent(out) :: n_turns                          !! turning points reached; fewer than n: equilibrium lost
+  integer, intent(out) :: status                           !! 0 or status_separation
+  character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
+  !f2py threadsafe
+  type(interface_type) :: interface
+  type(walk_type) :: walk
+  character(len=:), allocatable :: text
+  double precision :: bound
+  integer :: i
+  n_rows = 0
+  n_turns = 0
+  text = ""
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  bound = separation_bound(interface)
+  if (.not. bounded(direction, huge(direction))) &
+    call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
+  if (.not. bounded(sigma_n, huge(sigma_n))) &
+    call append(text, "sigma_N = " // to_text(sigma_n) // ": expected a finite traction")
+  if (.not. (tolerance >= least_tolerance .and. tolerance <= largest_tolerance)) call append(text, "tolerance = " // &
+    to_text(tolerance) // ": expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
+  do i = 1, n
+    if (.not. bounded(turns(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
+      to_text(turns(i)) // ": expected a finite number of magnitude up to " // to_text(bound))
+  end do
+  call put_text(text, message)
+  if (len(text) > 0) then
+    status = status_separation
+    return
+  end if
+  call adaptive_slip(interface, direction, turns, sigma_n, tolerance, .true., separation, traction, state, n_rows, &
+    n_turns, walk, times, preload_time)
+end subroutine interface_adaptive_slip
+
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
                                    preload_time, guarded, separation, traction, state, n_done, status, message)

@@ -23,6 +23,18 @@ def interface_update(
 def interface_replay(
     props: _Floats, s: _Floats, steps: _Floats, guarded: int, traction: _Floats, state: _Floats
 ) -> tuple[int, bytes]: ...
+def interface_adaptive_slip(
+    props: _Floats,
+    direction: float,
+    turns: _Floats,
+    sigma_n: float,
+    tolerance: float,
+    times: _Floats,
+    preload_time: float,
+    separation: _Floats,
+    traction: _Floats,
+    state: _Floats,
+) -> tuple[int, int, int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
     direction: float,

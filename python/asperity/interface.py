@@ -149,15 +149,23 @@ class Interface:
         preload: int = 100,
         times: ArrayLike | None = None,
         preload_time: float = 0.0,
+        tolerance: float | None = None,
     ) -> History:
         """Slip test of Section 4 under a held normal traction: a row for each of the slips (T,), length.
 
         The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
         applied first at zero slip in `preload` increments (its damage counts, it is no row), then held.
         times (T,): of the slips, from 0 at the end of the preload, not decreasing, needed where tau_v > 0;
-        the preload takes preload_time.  Raises ValueError for wrong input and EquilibriumLost, which has the
-        rows that converged, where no equilibrium is found; warns where sigma_N closes an inclined plane by
-        more than a small share of s_f.
+        the preload takes preload_time.
+
+        With a tolerance (1e-8 to 0.1) the slips are turning points, increments are adaptive, in the preload
+        too, and the rows are those that were needed: straight lines between them are within tolerance times
+        the larger of sigma0 and the largest traction so far, of s_f and the largest s_N.  The energies of
+        the state are extrapolated (Richardson): the area under tau is the change of work less that of
+        sigma_N s_N.
+
+        Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
+        equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -169,6 +177,11 @@ class Interface:
         times = self._times(times, n)
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
+        if tolerance is not None:
+            self._warn_if_soft(sigma_N)
+            return self._adaptive_slip(
+                direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
+            )
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
@@ -187,6 +200,41 @@ class Interface:
         if lost:
             where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
             raise EquilibriumLost(where + lost, history)
+        return history
+
+    def _adaptive_slip(
+        self,
+        direction: float,
+        turns: Floats,
+        sigma_N: float,
+        tolerance: float,
+        times: Floats,
+        preload_time: float,
+    ) -> History:
+        """Rows of adaptive increments between turning points."""
+        if len(turns) == 0:
+            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)))
+        rows = 512
+        while True:
+            room = rows
+            separation, traction = np.empty((room, 3)), np.empty((room, 3))
+            state = np.empty((room, self.nstatv))
+            rows, reached, status, message = _core.interface_adaptive_slip(
+                self._props, direction, turns, sigma_N, tolerance,
+                times, preload_time, separation.T, traction.T, state.T,
+            )  # fmt: skip
+            _raise(status, message)
+            if rows <= room:
+                break
+        lost = ""
+        if reached < 0:
+            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
+        elif reached < len(turns):
+            lost = f"no equilibrium on the way to slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
+        # copies, so that the room is given back
+        history = self._history(separation[:rows].copy(), traction[:rows].copy(), state[:rows].copy(), lost)
+        if lost:
+            raise EquilibriumLost(lost, history)
         return history
 
     def props(
