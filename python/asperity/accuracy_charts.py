@@ -1,0 +1,475 @@
+"""Command `asperity chart accuracy`: work-precision charts, and their numbers in docs/accuracy.md."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from tqdm import tqdm
+
+from . import accuracy
+from .accuracy import Distance, Drift, PlaneError, StepError, pareto, residual_spread
+from .gallery_draw import new_figure
+from .plots import COLOURS, LINES
+from .tables import fill
+
+STYLE = {
+    "even": (COLOURS[0], "o", True),
+    "odd": (COLOURS[1], "s", False),
+    "rings ±2.5°": (COLOURS[2], "^", False),
+    "rings ±5°": (COLOURS[5], "v", False),
+}
+"""Colour, marker and whether it is filled, by family of patterns."""
+
+MATERIALS = [(theta, mu) for mu in (0.25, 0.5, 0.75) for theta in (15.0, 30.0, 45.0)]
+"""Inclination, degrees, and friction of the chart over both."""
+
+MATERIALS_SIGMA_N = -5.0
+"""Normal traction of that chart, MPa."""
+
+AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
+"""Errors for which the tables say what is needed."""
+
+STUDIES = ("increments", "planes", "materials", "precision")
+"""Parts of the chart, by the names of their markers."""
+
+PAGE_FOLDER = Path("docs")
+
+
+def add_command(charts: argparse._SubParsersAction) -> None:
+    """Add the subcommand of `asperity chart`."""
+    chart = charts.add_parser(
+        "accuracy", help="error against measured cost: increments, planes, precision (a minute)"
+    )
+    chart.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path(),
+        metavar="DIR",
+        help="folder of the pictures (default: here)",
+    )
+    chart.add_argument("--pdf", action="store_true", help="vector pictures (PDF) instead of PNG")
+    chart.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE.md",
+        help="fill the numbers into a page, between markers such as <!-- accuracy-planes -->",
+    )
+    chart.add_argument("--only", nargs="+", choices=STUDIES, metavar="STUDY", help=f"of {', '.join(STUDIES)}")
+    chart.add_argument("--quick", action="store_true", help="tiny sizes, for a test of the command")
+    chart.set_defaults(action=_action)
+
+
+def _action(options: argparse.Namespace) -> int:
+    options.output.mkdir(parents=True, exist_ok=True)
+    page = options.page.read_text(encoding="utf-8") if options.page else None
+    if page is not None and "<!-- accuracy-" not in page:
+        raise ValueError(f"{options.page}: expected markers such as <!-- accuracy-planes -->")
+    bar = tqdm(unit="run", disable=None)
+    for name in options.only or STUDIES:
+        bar.set_description(name)
+        figures, table = MAKE[name](options.quick, bar.update)
+        for stem, figure in figures.items():
+            path = options.output / f"accuracy_{stem}.{'pdf' if options.pdf else 'png'}"
+            figure.savefig(
+                path, dpi=130, metadata={"CreationDate": None} if options.pdf else {"Software": None}
+            )
+            bar.write(str(path))
+        if page is None:
+            bar.write(f"\n{table}\n")
+        else:
+            page = fill(page, {f"accuracy-{name}": lambda table=table: table})
+    bar.close()
+    if page is not None:
+        options.page.write_text(page, encoding="utf-8")
+    return 0
+
+
+def _log(ax: Axes, x_label: str, y_label: str) -> None:
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel(x_label)
+    ax.set_ylabel(y_label)
+    ax.grid(alpha=0.3, which="major")
+
+
+def _sigma(value: float) -> str:
+    return f"{value:g}".replace("-", "−")
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---", *["--:"] * (len(head) - 1)], *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+# --- increments -------------------------------------------------------------------------------------
+
+QUANTITIES = (("tau_L", r"$\tau_L$"), ("s_N", "$s_N$"), ("work", "work"))
+
+
+def _increments(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
+    sizes = (30, 60) if quick else accuracy.INCREMENTS
+    errors = list(accuracy.step_errors(sizes, 1 if quick else 3, tick))
+    figure, axes = new_figure(11.0, 6.6, nrows=2, ncols=3, sharex=True)
+    for ax, (path, (name, label)) in zip(
+        axes, [(path, q) for path in accuracy.PATHS for q in QUANTITIES], strict=True
+    ):
+        for i, sigma_N in enumerate(accuracy.SIGMA_N):
+            chosen = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
+            ax.plot(
+                [e.increments for e in chosen],
+                [getattr(e, name) for e in chosen],
+                "osD^"[i] + LINES[i],
+                color=COLOURS[i],
+                markersize=4,
+                linewidth=1.2,
+                label=_sigma(sigma_N),
+            )
+        _log(ax, "increments of the path", f"relative error of {label}")
+        _orders(ax, sizes)
+        ax.set_title(path, fontsize="small")
+    axes[2].legend(title=r"$\sigma_N$ [MPa]", fontsize="x-small", title_fontsize="x-small")
+    time, (ax,) = new_figure(5.6, 4.2)
+    for i, sigma_N in enumerate(accuracy.SIGMA_N):
+        chosen = [e for e in errors if (e.path, e.sigma_N) == ("monotonic", sigma_N)]
+        ax.plot(
+            [1e3 * e.seconds for e in chosen],
+            [e.work for e in chosen],
+            "osD^"[i] + LINES[i],
+            color=COLOURS[i],
+            markersize=4,
+            label=_sigma(sigma_N),
+        )
+    _log(ax, "time of a curve [ms]", "relative error of the work")
+    ax.legend(title=r"$\sigma_N$ [MPa]", fontsize="x-small", title_fontsize="x-small")
+    rows = []
+    for path in accuracy.PATHS:
+        for sigma_N in accuracy.SIGMA_N:
+            chosen = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
+            cells = [_order(chosen, name) for name, _ in QUANTITIES]
+            cells += [_needed(chosen, name, aim) for name, _ in QUANTITIES for aim in AIMS[1:]]
+            per_row = min(1e6 * e.seconds / e.increments for e in chosen)
+            rows.append([path, _sigma(sigma_N), *cells, f"{per_row:.1f}"])
+    head = ["path", "σ_N [MPa]", *(f"order, {q}" for q in ("τ_L", "s_N", "work"))]
+    head += [f"{q} to {aim:.0e}" for q in ("τ_L", "s_N", "work") for aim in AIMS[1:]] + ["µs an increment"]
+    return {"increments": figure, "increments_time": time}, _table(head, rows)
+
+
+def _orders(ax: Axes, sizes: Sequence[int]) -> None:
+    """Slopes of first and second order as guides in the lower left corner."""
+    low = ax.get_ylim()[0]
+    x = np.array([sizes[0], sizes[min(3, len(sizes) - 1)]], dtype=float)
+    for order, style in ((1, ":"), (2, "-.")):
+        y = 3.0 * low * (x / x[-1]) ** -order
+        ax.plot(x, y, style, color="grey", linewidth=1.0)
+        ax.annotate(f"order {order}", (x[0], y[0]), fontsize="x-small", color="grey", va="bottom")
+
+
+def _order(chosen: Sequence[StepError], name: str) -> str:
+    """Order of convergence over the range, by least squares."""
+    x = np.log([e.increments for e in chosen])
+    y = np.log([max(getattr(e, name), 1e-300) for e in chosen])
+    return f"{-np.polyfit(x, y, 1)[0]:.1f}"
+
+
+def _needed(chosen: Sequence[StepError], name: str, aim: float) -> str:
+    """Smallest number of increments from which on the error stays below the aim."""
+    last = 0
+    for e in chosen:
+        if not getattr(e, name) <= aim:
+            last = e.increments
+    later = [e.increments for e in chosen if e.increments > last]
+    return str(later[0]) if later else f"> {chosen[-1].increments}"
+
+
+# --- planes -----------------------------------------------------------------------------------------
+
+CURVES = (("tau_L", r"$\tau_L$"), ("across", "traction across"), ("s_N", "$s_N$"))
+
+
+def _planes(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
+    theta, mu = 30.0, 0.5
+    chosen = accuracy.candidates(theta)
+    tractions = accuracy.SIGMA_N
+    if quick:
+        chosen, tractions = [c for c in chosen if c.sides < 6], (0.0, -5.0)
+    errors = list(accuracy.plane_errors(chosen, theta, mu, tractions, 1 if quick else 5, tick))
+    columns = len(tractions)
+    figure, axes = new_figure(3.0 * columns + 0.4, 8.4, nrows=3, ncols=columns, sharey="row", sharex=True)
+    grid = axes.reshape(3, columns)
+    for row, (name, label) in zip(grid, CURVES, strict=True):
+        for ax, sigma_N in zip(row, tractions, strict=True):
+            here = [e for e in errors if e.sigma_N == sigma_N]
+            _families(ax, here, name)
+            _log(ax, "", f"error, {label} [-]" if ax is row[0] else "")
+            if row is grid[0]:
+                ax.set_title(rf"$\sigma_N$ = {_sigma(sigma_N)} MPa", fontsize="small")
+            if row is grid[-1]:
+                ax.set_xlabel("time of a curve [ms]")
+    figure.legend(handles=_handles(), loc="outside lower center", ncols=6, fontsize="small")
+    spread, axes = new_figure(3.0 * columns + 0.4, 6.2, nrows=2, ncols=columns, sharey="row", sharex=True)
+    grid = axes.reshape(2, columns)
+    for ax, sigma_N in zip(grid[0], tractions, strict=True):
+        _families(ax, [e for e in errors if e.sigma_N == sigma_N], "work")
+        what = "$G_T$" if sigma_N == 0.0 else "work to 0.6 mm"
+        ax.set_title(rf"{what}, $\sigma_N$ = {_sigma(sigma_N)} MPa", fontsize="small")
+        _log(ax, "", "spread over directions [-]" if ax is grid[0][0] else "")
+    for ax, sigma_N in zip(grid[1], tractions, strict=True):
+        here = [e for e in errors if e.sigma_N == sigma_N]
+        if sigma_N == 0.0:
+            _families(ax, here, "residual", lambda e: residual_spread(e.sides, e.theta, e.mu))
+            ax.set_title(r"residual strength (closed form), $\sigma_N$ < 0", fontsize="small")
+        else:
+            _families(ax, here, "loop")
+            ax.set_title(rf"loop of a cycle, $\sigma_N$ = {_sigma(sigma_N)} MPa", fontsize="small")
+        _log(ax, "time of a curve [ms]", "spread over directions [-]" if ax is grid[1][0] else "")
+    spread.legend(handles=_handles(), loc="outside lower center", ncols=6, fontsize="small")
+    return {"planes": figure, "spread": spread}, _plane_tables(errors, tractions)
+
+
+def _handles() -> list[Line2D]:
+    return [
+        *(
+            Line2D(
+                [], [], color=c, marker=m, linestyle="", markerfacecolor=c if filled else "none", label=family
+            )
+            for family, (c, m, filled) in STYLE.items()
+        ),
+        Line2D([], [], color="black", linewidth=0.8, label="Pareto front"),
+    ]
+
+
+def _families(
+    ax: Axes,
+    errors: Sequence[PlaneError],
+    name: str,
+    value: Callable[[PlaneError], float] | None = None,
+) -> None:
+    """Markers by family against the time of a curve, the Pareto front, and the number of sides along it."""
+    of = value or (lambda e: getattr(e, name))
+    regular = value is not None
+    for family, (shade, marker, filled) in STYLE.items():
+        here = [e for e in errors if e.family == family and not (regular and family.startswith("rings"))]
+        ax.plot(
+            [1e3 * e.seconds for e in here],
+            [of(e) for e in here],
+            marker,
+            color=shade,
+            markersize=4.5,
+            markerfacecolor=shade if filled else "none",
+        )
+    usable = [e for e in errors if not (regular and e.family.startswith("rings"))]
+    front = pareto((1e3 * e.seconds, of(e)) for e in usable)
+    ax.plot(*zip(*front, strict=True), color="black", linewidth=0.8, zorder=0)
+    for e in usable:
+        at = (1e3 * e.seconds, of(e))
+        if e.sides in (3, 4, 6, 7, 16, 32) and e.family in ("even", "odd") and np.isfinite(at[1]):
+            ax.annotate(
+                str(e.sides),
+                at,
+                textcoords="offset points",
+                xytext=(4, 3),
+                fontsize="xx-small",
+                color="black",
+            )
+
+
+def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> str:
+    """What each aim needs, and what odd numbers of sides gain."""
+    rows = []
+    regular = [e for e in errors if e.family in ("even", "odd")]
+    for sigma_N in tractions:
+        here = sorted((e for e in regular if e.sigma_N == sigma_N), key=lambda e: e.sides)
+        for aim in AIMS[:2]:
+            cells = []
+            for name in ("tau_L", "across", "s_N", "work", "loop"):
+                good = [e for e in here if getattr(e, name) <= aim]
+                if sigma_N == 0.0 and name == "loop":
+                    cells.append("")
+                else:
+                    first = min(good, key=lambda e: e.seconds) if good else None
+                    cells.append(f"{first.sides}" if first else f"> {here[-1].sides}")
+            rows.append([_sigma(sigma_N), f"{100 * aim:g} %", *cells])
+    need = _table(["σ_N [MPa]", "aim", "τ_L", "across", "s_N", "spread of work", "spread of loops"], rows)
+    gains = []
+    for m in (5, 7, 9, 11):
+        cells = []
+        for name in ("tau_L", "across", "s_N", "work", "loop"):
+            for sigma_N in tractions:
+                if sigma_N == 0.0 and name == "loop":
+                    continue
+                by_sides = {e.sides: getattr(e, name) for e in regular if e.sigma_N == sigma_N}
+                if {m - 1, m, m + 1} <= by_sides.keys():
+                    between = np.sqrt(by_sides[m - 1] * by_sides[m + 1])
+                    cells.append(f"{between / by_sides[m]:.2g}")
+        if cells:
+            gains.append([str(m), *cells])
+    head = ["m"] + [
+        f"{label}, {_sigma(sigma_N)}"
+        for name, label in (
+            ("tau_L", "τ_L"),
+            ("across", "across"),
+            ("s_N", "s_N"),
+            ("work", "work"),
+            ("loop", "loop"),
+        )
+        for sigma_N in tractions
+        if not (sigma_N == 0.0 and name == "loop")
+    ]
+    parts = ["Cheapest RP-m that meets an aim:", need]
+    if gains:
+        parts += [
+            "Geometric mean of the errors of RP-(m−1) and RP-(m+1) over that of RP-m, m odd; 1: no gain:",
+            _table(head, gains),
+        ]
+    rings = []
+    for e in errors:
+        if not e.family.startswith("rings") or e.sides not in (4, 8):
+            continue
+        twin = next((o for o in regular if (o.sides, o.sigma_N) == (2 * e.sides, e.sigma_N)), None)
+        if twin is not None:
+            names = ("tau_L", "across", "s_N", "work", "loop")
+            ratio = [getattr(e, n) / getattr(twin, n) for n in names]
+            rings.append(
+                [
+                    f"{e.sides} + {e.sides}",
+                    e.family[6:],
+                    _sigma(e.sigma_N),
+                    *("" if r != r else f"{r:.2g}" for r in ratio),
+                ]
+            )
+    if rings:
+        parts += [
+            "Errors of two staggered rings over those of RP-2m, which has as many planes:",
+            _table(
+                ["planes", "inclinations 30°", "σ_N [MPa]", "τ_L", "across", "s_N", "work", "loop"], rings
+            ),
+        ]
+    return "\n\n".join(parts)
+
+
+def _materials(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
+    pairs = MATERIALS[:1] if quick else MATERIALS
+    frictions = list(dict.fromkeys(mu for _, mu in pairs))
+    figure, axes = new_figure(
+        3.6 * len(frictions) + 0.6, 6.6, nrows=2, ncols=len(frictions), sharex=True, sharey="row"
+    )
+    grid = axes.reshape(2, len(frictions))
+    rows = []
+    sides = (3, 4, 5) if quick else (3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 24, 32, 48)
+    for theta, mu in pairs:
+        chosen = [accuracy.regular(m, theta) for m in sides]
+        errors = list(accuracy.plane_errors(chosen, theta, mu, (MATERIALS_SIGMA_N,), 1 if quick else 3, tick))
+        column = frictions.index(mu)
+        i = sorted({t for t, _ in pairs}).index(theta)
+        for ax, name in zip(grid[:, column], ("tau_L", "loop"), strict=True):
+            for odd in (False, True):
+                here = [e for e in errors if (e.sides % 2 == 1) == odd]
+                ax.plot(
+                    [1e3 * e.seconds for e in here],
+                    [getattr(e, name) for e in here],
+                    ("s" if odd else "o") + LINES[i],
+                    color=COLOURS[i],
+                    markersize=4.5,
+                    markerfacecolor="none" if odd else COLOURS[i],
+                    linewidth=1.0 if not odd else 0.0,
+                    label=f"{theta:g}°, {'odd' if odd else 'even'}",
+                )
+        cells = []
+        for name in ("tau_L", "across", "s_N", "loop"):
+            for aim in AIMS[:2]:
+                good = [e for e in errors if getattr(e, name) <= aim]
+                cells.append(str(min(good, key=lambda e: e.seconds).sides) if good else f"> {sides[-1]}")
+        rows.append([f"{mu:g}", f"{theta:g}°", *cells])
+    for column, mu in enumerate(frictions):
+        grid[0, column].set_title(
+            rf"$\mu$ = {mu:g}, $\sigma_N$ = {_sigma(MATERIALS_SIGMA_N)} MPa", fontsize="small"
+        )
+        first = column == 0
+        _log(grid[0, column], "", r"error, $\tau_L$ [-]" if first else "")
+        _log(grid[1, column], "time of a curve [ms]", "spread of the loops [-]" if first else "")
+    handles, texts = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside lower center", ncols=6, fontsize="small")
+    head = [
+        "µ",
+        "θ",
+        *(f"{q}, {100 * aim:g} %" for q in ("τ_L", "across", "s_N", "loops") for aim in AIMS[:2]),
+    ]
+    return {"materials": figure}, _table(head, rows)
+
+
+# --- precision --------------------------------------------------------------------------------------
+
+
+def _precision(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
+    if quick:
+        drifts = list(accuracy.drifts(20000, 2000, tick=tick))
+        slides = list(accuracy.distances(500, 5.0, tick=tick))
+    else:
+        drifts = list(accuracy.drifts(tick=tick))
+        slides = list(accuracy.distances(tick=tick))
+    figure, axes = new_figure(11.6, 4.4, ncols=3)
+    shades = dict(zip([*accuracy.WAYS.values(), accuracy.CARRIED], COLOURS, strict=False))
+    for ax, name, label in (
+        (axes[0], "traction", "error of the traction [-]"),
+        (axes[1], "work", "error of the work [-]"),
+    ):
+        for d in drifts:
+            ax.plot(
+                d.increments, getattr(d, name), LINES[d.pattern == "flat"], color=shades[d.way], linewidth=1.4
+            )
+        _log(ax, "increments [-]", label)
+    axes[0].set_title("cycles of ±0.4 mm", fontsize="small")
+    axes[1].set_title("cycles of ±0.4 mm", fontsize="small")
+    for d in slides:
+        axes[2].plot(d.slip, d.traction, color=shades[d.way], linewidth=1.4)
+    _log(axes[2], "slip [mm]", "error of the traction [-]")
+    axes[2].set_title("slide up a plane of RP-4, 1e5 increments" if not quick else "slide", fontsize="small")
+    handles = [Line2D([], [], color=shade, label=way) for way, shade in shades.items()]
+    handles += [
+        Line2D([], [], color="grey", label="RP-4"),
+        Line2D([], [], color="grey", linestyle="--", label="flat"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize="small")
+    return {"precision": figure}, _precision_table(drifts, slides)
+
+
+def _precision_table(drifts: Sequence[Drift], slides: Sequence[Distance]) -> str:
+    rows = [
+        [
+            d.pattern,
+            d.way,
+            f"{d.increments[-1]:.0e}",
+            f"{d.traction[-1]:.1e}",
+            f"{d.friction[-1]:.1e}",
+            f"{d.work[-1]:.1e}",
+        ]
+        for d in drifts
+    ]
+    first = _table(["pattern", "separation of the law", "increments", "traction", "friction", "work"], rows)
+    ends = [10.0, 100.0, slides[0].slip[-1]]
+    rows = []
+    for d in slides:
+        cells = [
+            f"{d.traction[np.searchsorted(d.slip, end * (1 - 1e-9))]:.1e}"
+            for end in ends
+            if end <= d.slip[-1]
+        ]
+        rows.append([d.way, *cells])
+    head = ["separation of the law", *(f"{end:g} mm" for end in ends if end <= slides[0].slip[-1])]
+    return f"Relative errors after the cycles:\n\n{first}\n\nof the traction, after a slide:\n\n{_table(head, rows)}"
+
+
+MAKE: dict[str, Callable[[bool, accuracy.Tick], tuple[dict[str, Figure], str]]] = {
+    "increments": _increments,
+    "planes": _planes,
+    "materials": _materials,
+    "precision": _precision,
+}
+"""Studies: pictures by their names, and the table."""
