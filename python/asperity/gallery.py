@@ -318,7 +318,7 @@ def _planar_difference(case: Case) -> str:
         planes = [(0.0, 1.0)] if p.m == 0 else planar.trapezoid(p.theta)
         # the preload is one increment here: it slides each plane in one direction, in proportion
         path = [tuple(row) for row in curve.separation[: len(curve.s_L) - curve.lost, :2]]
-        theirs = np.array(planar.replay(_parameters(m), planes, path))
+        theirs = np.array([response.traction for response in planar.replay(_parameters(m), planes, path)])
         worst = max(worst, float(np.abs(theirs - curve.traction[: len(theirs), :2]).max()))
     return f"{worst:.0e}"
 
