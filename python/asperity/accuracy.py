@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from . import _core
 from .contract import Floats
 from .interface import Interface
 from .material import Material
+from .newton import NewtonStudy, newton_path
 from .pattern import Pattern
 from .slip_curves import SlipCurves, slip_curves
 
@@ -55,13 +57,16 @@ PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": c
 """Paths by name."""
 
 
-def timed(run: Callable[[], SlipCurves], repeats: int) -> tuple[SlipCurves, float]:
-    """Result and shortest time of a run, s."""
+Result = TypeVar("Result")
+
+
+def timed(run: Callable[[], Result], repeats: int) -> tuple[Result, float]:
+    """Result and shortest processor time of a run on one thread, s."""
     best = np.inf
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = time.process_time()
         result = run()
-        best = min(best, time.perf_counter() - start)
+        best = min(best, time.process_time() - start)
     return result, best
 
 
@@ -71,19 +76,23 @@ def relative(error: Floats, reference: Floats) -> float:
     return float(np.max(np.sqrt(np.nansum(error**2, axis=-1)) / size))
 
 
+def largest(error: Floats, reference: Floats) -> float:
+    """Largest error relative to the largest of the reference."""
+    return float(np.abs(error).max() / np.abs(reference).max())
+
+
 # --- increments -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one curve: relative L2 of tau_L and s_N over its rows, relative of the work of the slip.
+    """Errors of one curve: largest of tau_L and s_N over its rows, and of the work, relative to the largest.
 
-    seconds: for the curve; method: fixed steps or a tolerance.
+    seconds: for the curve.
     """
 
     path: str
     sigma_N: float
-    method: str
     increments: int
     seconds: float
     tau_L: float
@@ -93,6 +102,9 @@ class StepError:
 
 INCREMENTS = tuple(30 * 2**k for k in range(9))
 """Fixed increments, 30 to 7680."""
+
+TIMES = 8
+"""Curves of a run that is timed: the call itself takes as long as 100 increments."""
 
 FINER = 8
 """The reference has so many times the increments of the finest run."""
@@ -110,23 +122,23 @@ def step_errors(
         for sigma_N in SIGMA_N:
             reference = _curve(interface, slips(FINER * increments[-1]), sigma_N)
             for n in increments:
-                curve, seconds = timed(lambda n=n: _curve(interface, slips(n), sigma_N), repeats)  # noqa: B023
+                curve, seconds = timed(lambda: _curve(interface, slips(n), sigma_N, TIMES), repeats)  # noqa: B023
                 rows = np.arange(1, n + 1) * (len(reference.slips) // n) - 1
                 yield StepError(
                     path,
                     sigma_N,
-                    "fixed",
                     n,
-                    seconds,
-                    relative(curve.tau_L - reference.tau_L[:, rows], reference.tau_L[:, rows]),
-                    relative(curve.s_N - reference.s_N[:, rows], reference.s_N[:, rows]),
-                    float(np.abs(curve.work[0, -1] / reference.work[0, -1] - 1.0)),
+                    seconds / TIMES,
+                    largest(curve.tau_L - reference.tau_L[:, rows], reference.tau_L),
+                    largest(curve.s_N - reference.s_N[:, rows], reference.s_N),
+                    largest(curve.work[:, -1] - reference.work[:, -1], reference.work),
                 )
                 tick()
 
 
-def _curve(interface: Interface, slips: Floats, sigma_N: float) -> SlipCurves:
-    return slip_curves(interface, STEP_DIRECTION, slips, sigma_N, PRELOAD, threads=1)
+def _curve(interface: Interface, slips: Floats, sigma_N: float, times: int = 1) -> SlipCurves:
+    """The same curve several times."""
+    return slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, threads=1)
 
 
 # --- planes -----------------------------------------------------------------------------------------
@@ -171,7 +183,7 @@ def regular(sides: int, theta: float) -> Candidate:
 
 
 def two_rings(sides: int, theta: float, difference: float) -> Candidate:
-    """m planes at theta + difference and m at theta - difference, turned by 180/m degrees: the cost of RP-2m."""
+    """m planes at theta + difference and m at theta - difference, turned by 180/m: the cost of RP-2m."""
     normals, weights = [(1.0, 0.0, 0.0)], [FLAT]
     for k in range(2 * sides):
         angle = np.pi * k / sides
@@ -188,7 +200,7 @@ def candidates(theta: float) -> list[Candidate]:
 
 
 def residual(theta: float, mu: float, phi: float) -> float:
-    """Residual strength over |sigma_N| in a direction at phi (radians) to a facing plane (docs/theory.md, 8)."""
+    """Residual strength over |sigma_N| at phi (radians) to a facing plane (docs/theory.md, 8)."""
     tangent = np.tan(np.radians(theta))
     w = np.sqrt(1.0 + (tangent * np.cos(phi)) ** 2)
     up = np.sin(np.radians(theta)) * np.cos(phi) + mu / w
@@ -204,9 +216,9 @@ def residual_spread(sides: int, theta: float, mu: float) -> float:
 class PlaneError:
     """Errors of a pattern against RP-64 of the same flat share, worst direction, and spreads over directions.
 
-    tau_L, across, s_N: L2 over the monotonic path relative to the reference's tau_L and s_N.  work: spread (largest
-    over smallest, minus 1) of the work of that path, G_T at sigma_N = 0; loop: that of a closed loop of a
-    cycle.  seconds: for one curve.
+    tau_L, across, s_N: L2 over the monotonic path relative to the reference's tau_L and s_N.  work: spread
+    (largest over smallest, minus 1) of the work of that path, G_T at sigma_N = 0; loop: that of a closed
+    loop of a cycle.  seconds: for one curve.
     """
 
     family: str
@@ -291,6 +303,77 @@ def pareto(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
     return front
 
 
+# --- tangents ---------------------------------------------------------------------------------------
+
+TANGENTS = ("consistent", "symmetrised", "secant", "start", "elastic", "numerical")
+"""Of newton.TANGENTS: those that are not mistakes."""
+
+TANGENT_INCREMENTS = 60
+"""Increments of the path of the tangents' study, about where errors are 1e-3."""
+
+TOLERANCES = tuple(10.0**-k for k in range(1, 13))
+"""Residuals over the strength plus the given traction."""
+
+MOST_ITERATIONS = 1000
+"""Iterations of an increment before it counts as failed."""
+
+SPRING = 1.0
+"""Stiffness of the springs that pull the interface along, over its own K."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentRun:
+    """A path solved by Newton's method with a tangent, without safeguards.
+
+    mean, most: iterations of an increment; updates: of the law; seconds: of the path; residuals: of the
+    increment of the path's middle; end: newton.ENDS.
+    """
+
+    tangent: str
+    sigma_N: float
+    increments: int
+    tolerance: float
+    mean: float
+    most: int
+    updates: int
+    seconds: float
+    residuals: Floats
+    end: str
+
+
+def tangent_run(
+    tangent: str, sigma_N: float, increments: int, tolerance: float, repeats: int = 5
+) -> TangentRun:
+    """RP-4 under a held sigma_N, pulled along 20 degrees by springs: all three separations are unknown."""
+    interface = Interface(material(), Pattern.regular(4, 30.0))
+    spring = SPRING * material().sigma0 ** 2 / (2.0 * material().Gc * (1.0 - material().eta))
+    angle = np.radians(STEP_DIRECTION)
+    targets = np.zeros((PRELOAD + increments, 3))
+    targets[:, 0] = sigma_N * np.minimum(1.0, np.arange(1, len(targets) + 1) / PRELOAD)
+    targets[PRELOAD:, 1:] = spring * monotonic(increments)[:, None] * [np.cos(angle), np.sin(angle)]
+
+    def solve() -> NewtonStudy:
+        return newton_path(
+            interface, targets, (True, True, True), tangent, tolerance, MOST_ITERATIONS, (0.0, spring, spring)
+        )
+
+    study, seconds = timed(solve, repeats)
+    used = study.iterations[PRELOAD:] or study.iterations
+    middle = min(PRELOAD + increments // 2, len(study.residuals) - 1)
+    return TangentRun(
+        tangent,
+        sigma_N,
+        increments,
+        tolerance,
+        float(np.mean(used)),
+        max(used),
+        sum(study.updates),
+        seconds,
+        study.residuals[middle],
+        study.end,
+    )
+
+
 # --- precision --------------------------------------------------------------------------------------
 
 WAYS = {
@@ -336,9 +419,9 @@ def long_path(interface: Interface, sigma_N: float, increments: int, rows: int =
 
 
 def single_replay(interface: Interface, way: int, s: Floats, stride: int) -> tuple[Floats, Floats, Floats]:
-    """Traction (R, 3), damage (R,) and rupture, friction, work (R, 3) of every stride-th row in single precision.
+    """Traction (R, 3), damage (R,) and rupture, friction, work (R, 3) of every stride-th row.
 
-    way: WAYS.  Raises ValueError for constants beyond the range of single precision.
+    In single precision; way: WAYS.  Raises ValueError for constants beyond the range of single precision.
     """
     rows = len(s) // stride
     traction, damage, work = np.empty((rows, 3)), np.empty(rows), np.empty((rows, 3))
@@ -406,7 +489,7 @@ class Distance:
 def distances(
     increments: int = SLIDE, reach: float = REACH, sigma_N: float = -1.0, tick: Tick = lambda: None
 ) -> Iterator[Distance]:
-    """Single against double precision along a long monotonic slide up a plane of RP-4, at its residual strength."""
+    """Single against double precision along a long monotonic slide of RP-4, at its residual strength."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
     slips = np.concatenate([START * np.arange(1, 401) / 400.0, np.linspace(START, reach, increments + 1)[1:]])
     curve = slip_curves(interface, STEP_DIRECTION, slips, sigma_N, PRELOAD)
@@ -428,7 +511,7 @@ def distances(
 
 
 def _carried(interface: Interface, s: Floats, state: Floats) -> Floats:
-    """Tractions (T - 1, 3) of broken planes from s[0] on, in single precision, by increments of gap and elastic part.
+    """Tractions (T - 1, 3) of broken planes from s[0] on, in single precision, by increments.
 
     The law of section 3 of docs/theory.md for alpha = 1, with s_T - s_di as the state and s_n summed up with
     compensation.

@@ -8,12 +8,14 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from tqdm import tqdm
 
 from . import accuracy
-from .accuracy import Distance, Drift, PlaneError, StepError, pareto, residual_spread
+from .accuracy import Distance, Drift, PlaneError, StepError, TangentRun, pareto, residual_spread
 from .gallery_draw import new_figure
 from .plots import COLOURS, LINES
 from .tables import fill
@@ -35,16 +37,15 @@ MATERIALS_SIGMA_N = -5.0
 AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
 """Errors for which the tables say what is needed."""
 
-STUDIES = ("increments", "planes", "materials", "precision")
+STUDIES = ("increments", "planes", "materials", "precision", "tangents")
 """Parts of the chart, by the names of their markers."""
-
-PAGE_FOLDER = Path("docs")
 
 
 def add_command(charts: argparse._SubParsersAction) -> None:
     """Add the subcommand of `asperity chart`."""
     chart = charts.add_parser(
-        "accuracy", help="error against measured cost: increments, planes, precision (a minute)"
+        "accuracy",
+        help="error against measured cost: increments, planes, precision, tangents (half a minute)",
     )
     chart.add_argument(
         "-o",
@@ -94,9 +95,17 @@ def _action(options: argparse.Namespace) -> int:
 def _log(ax: Axes, x_label: str, y_label: str) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(x_label)
     ax.set_ylabel(y_label)
     ax.grid(alpha=0.3, which="major")
+
+
+def _plain(axis: Axis) -> None:
+    """Labels 0.2, 0.5, 1, ... of an axis that spans little more than a decade."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _sigma(value: float) -> str:
@@ -147,6 +156,7 @@ def _increments(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], st
             label=_sigma(sigma_N),
         )
     _log(ax, "time of a curve [ms]", "relative error of the work")
+    _plain(ax.xaxis)
     ax.legend(title=r"$\sigma_N$ [MPa]", fontsize="x-small", title_fontsize="x-small")
     rows = []
     for path in accuracy.PATHS:
@@ -162,13 +172,15 @@ def _increments(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], st
 
 
 def _orders(ax: Axes, sizes: Sequence[int]) -> None:
-    """Slopes of first and second order as guides in the lower left corner."""
+    """Slopes of first and second order as guides in the lower left corner, below the curves."""
     low = ax.get_ylim()[0]
-    x = np.array([sizes[0], sizes[min(3, len(sizes) - 1)]], dtype=float)
+    ax.set_ylim(bottom=low / 30.0)
+    x = np.array([sizes[0], sizes[min(2, len(sizes) - 1)]], dtype=float)
     for order, style in ((1, ":"), (2, "-.")):
-        y = 3.0 * low * (x / x[-1]) ** -order
+        y = low / 20.0 * (x / x[-1]) ** -order
         ax.plot(x, y, style, color="grey", linewidth=1.0)
-        ax.annotate(f"order {order}", (x[0], y[0]), fontsize="x-small", color="grey", va="bottom")
+        align = "top" if order == 1 else "bottom"
+        ax.annotate(f"order {order}", (x[0], y[0]), fontsize="x-small", color="grey", va=align)
 
 
 def _order(chosen: Sequence[StepError], name: str) -> str:
@@ -203,15 +215,19 @@ def _planes(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
     columns = len(tractions)
     figure, axes = new_figure(3.0 * columns + 0.4, 8.4, nrows=3, ncols=columns, sharey="row", sharex=True)
     grid = axes.reshape(3, columns)
-    for row, (name, label) in zip(grid, CURVES, strict=True):
-        for ax, sigma_N in zip(row, tractions, strict=True):
+    for i, (name, label) in enumerate(CURVES):
+        for ax, sigma_N in zip(grid[i], tractions, strict=True):
             here = [e for e in errors if e.sigma_N == sigma_N]
             _families(ax, here, name)
-            _log(ax, "", f"error, {label} [-]" if ax is row[0] else "")
-            if row is grid[0]:
+            last = i == len(CURVES) - 1
+            _log(
+                ax,
+                "time of a curve [ms]" if last else "",
+                f"error, {label} [-]" if sigma_N == tractions[0] else "",
+            )
+            _plain(ax.xaxis)
+            if i == 0:
                 ax.set_title(rf"$\sigma_N$ = {_sigma(sigma_N)} MPa", fontsize="small")
-            if row is grid[-1]:
-                ax.set_xlabel("time of a curve [ms]")
     figure.legend(handles=_handles(), loc="outside lower center", ncols=6, fontsize="small")
     spread, axes = new_figure(3.0 * columns + 0.4, 6.2, nrows=2, ncols=columns, sharey="row", sharex=True)
     grid = axes.reshape(2, columns)
@@ -229,6 +245,7 @@ def _planes(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
             _families(ax, here, "loop")
             ax.set_title(rf"loop of a cycle, $\sigma_N$ = {_sigma(sigma_N)} MPa", fontsize="small")
         _log(ax, "time of a curve [ms]", "spread over directions [-]" if ax is grid[1][0] else "")
+        _plain(ax.xaxis)
     spread.legend(handles=_handles(), loc="outside lower center", ncols=6, fontsize="small")
     return {"planes": figure, "spread": spread}, _plane_tables(errors, tractions)
 
@@ -280,6 +297,11 @@ def _families(
             )
 
 
+def _fewest(tried: Sequence[PlaneError], good: Sequence[PlaneError]) -> str:
+    """Fewest sides of those that are good enough."""
+    return str(min(e.sides for e in good)) if good else f"> {max(e.sides for e in tried)}"
+
+
 def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> str:
     """What each aim needs, and what odd numbers of sides gain."""
     rows = []
@@ -293,8 +315,7 @@ def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> s
                 if sigma_N == 0.0 and name == "loop":
                     cells.append("")
                 else:
-                    first = min(good, key=lambda e: e.seconds) if good else None
-                    cells.append(f"{first.sides}" if first else f"> {here[-1].sides}")
+                    cells.append(_fewest(here, good))
             rows.append([_sigma(sigma_N), f"{100 * aim:g} %", *cells])
     need = _table(["σ_N [MPa]", "aim", "τ_L", "across", "s_N", "spread of work", "spread of loops"], rows)
     gains = []
@@ -322,7 +343,7 @@ def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> s
         for sigma_N in tractions
         if not (sigma_N == 0.0 and name == "loop")
     ]
-    parts = ["Cheapest RP-m that meets an aim:", need]
+    parts = ["Fewest sides m of RP-m that meet an aim:", need]
     if gains:
         parts += [
             "Geometric mean of the errors of RP-(m−1) and RP-(m+1) over that of RP-m, m odd; 1: no gain:",
@@ -385,7 +406,7 @@ def _materials(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str
         for name in ("tau_L", "across", "s_N", "loop"):
             for aim in AIMS[:2]:
                 good = [e for e in errors if getattr(e, name) <= aim]
-                cells.append(str(min(good, key=lambda e: e.seconds).sides) if good else f"> {sides[-1]}")
+                cells.append(_fewest(errors, good))
         rows.append([f"{mu:g}", f"{theta:g}°", *cells])
     for column, mu in enumerate(frictions):
         grid[0, column].set_title(
@@ -394,6 +415,7 @@ def _materials(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str
         first = column == 0
         _log(grid[0, column], "", r"error, $\tau_L$ [-]" if first else "")
         _log(grid[1, column], "time of a curve [ms]", "spread of the loops [-]" if first else "")
+        _plain(grid[1, column].xaxis)
     handles, texts = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=6, fontsize="small")
     head = [
@@ -463,7 +485,60 @@ def _precision_table(drifts: Sequence[Drift], slides: Sequence[Distance]) -> str
         ]
         rows.append([d.way, *cells])
     head = ["separation of the law", *(f"{end:g} mm" for end in ends if end <= slides[0].slip[-1])]
-    return f"Relative errors after the cycles:\n\n{first}\n\nof the traction, after a slide:\n\n{_table(head, rows)}"
+    second = _table(head, rows)
+    return f"Relative errors after the cycles:\n\n{first}\n\nof the traction, after a slide:\n\n{second}"
+
+
+# --- tangents ---------------------------------------------------------------------------------------
+
+TANGENT_SIGMA_N = -5.0
+"""Normal traction of the pictures of the tangents, MPa."""
+
+STRICT = 1.0e-10
+"""Residual of the tables of the tangents."""
+
+
+def _tangents(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
+    n = 10 if quick else accuracy.TANGENT_INCREMENTS
+    tolerances = (1e-2, STRICT) if quick else accuracy.TOLERANCES
+    sizes = (5, 10) if quick else (15, 30, 60, 120, 240, 480, 960)
+    repeats = 1 if quick else 5
+
+    def run(tangent: str, sigma_N: float, increments: int, tolerance: float) -> TangentRun:
+        found = accuracy.tangent_run(tangent, sigma_N, increments, tolerance, repeats)
+        tick()
+        return found
+
+    figure, axes = new_figure(11.6, 4.4, ncols=3)
+    for i, tangent in enumerate(accuracy.TANGENTS):
+        style = {"color": COLOURS[i], "markersize": 3.5, "linewidth": 1.2, "label": tangent}
+        marker = "osD^vx"[i] + LINES[i % len(LINES)]
+        strict = run(tangent, TANGENT_SIGMA_N, n, STRICT)
+        axes[0].semilogy(strict.residuals[:40], marker, **style)
+        by_size = [run(tangent, TANGENT_SIGMA_N, size, STRICT) for size in sizes]
+        whole = [r for r in by_size if r.end == "converged"]
+        axes[1].plot([r.increments for r in whole], [r.mean for r in whole], marker, **style)
+        by_tolerance = [run(tangent, TANGENT_SIGMA_N, n, tolerance) for tolerance in tolerances]
+        whole = [r for r in by_tolerance if r.end == "converged"]
+        axes[2].plot([1e3 * r.seconds for r in whole], [r.tolerance for r in whole], marker, **style)
+    axes[0].set_xlabel("iteration of the increment in the middle")
+    axes[0].set_ylabel("residual [-]")
+    axes[0].grid(alpha=0.3)
+    _log(axes[1], "increments of the path", "iterations of an increment")
+    _plain(axes[1].yaxis)
+    _log(axes[2], "time of the path [ms]", "residual accepted [-]")
+    _plain(axes[2].xaxis)
+    handles, texts = axes[0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside lower center", ncols=6, fontsize="small")
+    rows = []
+    for sigma_N in (-1.0, -5.0, -10.0):
+        runs = [run(tangent, sigma_N, n, STRICT) for tangent in accuracy.TANGENTS]
+        for r in runs:
+            numbers = [f"{r.mean:.1f}", str(r.most), str(r.updates), f"{1e3 * r.seconds:.2f}"]
+            numbers += [f"{r.seconds / runs[0].seconds:.1f}", r.end]
+            rows.append([r.tangent, _sigma(sigma_N), *numbers])
+    head = ["tangent", "σ_N [MPa]", "iterations, mean", "most", "updates", "ms", "ratio of times", "end"]
+    return {"tangents": figure}, _table(head, rows)
 
 
 MAKE: dict[str, Callable[[bool, accuracy.Tick], tuple[dict[str, Figure], str]]] = {
@@ -471,5 +546,6 @@ MAKE: dict[str, Callable[[bool, accuracy.Tick], tuple[dict[str, Figure], str]]] 
     "planes": _planes,
     "materials": _materials,
     "precision": _precision,
+    "tangents": _tangents,
 }
 """Studies: pictures by their names, and the table."""
