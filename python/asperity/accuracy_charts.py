@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -239,7 +239,8 @@ def _planes(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
     for ax, sigma_N in zip(grid[1], tractions, strict=True):
         here = [e for e in errors if e.sigma_N == sigma_N]
         if sigma_N == 0.0:
-            _families(ax, here, "residual", lambda e: residual_spread(e.sides, e.theta, e.mu))
+            confined = [e for e in errors if e.sigma_N == tractions[1]]
+            _families(ax, confined, "residual", lambda e: residual_spread(e.sides, e.theta, e.mu))
             ax.set_title(r"residual strength (closed form), $\sigma_N$ < 0", fontsize="small")
         else:
             _families(ax, here, "loop")
@@ -302,77 +303,89 @@ def _fewest(tried: Sequence[PlaneError], good: Sequence[PlaneError]) -> str:
     return str(min(e.sides for e in good)) if good else f"> {max(e.sides for e in tried)}"
 
 
+MEASURES = (
+    ("tau_L", "τ_L"),
+    ("across", "across"),
+    ("s_N", "s_N"),
+    ("work", "spread of work"),
+    ("loop", "spread of loops"),
+)
+"""Fields of a PlaneError and their names in the tables."""
+
+SHOWN = (3, 4, 5, 6, 7, 8, 12, 16, 32)
+"""Sides of the table of errors."""
+
+
+def _measures(sigma_N: float) -> list[str]:
+    """Fields that have a value at a normal traction: at 0 a cycle has no loop."""
+    return [name for name, _ in MEASURES if not (name == "loop" and sigma_N == 0.0)]
+
+
 def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> str:
-    """What each aim needs, and what odd numbers of sides gain."""
-    rows = []
-    regular = [e for e in errors if e.family in ("even", "odd")]
+    """Errors, what each aim needs, what odd numbers of sides gain, and what two rings cost."""
+    regular = {(e.sides, e.sigma_N): e for e in errors if e.family in ("even", "odd")}
+    names = [label for _, label in MEASURES]
+    shown, needs, gains, rings = [], [], [], []
     for sigma_N in tractions:
-        here = sorted((e for e in regular if e.sigma_N == sigma_N), key=lambda e: e.sides)
+        here = [e for (_, s), e in sorted(regular.items()) if s == sigma_N]
+        for e in here:
+            if e.sides in SHOWN:
+                numbers = [_percent(getattr(e, name)) for name in _measures(sigma_N)]
+                shown.append(_filled([_sigma(sigma_N), str(e.sides), *numbers], len(names) + 2))
         for aim in AIMS[:2]:
+            cells = [_fewest(here, [e for e in here if getattr(e, n) <= aim]) for n in _measures(sigma_N)]
+            needs.append(_filled([_sigma(sigma_N), f"{100 * aim:g} %", *cells], len(names) + 2))
+        odd = [
+            m for m in (5, 7, 9, 11) if {(m - 1, sigma_N), (m, sigma_N), (m + 1, sigma_N)} <= regular.keys()
+        ]
+        for m in odd:
+            gains.append(
+                [_sigma(sigma_N), str(m), *(_gain(regular, m, sigma_N, n) for n in _measures(sigma_N))]
+            )
+        for family in (f for f in STYLE if f.startswith("rings")):
             cells = []
-            for name in ("tau_L", "across", "s_N", "work", "loop"):
-                good = [e for e in here if getattr(e, name) <= aim]
-                if sigma_N == 0.0 and name == "loop":
-                    cells.append("")
-                else:
-                    cells.append(_fewest(here, good))
-            rows.append([_sigma(sigma_N), f"{100 * aim:g} %", *cells])
-    need = _table(["σ_N [MPa]", "aim", "τ_L", "across", "s_N", "spread of work", "spread of loops"], rows)
-    gains = []
-    for m in (5, 7, 9, 11):
-        cells = []
-        for name in ("tau_L", "across", "s_N", "work", "loop"):
-            for sigma_N in tractions:
-                if sigma_N == 0.0 and name == "loop":
-                    continue
-                by_sides = {e.sides: getattr(e, name) for e in regular if e.sigma_N == sigma_N}
-                if {m - 1, m, m + 1} <= by_sides.keys():
-                    between = np.sqrt(by_sides[m - 1] * by_sides[m + 1])
-                    cells.append(f"{between / by_sides[m]:.2g}")
-        if cells:
-            gains.append([str(m), *cells])
-    head = ["m"] + [
-        f"{label}, {_sigma(sigma_N)}"
-        for name, label in (
-            ("tau_L", "τ_L"),
-            ("across", "across"),
-            ("s_N", "s_N"),
-            ("work", "work"),
-            ("loop", "loop"),
-        )
-        for sigma_N in tractions
-        if not (sigma_N == 0.0 and name == "loop")
-    ]
-    parts = ["Fewest sides m of RP-m that meet an aim:", need]
+            for name in _measures(sigma_N):
+                ratios = [
+                    getattr(e, name) / getattr(regular[2 * e.sides, sigma_N], name)
+                    for e in errors
+                    if (e.family, e.sigma_N) == (family, sigma_N) and (2 * e.sides, sigma_N) in regular
+                ]
+                if ratios:
+                    cells.append(f"{np.exp(np.mean(np.log(ratios))):.2g} ({min(ratios):.2g})")
+            if cells:
+                rings.append(_filled([_sigma(sigma_N), family[6:], *cells], len(names) + 2))
+    for aim in AIMS[:2]:
+        enough = next(m for m in range(3, 1000) if residual_spread(m, 30.0, 0.5) <= aim)
+        needs.append(_filled(["< 0, residual strength", f"{100 * aim:g} %", str(enough)], len(names) + 2))
+    head = ["σ_N [MPa]"]
+    parts = ["Errors of RP-m, %:", _table([*head, "m", *names], shown)]
+    parts += ["Fewest sides m that meet an aim:", _table([*head, "aim", *names], needs)]
     if gains:
         parts += [
-            "Geometric mean of the errors of RP-(m−1) and RP-(m+1) over that of RP-m, m odd; 1: no gain:",
-            _table(head, gains),
+            "What odd m gains: geometric mean of the errors of RP-(m−1) and RP-(m+1) over that of RP-m. 1: "
+            "nothing.",
+            _table([*head, "m", *names], [_filled(row, len(names) + 2) for row in gains]),
         ]
-    rings = []
-    for e in errors:
-        if not e.family.startswith("rings") or e.sides not in (4, 8):
-            continue
-        twin = next((o for o in regular if (o.sides, o.sigma_N) == (2 * e.sides, e.sigma_N)), None)
-        if twin is not None:
-            names = ("tau_L", "across", "s_N", "work", "loop")
-            ratio = [getattr(e, n) / getattr(twin, n) for n in names]
-            rings.append(
-                [
-                    f"{e.sides} + {e.sides}",
-                    e.family[6:],
-                    _sigma(e.sigma_N),
-                    *("" if r != r else f"{r:.2g}" for r in ratio),
-                ]
-            )
-    if rings:
-        parts += [
-            "Errors of two staggered rings over those of RP-2m, which has as many planes:",
-            _table(
-                ["planes", "inclinations 30°", "σ_N [MPa]", "τ_L", "across", "s_N", "work", "loop"], rings
-            ),
-        ]
+    parts += [
+        "Errors of two staggered rings over those of RP-2m, which has as many planes: geometric mean over "
+        "m (smallest).",
+        _table([*head, "30°", *names], rings),
+    ]
     return "\n\n".join(parts)
+
+
+def _gain(regular: Mapping[tuple[int, float], PlaneError], m: int, sigma_N: float, name: str) -> str:
+    before, here, after = (getattr(regular[k, sigma_N], name) for k in (m - 1, m, m + 1))
+    return f"{np.sqrt(before * after) / here:.2g}"
+
+
+def _percent(value: float) -> str:
+    return f"{100.0 * value:.2g}"
+
+
+def _filled(row: Sequence[str], length: int) -> list[str]:
+    """Row with empty cells at its end."""
+    return [*row, *[""] * (length - len(row))]
 
 
 def _materials(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
