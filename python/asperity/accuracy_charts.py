@@ -536,6 +536,7 @@ def _tangents(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]
         axes[2].plot([1e3 * r.seconds for r in whole], [r.tolerance for r in whole], marker, **style)
     axes[0].set_xlabel("iteration of the increment in the middle")
     axes[0].set_ylabel("residual [-]")
+    axes[0].set_ylim(1e-14, 0.1)
     axes[0].grid(alpha=0.3)
     _log(axes[1], "increments of the path", "iterations of an increment")
     _plain(axes[1].yaxis)

@@ -582,8 +582,7 @@ def figure_11(case: Case) -> Outcome:
             f"$\\tau_L$ at 0.6 mm {_list([f'{a:g}° {t:.3f}' for a, t in ends.items()])} MPa: largest over "
             "smallest "
             f"{max(ends.values()) / min(ends.values()):.3f}.",
-            "Directions that the symmetry maps on each other (0° and 90°, 15° and 75°, 30° and 60°) "
-            "differ, "
+            "Directions that the symmetry maps on each other (0° and 90°, 15° and 75°, 30° and 60°): "
             f"difference {_small(mirrored)} MPa.",
         ),
         "Nothing in the text.",
