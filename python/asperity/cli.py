@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import __version__, card_command, paper, tables
+from . import __version__, accuracy_charts, card_command, paper, tables
 from .case_files import labels
 from .installed import bench, cases, driver
 from .results import read_rows, results_of
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     compare.set_defaults(action=_compare)
 
-    chart = commands.add_parser("chart", help="draw what the benchmark measures")
+    chart = commands.add_parser("chart", help="draw speed, or accuracy against cost")
     charts = chart.add_subparsers(required=True, metavar="CHART")
     speed = charts.add_parser("speed", help="time per point against the number of planes, with the limits")
     speed.add_argument(
@@ -89,6 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     speed.add_argument("--quick", action="store_true", help="a short, rough run")
     speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
     speed.set_defaults(action=_speed)
+    accuracy_charts.add_command(charts)
 
     paper.add_command(commands)
     card_command.add_command(commands)
