@@ -277,7 +277,7 @@ contains
         s_t = pattern%sin_theta(k)*new%s(1) + pattern%cos_theta(k)*slope
         s_h = pattern%h_x(k)*new%s(2) + pattern%h_y(k)*new%s(3)
         r = sqrt(m%inv_s01_2*max(s_n, 0.0_wp)**2 + m%inv_s02_2*(s_t**2 + s_h**2))
-        reach = sqrt((s_t - old%state(i + 1))**2 + (s_h - old%state(i + 2))**2) + m%mu_c*s_n
+        reach = sqrt((s_t - old%state(i + 1))**2 + (s_h - old%state(i + 2))**2) + m%mu*m%kc_kt*s_n
         margin(1, k) = touching - s_n/m%s0
         margin(2, k) = min(reach/m%s0, margin(1, k))
         margin(3, k) = r*(1.0_wp - m%eta*alpha) - 1.0_wp
