@@ -1,5 +1,5 @@
-!> What the independent reference gives for one history and several interfaces: separations, then by case PROPS,
-!> tractions, the last STATEV one after the other, the last tangent. Written by
+!> What the independent reference gives for one history and several interfaces: separations, then by
+!> case PROPS, tractions, the last STATEV one after the other, the last tangent. Written by
 !> tests/python/test_reference_numbers.py.
 module reference_numbers
   use asperity_kinds, only: wp
@@ -12,7 +12,7 @@ module reference_numbers
     "RP-4                                    ", &
     "RP-6                                    ", &
     "RP-32                                   ", &
-    "RP-4, mode II of its own, stiff contact "]
+    "RP-4, own mode II, stiff contact        "]
   real(wp), parameter, public :: s(3, 16) = reshape([ &
     0.00023415176838170737_wp, -0.015962280333042145_wp, 0.01560709998011589_wp, 0.04439152404665947_wp, &
     -0.032035041600465775_wp, -0.03513139858841896_wp, 0.018740655854344368_wp, 0.04834809526801109_wp, &

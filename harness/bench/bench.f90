@@ -5,9 +5,10 @@ program bench
   use, intrinsic :: iso_fortran_env, only: error_unit, real64
   use aims, only: print_aims
   use build_facts, only: build
+  use many_points, only: most_threads
   use scene, only: scene_names, slip
   use table, only: add_limits, print_table, write_csv
-  use tasks, only: new_large_workspace, new_workspace, row_type, run_often, take_turns, workspace_type
+  use tasks, only: new_array_workspace, new_large_workspace, new_workspace, row_type, run_often, take_turns, workspace_type
   use timing, only: median
   implicit none
   interface
@@ -35,13 +36,15 @@ program bench
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
   !> Points: near the processor, of a scene, of a VUMAT call, and calls in memory.
   integer, parameter :: n_small = 128, n_scene = 640, width = 128, n_calls = 1600
+  !> Points of arrays: in the second-level caches, and in memory (for a rough run fewer).
+  integer, parameter :: n_cache = 2048, n_memory = 1000000, n_memory_quick = 20000
   character(len=6), parameter :: precisions(2) = ["double", "single"]
   type(row_type), allocatable :: rows(:)
   type(row_type) :: profiled
   real(real64), allocatable :: times(:, :)
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
-  integer :: calls, i, pass, passes, turns, unit
+  integer :: array_points(2), calls, i, pass, passes, turns, unit
   logical :: quick
 
   used = 0.0_real64
@@ -54,6 +57,7 @@ program bench
   turns = merge(3, 5, quick)
   shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
   calls = merge(8, n_calls, quick)
+  array_points = [n_cache, merge(n_memory_quick, n_memory, quick)]
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
   print "(a)", build
   print "(a)", "Table 2, medians of runs taken in turn; test: per increment of confined slip, iterations included"
@@ -71,7 +75,7 @@ program bench
   end do
   call add_limits(rows)
   call print_table(rows)
-  call print_aims(rows)
+  call print_aims(rows, array_points(1), array_points(2))
   if (len(file) > 0) then
     call write_csv(unit, rows)
     close (unit)
@@ -106,6 +110,13 @@ contains
       rows = [rows, some]
     end do
     props = [table_2, 4.0_real64, third, 0.0_real64]
+    do i = 1, size(array_points)
+      call new_array_workspace(props, array_points(i), work)
+      some = [(row_type(kernel="points", threads=j), row_type(kernel="copy", threads=j), j=1, min(2, most_threads()))]
+      call take_turns(work, some, turns, shortest, used)
+      some%pattern = "RP-4"
+      rows = [rows, some]
+    end do
     do i = 1, size(scene_names)
       call new_workspace(props, i, n_scene, work)
       some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]

@@ -23,14 +23,14 @@ CASES = (
     ("RP-4", 4, {}, (0.0, 0.0, 1.0)),
     ("RP-6", 6, {}, (0.0, 0.0, 1.0)),
     ("RP-32", 32, {}, (0.0, 0.0, 1.0)),
-    ("RP-4, mode II of its own, stiff contact", 4, {"sigma02": 6.0, "Gc2": 0.45, "kc": 10.0}, (6.0, 0.45, 10.0)),
+    ("RP-4, own mode II, stiff contact", 4, {"sigma02": 6.0, "Gc2": 0.45, "kc": 10.0}, (6.0, 0.45, 10.0)),
 )
 TURN = 10.0
 """Degrees: out of the axes, so that no component vanishes by symmetry."""
 
 
 def history() -> np.ndarray:
-    """Separations (STEPS, 3) that jump to and fro, ever further, as single precision holds them; ends closed."""
+    """Separations (STEPS, 3) that jump ever further, as single precision holds them; the last is closed."""
     rng = np.random.default_rng(2015)
     sf = 2.0 * TABLE_2["Gc"] / TABLE_2["sigma0"]
     reach = sf * (0.05 + 1.5 * np.arange(1, STEPS + 1) / STEPS)
@@ -78,8 +78,8 @@ def module() -> str:
     }
     names = ", &\n".join(f'    "{name:40}"' for name, *_ in CASES)
     return (
-        "!> What the independent reference gives for one history and several interfaces: separations, then by case PROPS,\n"
-        "!> tractions, the last STATEV one after the other, the last tangent. Written by\n"
+        "!> What the independent reference gives for one history and several interfaces: separations, then by\n"
+        "!> case PROPS, tractions, the last STATEV one after the other, the last tangent. Written by\n"
         "!> tests/python/test_reference_numbers.py.\n"
         "module reference_numbers\n"
         "  use asperity_kinds, only: wp\n"
