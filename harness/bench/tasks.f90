@@ -5,6 +5,7 @@ module tasks
   use asperity_interface, only: interface_type, new_interface
   use block_work_double, only: double_block => block_work_type, double_large => large_work_type, &
     new_double_block => new_block_work, new_double_large => new_large_work, run_double_block => run_block, &
+    run_shortcut, &
     run_double_roots => run_roots, run_double_stream => run_stream, run_double_vumat => run_vumat
   use block_work_single, only: single_block => block_work_type, single_large => large_work_type, &
     new_single_block => new_block_work, new_single_large => new_large_work, run_single_block => run_block, &
@@ -22,7 +23,7 @@ module tasks
     character(len=8) :: pattern = ""      !! name of the pattern
     integer :: planes = 0                 !! number of planes
     character(len=9) :: kernel = ""       !! numerical, textbook, plain, point, umat, test, block, roots, vumat, stream,
-                                          !! points, copy
+                                          !! points, copy, virgin, no mu
     character(len=6) :: precision = "double"
     logical :: tangent = .false.          !! whether it gives the tangent
     character(len=9) :: scene = "slip"
@@ -123,6 +124,10 @@ contains
       call run_double_block(work%double, row%tangent, used)
     case ("block single")
       call run_single_block(work%single, row%tangent, used)
+    case ("virgin double")
+      call run_shortcut(work%double, .true., used)
+    case ("no mu double")
+      call run_shortcut(work%double, .false., used)
     case ("roots double")
       call run_double_roots(work%double, used)
     case ("roots single")
