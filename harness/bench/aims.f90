@@ -45,11 +45,13 @@ contains
         ns("RP-32", kernels(i), .true.)/ns("RP-4", kernels(i), .true.), at_most=6.6_real64)
     end do
     ! what shortcuts would gain: 90 % of the chunks on the cheap path at best
-    call line("RP-4 shortcut: virgin planes / block, each point", scene_ns("virgin", "zones")/scene_ns("block", "zones"))
+    call line("RP-4 shortcut: virgin planes / block, each point", &
+      scene_ns("virgin", "zones")/scene_ns("block", "zones"))
     call line("the same on 90 % of the points", &
       (0.9_real64*scene_ns("virgin", "zones") + 0.1_real64*scene_ns("block", "zones"))/scene_ns("block", "zones"))
     call line("RP-4 shortcut: mu = 0 / block", scene_ns("no mu", "zones")/scene_ns("block", "zones"))
-    call line("RP-4 shortcut: planar loading, mirrored planes once / block", mirrored_ns("RP-4")/ns("RP-4", "block", .false.))
+    call line("RP-4 shortcut: planar loading, mirrored planes once / block", &
+      mirrored_ns("RP-4")/ns("RP-4", "block", .false.))
     call line("RP-32 shortcut: planar loading, mirrored planes once / block", &
       mirrored_ns("RP-32")/ns("RP-32", "block", .false.))
     if (maxval(rows%threads) < 2) return

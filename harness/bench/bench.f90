@@ -8,7 +8,8 @@ program bench
   use many_points, only: most_threads
   use scene, only: scene_names, slip
   use table, only: add_limits, print_table, write_csv
-  use tasks, only: new_array_workspace, new_large_workspace, new_workspace, row_type, run_often, take_turns, workspace_type
+  use tasks, only: new_array_workspace, new_large_workspace, new_workspace, row_type, run_often, take_turns, &
+    workspace_type
   use timing, only: median
   implicit none
   interface

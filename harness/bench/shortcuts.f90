@@ -2,13 +2,39 @@
 !> what vanishes for virgin planes (alpha = 0) or without friction (mu = 0), on points for which that holds or not.
 module shortcuts
   use asperity_block_double, only: block_type, chunk
+  use block_work_double, only: block_work_type
   use asperity_contract, only: n_plane_statev, n_point_statev
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: update_virgin, update_frictionless
+  public :: run_shortcut
 
 contains
+
+  !> A prototype of a shortcut in place of the block kernel; the scene is that of the block kernel.
+  pure subroutine run_shortcut(work, friction, used)
+    type(block_work_type), intent(inout) :: work   !! the points
+    logical, intent(in) :: friction                !! virgin planes with friction, or damaged ones without
+    real(wp), intent(inout) :: used            !! sum of results
+    real(wp) :: sums(chunk, 7)
+    integer :: first, i, j, k
+    do i = 1, size(work%s1, 3)
+      first = chunk*(i - 1) + 1
+      do j = 1, size(work%old, 2)
+        do k = first, first + chunk - 1
+          work%new(k, j) = work%old(k, j)
+        end do
+      end do
+      if (friction) then
+        call update_virgin(work%block, chunk, work%s0(:, :, i), work%s1(:, :, i), work%n_points, work%new(first, 1), sums)
+      else
+        call update_frictionless(work%block, chunk, work%s0(:, :, i), work%s1(:, :, i), work%n_points, &
+          work%new(first, 1), sums)
+      end if
+      work%traction(:, :, i) = sums(:, 1:3)
+      used = used + sums(1, 1) + sums(1, 5)
+    end do
+  end subroutine run_shortcut
 
   !> Stress, slips and energies where no plane is damaged: no damage, no energy of rupture or friction.
   pure subroutine update_virgin(block, n, from, to, n_state, state, sums)
@@ -98,7 +124,7 @@ contains
         push1 = block%material%kc_kt*closed1
         s_t_norm2 = s_t**2 + s_h**2
         root = sqrt(max(1.0_wp, block%material%inv_s01_2*open1**2 + block%material%inv_s02_2*s_t_norm2))
-        alpha1 = max(alpha0, min(1.0_wp, block%material%inv_eta*((root - 1.0_wp)*(1.0_wp/root))))
+        alpha1 = max(alpha0, min(1.0_wp, block%material%take_eta*(1.0_wp - 1.0_wp/root)))
         sound = 1.0_wp - alpha1
         state(i, a) = alpha1
         state(i, a + 1) = s_t

@@ -81,9 +81,10 @@ contains
     write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,scene,points,threads,ns_per_point,ns_per_plane,", &
       "textbook_ratio,stream_ratio,roots_ratio"
     do i = 1, size(rows)
-      write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), rows(i)%planes, &
-        trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%scene), rows(i)%points, &
-        rows(i)%threads, rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
+      write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), &
+        rows(i)%planes, trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%scene), &
+        rows(i)%points, rows(i)%threads, rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), &
+        trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
         trim(adjustl(ratio(rows(i)%ns, rows(i)%stream))), trim(adjustl(ratio(rows(i)%ns, rows(i)%roots)))
     end do
   end subroutine write_csv

@@ -5,7 +5,6 @@ module tasks
   use asperity_interface, only: interface_type, new_interface
   use block_work_double, only: double_block => block_work_type, double_large => large_work_type, &
     new_double_block => new_block_work, new_double_large => new_large_work, run_double_block => run_block, &
-    run_shortcut, &
     run_double_roots => run_roots, run_double_stream => run_stream, run_double_vumat => run_vumat
   use block_work_single, only: single_block => block_work_type, single_large => large_work_type, &
     new_single_block => new_block_work, new_single_large => new_large_work, run_single_block => run_block, &
@@ -13,6 +12,7 @@ module tasks
   use many_points, only: many_work_type, new_many_work, run_copy, run_points
   use point_work, only: n_test_increments, new_point_work, point_work_type, run_plain, run_point, run_test, &
     run_textbook, run_textbook_numerical, run_umat
+  use shortcuts, only: run_shortcut
   use timing, only: median, now
   implicit none
   private
