@@ -153,8 +153,8 @@ contains
           if (i == p_m) m = int(props(i))
         else
           status = status_props
-          if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // &
-            " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+          if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // &
+            trim(prop_table(i)%name) // " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
         end if
       end do
     end if

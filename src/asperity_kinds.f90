@@ -6,7 +6,7 @@ module asperity_kinds
   !> Working precision of the law and of the UMAT.
   integer, parameter, public :: wp = real64
 
-  !> Planes of a point are worked on in vectors of this length: 2 with SSE2; the build puts 4 where there is AVX. Results
-  !> differ by rounding alone.
+  !> Planes of a point are worked on in vectors of this length: 2 with SSE2; the build puts 4 where there is AVX.
+  !> Results differ by rounding alone.
   integer, parameter, public :: lane_width = 2
 end module asperity_kinds
