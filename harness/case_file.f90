@@ -20,7 +20,7 @@ module case_file
   character(len=*), parameter :: group_names(8) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state"]
 
-  character(len=*), parameter, public :: case_format(31) = [character(len=104) :: &
+  character(len=*), parameter, public :: case_format(33) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard = .false.       ! the last five are", &
