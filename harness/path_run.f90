@@ -142,7 +142,7 @@ contains
 
   !> Run to one target by adaptive increments: two rows for every step, or one where equilibrium is lost.
   subroutine run_adaptive(interface, step, from, to, start, before, increments, done, total, label, point, walk, row, &
-                          table, progress)
+                          table, progress, failed)
     type(interface_type), intent(in) :: interface    !! the interface
     type(step_type), intent(in) :: step              !! the step
     real(wp), intent(in) :: from(3), to(3)           !! given values at both ends of the way
