@@ -36,7 +36,7 @@ suites = PYTHON=$(venv)/python cmake/build-and-test.sh build/$(@F) \
   -DPython3_EXECUTABLE="$(CURDIR)/$(venv)/python" $(1)
 comma := ,
 
-parts := lint test debug sanitize flang coverage pytest
+parts := lint test wide debug sanitize flang coverage pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: build demo check $(parts) bench soak dependencies clean distclean force
@@ -63,6 +63,14 @@ build/passed/lint: $(tree) | .venv/installed
 
 build/passed/test: $(code) build/options | .venv/installed
 	@$(step) "Release, no warnings: suites" $(log) env $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Release -DASPERITY_WERROR=ON)
+	$(done)
+
+# products and sums are fused there, and the vectors are longer
+build/passed/wide: $(code) build/options | .venv/installed
+	@if grep -qsw avx2 /proc/cpuinfo && grep -qsw fma /proc/cpuinfo; then \
+	  $(step) "x86-64-v3 (AVX2, FMA): suites of the law" $(log) env SUITES="test_same_results test_block test_points" \
+	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Release -DASPERITY_WERROR=ON -DASPERITY_ARCH=x86-64-v3); \
+	  else echo "x86-64-v3: not this processor, left out"; fi
 	$(done)
 
 build/passed/debug: $(code) build/options | .venv/installed

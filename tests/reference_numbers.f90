@@ -1,5 +1,5 @@
-!> What the independent reference gives for one history and several interfaces: separations, then by
-!> case PROPS, tractions, the last STATEV one after the other, the last tangent. Written by
+!> What the independent reference gives for one history and several interfaces: separations, then
+!> by case PROPS, tractions, the last STATEV one after the other, the last tangent. Written by
 !> tests/python/test_reference_numbers.py.
 module reference_numbers
   use asperity_kinds, only: wp

@@ -26,7 +26,8 @@ contains
         end do
       end do
       if (friction) then
-        call update_virgin(work%block, chunk, work%s0(:, :, i), work%s1(:, :, i), work%n_points, work%new(first, 1), sums)
+        call update_virgin(work%block, chunk, work%s0(:, :, i), work%s1(:, :, i), work%n_points, &
+          work%new(first, 1), sums)
       else
         call update_frictionless(work%block, chunk, work%s0(:, :, i), work%s1(:, :, i), work%n_points, &
           work%new(first, 1), sums)

@@ -78,8 +78,8 @@ def module() -> str:
     }
     names = ", &\n".join(f'    "{name:40}"' for name, *_ in CASES)
     return (
-        "!> What the independent reference gives for one history and several interfaces: separations, then by\n"
-        "!> case PROPS, tractions, the last STATEV one after the other, the last tangent. Written by\n"
+        "!> What the independent reference gives for one history and several interfaces: separations, then\n"
+        "!> by case PROPS, tractions, the last STATEV one after the other, the last tangent. Written by\n"
         "!> tests/python/test_reference_numbers.py.\n"
         "module reference_numbers\n"
         "  use asperity_kinds, only: wp\n"
