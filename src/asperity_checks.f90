@@ -2,8 +2,9 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
-  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, &
-    p_m, p_map, prop_table, status_nprops, status_ok, status_props, weight_tolerance
+  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, p_gc, p_gc2, p_h, p_m, &
+    p_map, p_sigma0, p_sigma02, prop_table, smallest_divisor, status_nprops, status_ok, status_props, &
+    stiffness_ratio_limit, weight_tolerance
   implicit none
   private
   public :: all_bounded, bounded, review_props, append, to_text, integer_text
@@ -126,7 +127,7 @@ contains
     real(wp), intent(in), contiguous :: props(:)                    !! PROPS, any number of values
     integer, intent(out) :: status                                  !! 0, status_props or status_nprops
     character(len=:), allocatable, intent(inout), optional :: message   !! one line per bad value is appended
-    real(wp) :: total
+    real(wp) :: ratio, total
     integer :: i, j, k, m
 
     status = status_ok
@@ -145,6 +146,14 @@ contains
           " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
       end if
     end do
+    if (status == status_ok) then
+      ratio = mode_ratio(props)
+      if (ratio > stiffness_ratio_limit .or. ratio*stiffness_ratio_limit < 1.0_wp) then
+        status = status_props
+        if (present(message)) call append(message, "sigma02^2 Gc/(sigma0^2 Gc2) = " // to_text(ratio) // &
+          ": expected " // to_text(1.0_wp/stiffness_ratio_limit) // " to " // to_text(stiffness_ratio_limit))
+      end if
+    end if
     if (m >= 0) return
 
     ! listed planes
@@ -175,6 +184,19 @@ contains
     end if
   end subroutine review_props
 
+  !> Stiffness of mode II over that of mode I, (sigma02^2/Gc2)/(sigma0^2/Gc).
+  pure function mode_ratio(props) result(ratio)
+    real(wp), intent(in) :: props(:)   !! PROPS, each entry admissible
+    real(wp) :: ratio
+    ratio = 1.0_wp
+    if (size(props) >= p_sigma02) then
+      if (props(p_sigma02) > 0.0_wp) ratio = (props(p_sigma02)/props(p_sigma0))**2
+    end if
+    if (size(props) >= p_gc2) then
+      if (props(p_gc2) > 0.0_wp) ratio = ratio*(props(p_gc)/props(p_gc2))
+    end if
+  end function mode_ratio
+
   !> Whether entry i of PROPS may have this value.
   pure function prop_admissible(i, value) result(yes)
     integer, intent(in) :: i        !! index, 1..n_fixed_props
@@ -182,6 +204,8 @@ contains
     logical :: yes
     yes = bounded(value, huge(1.0_wp))
     if (yes) yes = value >= prop_table(i)%lower .and. value <= prop_table(i)%upper
+    if (yes .and. (i == p_h .or. i == p_sigma02 .or. i == p_gc2)) yes = value >= smallest_divisor &
+      .or. .not. value > 0.0_wp
     if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - anint(value)) <= 0.0_wp
     if (yes .and. i == p_m) yes = nint(value) <= 0 .or. nint(value) >= min_inclined
   end function prop_admissible
