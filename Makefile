@@ -1,8 +1,9 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make check   lint, all builds and suites, coverage: what must pass
 # Each installs what is missing first (cmake/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, clean (build/), distclean (and .venv/). What has passed runs again when a
-# file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of PFUNITConfig.cmake), JOBS.
+# driver), the parts of check by name, bench, soak (long runs: fuzz, threads), clean (build/), distclean (and .venv/).
+# What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
+# PFUNITConfig.cmake), JOBS.
 
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
@@ -39,7 +40,7 @@ comma := ,
 parts := lint test debug sanitize flang coverage pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: build demo check $(parts) bench dependencies clean distclean force
+.PHONY: build demo check soak $(parts) bench dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake -S . -B build/release -G Ninja -DASPERITY_TESTS=OFF; \
@@ -97,6 +98,10 @@ build/options: force
 
 bench: build
 	@build/release/harness/bench
+
+# every program of harness/soak in turn, with its long run
+soak: build
+	@status=0; for program in build/release/harness/soak/*; do "$$program" || status=1; done; exit $$status
 
 dependencies:
 	@$(step) "System packages" $(log) cmake/install-dependencies.sh

@@ -14,8 +14,8 @@ module fuzz_umat
 
   !> Entries beyond what the host owns, which must stay as they are, and what they hold.
   integer, parameter :: margin = 4, most_ntens = 8, most_statev = 220
-  integer(int64), parameter :: marker_bits = int(z"7FF4DEADBEEF0001", int64)
-  real(wp), parameter :: marker = transfer(marker_bits, 1.0_wp)
+  real(wp), parameter :: marker = -7.7e77_wp
+  integer(int64), parameter :: marker_bits = transfer(marker, 0_int64)
 
 contains
 
@@ -175,6 +175,8 @@ contains
         end if
         if (has_pnewdt .and. .not. same([pnewdt], [wanted])) call blame("PNEWDT = " // to_text(pnewdt))
       else
+        if (any(transfer([stress(:ntens), ddsdde(:ntens**2), energies], [0_int64]) == marker_bits)) call blame( &
+          "something is left undefined")
         if (.not. all_bounded(ntens, stress, huge(1.0_wp))) call blame("a stress is not finite")
         if (.not. all_bounded(ntens**2, ddsdde, huge(1.0_wp))) call blame("a tangent is not finite")
         if (.not. all_bounded(3, energies, huge(1.0_wp))) call blame("an energy is not finite")
