@@ -1,8 +1,9 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make check   lint, all builds and suites, coverage: what must pass
 # Each installs what is missing first (cmake/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (hours), clean (build/), distclean (and .venv/). What has passed runs again when a
-# file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of PFUNITConfig.cmake), JOBS.
+# driver), the parts of check by name, bench, soak (long runs: fuzz, threads, solver), clean (build/), distclean (and
+# .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
+# PFUNITConfig.cmake), JOBS.
 
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
@@ -106,8 +107,9 @@ build/options: force
 bench: build
 	@build/release/harness/bench
 
+# every program of harness/soak in turn, with its long run
 soak: build
-	@for program in build/release/harness/soak/*; do if [ -x "$$program" ]; then "$$program" || exit 1; fi; done
+	@status=0; for program in build/release/harness/soak/*; do "$$program" || status=1; done; exit $$status
 
 dependencies:
 	@$(step) "System packages" $(log) cmake/install-dependencies.sh

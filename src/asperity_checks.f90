@@ -2,8 +2,9 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
-  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, &
-    p_m, p_map, prop_table, status_nprops, status_ok, status_props, weight_tolerance
+  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, p_gc, p_gc2, p_h, p_m, &
+    p_map, p_sigma0, p_sigma02, prop_table, smallest_divisor, status_nprops, status_ok, status_props, &
+    stiffness_ratio_limit, weight_tolerance
   implicit none
   private
   public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text, piece_end
@@ -135,7 +136,7 @@ contains
     real(wp), intent(in), contiguous :: props(:)                    !! PROPS, any number of values
     integer, intent(out) :: status                                  !! 0, status_props or status_nprops
     character(len=:), allocatable, intent(inout), optional :: message   !! one line per bad value is appended
-    real(wp) :: total
+    real(wp) :: ratio, total
     integer :: i, j, k, m
 
     status = status_ok
@@ -157,6 +158,14 @@ contains
             trim(prop_table(i)%name) // " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
         end if
       end do
+      if (status == status_ok) then
+        ratio = mode_ratio(props)
+        if (.not. mode_ratio_admissible(ratio)) then
+          status = status_props
+          if (present(message)) call append(message, "sigma02^2 Gc/(sigma0^2 Gc2) = " // to_text(ratio) // &
+            ": expected " // to_text(1.0_wp/stiffness_ratio_limit) // " to " // to_text(stiffness_ratio_limit))
+        end if
+      end if
     end if
     if (m >= 0) return
 
@@ -204,8 +213,32 @@ contains
     end do
     yes = bad == 0
     if (yes .and. n >= p_m) yes = prop_admissible(p_m, props(p_m))
+    if (yes .and. n >= p_h) yes = prop_admissible(p_h, props(p_h))
     if (yes .and. n >= p_map) yes = prop_admissible(p_map, props(p_map))
+    if (yes .and. n >= p_sigma02) yes = prop_admissible(p_sigma02, props(p_sigma02))
+    if (yes .and. n >= p_gc2) yes = prop_admissible(p_gc2, props(p_gc2))
+    if (yes .and. n >= p_sigma02) yes = mode_ratio_admissible(mode_ratio(props))
   end function fixed_props_admissible
+
+  !> Stiffness of mode II over that of mode I, (sigma02^2/Gc2)/(sigma0^2/Gc).
+  pure function mode_ratio(props) result(ratio)
+    real(wp), intent(in) :: props(:)   !! PROPS, each entry admissible
+    real(wp) :: ratio
+    ratio = 1.0_wp
+    if (size(props) >= p_sigma02) then
+      if (props(p_sigma02) > 0.0_wp) ratio = (props(p_sigma02)/props(p_sigma0))**2
+    end if
+    if (size(props) >= p_gc2) then
+      if (props(p_gc2) > 0.0_wp) ratio = ratio*(props(p_gc)/props(p_gc2))
+    end if
+  end function mode_ratio
+
+  !> Whether the stiffnesses of the two modes are near enough to each other.
+  pure function mode_ratio_admissible(ratio) result(yes)
+    real(wp), intent(in) :: ratio   !! of mode_ratio
+    logical :: yes
+    yes = ratio <= stiffness_ratio_limit .and. ratio*stiffness_ratio_limit >= 1.0_wp
+  end function mode_ratio_admissible
 
   !> Whether entry i of PROPS may have this value.
   pure function prop_admissible(i, value) result(yes)
@@ -214,6 +247,8 @@ contains
     logical :: yes
     yes = bounded(value, huge(1.0_wp))
     if (yes) yes = value >= prop_table(i)%lower .and. value <= prop_table(i)%upper
+    if (yes .and. (i == p_h .or. i == p_sigma02 .or. i == p_gc2)) yes = value >= smallest_divisor &
+      .or. .not. value > 0.0_wp
     if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - real(int(value), wp)) <= 0.0_wp
     if (yes .and. i == p_m) yes = int(value) <= 0 .or. int(value) >= min_inclined
   end function prop_admissible

@@ -2,8 +2,8 @@
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: n_plane_statev, n_point_statev, n_required_props, status_nstatv, status_ntens, &
-    status_ok, status_separation, status_time, v_offset
+  use asperity_contract, only: is_damage, n_plane_statev, n_point_statev, n_required_props, status_nstatv, &
+    status_ntens, status_ok, status_separation, status_time, v_offset
   use asperity_interface, only: interface_type, new_interface, explain_point, explain_time, state_status, &
     separation_bound, time_status
   use asperity_kinds, only: wp
@@ -157,7 +157,7 @@ contains
     if (len(lines) == 0) then
       ! the range of single precision is narrower
       do j = v_offset, interface%n_statev
-        call review_value("STATEV", j, state(j), slip_bound, lines)
+        if (.not. is_damage(j)) call review_value("STATEV", j, state(j), slip_bound, lines)
       end do
     end if
     if (len(lines) > 0) call append(message, "point " // integer_text(i) // " of the block: " // lines)

@@ -3,9 +3,9 @@ module asperity_interface
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block, update_block
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_dalpha, p_eta, &
-    p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, &
-    plane_statev, prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, &
+  use asperity_contract, only: energy_limit, max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, &
+    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, &
+    p_turn, plane_statev, prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, &
     status_state, status_time, v_offset
   use asperity_law, only: rie_type, update_point_in_place
   use asperity_material, only: new_material
@@ -119,7 +119,7 @@ contains
     status = status_nstatv
     if (size(state) < interface%n_statev) return
     status = status_state
-    if (.not. all_bounded(interface%n_statev, state, huge(1.0_wp))) return
+    if (.not. all_bounded(interface%n_statev, state, energy_limit)) return
     slip = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2)))
     least = 0.0_wp
     most = 0.0_wp
@@ -289,7 +289,7 @@ contains
       return
     end if
     do i = 1, n_point_statev
-      largest = merge(slip, huge(1.0_wp), i >= v_offset)
+      largest = merge(slip, energy_limit, i >= v_offset)
       call review_statev(message, i, i, state_old(i), -largest, largest)
     end do
     do k = 1, interface%rie%pattern%n
