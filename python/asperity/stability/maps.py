@@ -311,7 +311,8 @@ def law_rows(size: int) -> Iterator[Row]:
             locked = sum(locks(rough, direction) for direction in LOCK_DIRECTIONS)
             yield {"map": "locking", "x": float(mu), "y": float(theta), "value": float(locked)}
     clamp, back = np.meshgrid(np.linspace(0.0, 1.0, size), np.linspace(0.0, 0.5, size))
-    fall = clamped_reversal(TABLE_2, clamp.ravel() * S_F, back.ravel() * S_F, FIRST_SLIP * S_F)
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    fall = clamped_reversal(flat, clamp.ravel() * S_F, back.ravel() * S_F, FIRST_SLIP * S_F)
     for x, y, value in zip(clamp.ravel(), back.ravel(), fall / TABLE_2.Gc, strict=True):
         yield {"map": "second law", "x": float(x), "y": float(y), "value": float(value)}
 
