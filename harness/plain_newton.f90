@@ -2,7 +2,7 @@
 !> cuts, no line search, no choice of the root. What the solver of mixed_control is measured against.
 module plain_newton
   use asperity_contract, only: plane_statev, status_ok
-  use asperity_interface, only: interface_type, point_status, virgin_tangent
+  use asperity_interface, only: interface_type, point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
@@ -18,7 +18,7 @@ module plain_newton
     transposed = 3, &    !! its transpose
     secant = 4, &        !! traction over separation with damage and slip as they are: symmetric
     at_start = 5, &      !! the consistent one at the start of the increment, kept (modified Newton)
-    elastic = 6, &       !! that of the virgin interface, kept
+    elastic = 6, &       !! that of the bond at rest, kept
     numerical = 7, &     !! central differences of the traction
     zero = 8, &          !! none: the user routine forgot it
     reversed = 9         !! the consistent one with the wrong sign
@@ -150,6 +150,7 @@ contains
     type(point_type), intent(in) :: old             !! the point at the start of the increment
     type(point_type), intent(in) :: new             !! the point now
     real(wp) :: matrix(3, 3)
+    type(point_type) :: rest
     select case (kind)
     case (symmetrised)
       matrix = 0.5_wp*(new%tangent + transpose(new%tangent))
@@ -160,7 +161,8 @@ contains
     case (at_start)
       matrix = old%tangent
     case (elastic)
-      matrix = virgin_tangent(interface)
+      rest = new_point(interface)
+      matrix = rest%tangent
     case (numerical)
       matrix = central_differences(interface, control, old, new)
     case (zero)

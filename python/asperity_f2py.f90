@@ -304,7 +304,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
 end subroutine interface_confined_slip
 
 !> Newton's method without safeguards: one virgin point along given values of mixed control.
-subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, kind, tolerance, separation, &
+subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, guarded, kind, tolerance, separation, &
                        traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
@@ -320,6 +320,7 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
   double precision, intent(in) :: spring(3)                   !! stiffness of the surroundings, stress/length
   double precision, intent(in) :: targets(3, n)               !! separation, or traction + spring*separation
   double precision, intent(in) :: durations(n)                !! of the increments (viscous damage only), time
+  integer, intent(in) :: guarded                              !! not 0: damage grows only where that releases energy
   integer, intent(in) :: kind                                 !! which tangent, from 1
   double precision, intent(in) :: tolerance                   !! residual that is accepted, relative
   double precision, intent(inout) :: separation(3, n)         !! separation (N, Tx, Ty), length
@@ -336,7 +337,7 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
   integer :: status
   n_done = 0
   ended = 0
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   control%traction = held == 1
   control%spring = spring

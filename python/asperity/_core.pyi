@@ -57,6 +57,7 @@ def newton_path(
     spring: _Floats,
     targets: _Floats,
     durations: _Floats,
+    guarded: int,
     kind: int,
     tolerance: float,
     separation: _Floats,

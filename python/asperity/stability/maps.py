@@ -187,8 +187,8 @@ def _failed(ax: Axes, x: Floats, y: Floats, failed: np.ndarray) -> None:
 SIDES = 16
 """Pattern of the map of steps: RP-16, which snaps."""
 
-OUTCOMES = ("whole", "in parts", "snap", "lost")
-"""What the driver's solver did, worst row of a path."""
+OUTCOMES = ("smooth", "snap", "lost")
+"""Paths of the driver's solver: the last of these events in it, or none."""
 
 
 def step_rows(size: int) -> Iterator[Row]:
@@ -211,10 +211,8 @@ def step_rows(size: int) -> Iterator[Row]:
                     encoding="utf-8",
                 )
                 run = drive(case)
-                outcome = "whole"
-                for name, event in (("in parts", "substeps"), ("snap", "snap"), ("lost", "lost")):
-                    outcome = name if run.rows_with(event) else outcome
-                row["solver"] = outcome
+                happened = [event for event in OUTCOMES if run.rows_with(event)]
+                row["solver"] = happened[-1] if happened else OUTCOMES[0]
                 row["solver_iterations"] = float(run.columns["iterations"].mean())
                 yield row
 
@@ -238,6 +236,7 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
     norm = BoundaryNorm([1, 1.5, 2, 3, 4, 6, 10, 30, 100, 1000], 256)
     figure, axes = plt.subplots(1, 2, figsize=(11.0, 5.6), layout="constrained", sharey=True)
     image = None
+    snapping = [pressures.index(float(row["sigma_N/sigma0"])) for row in rows if row["solver"] == "snap"]
     for ax, method in zip(axes, ("plain", "solver"), strict=True):
         grid, failed = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
         marks: dict[str, list[tuple[int, int]]] = {name: [] for name in OUTCOMES}
@@ -260,14 +259,9 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
             shading="nearest",
         )
         _failed(ax, np.arange(len(pressures)), np.arange(len(steps)), failed)
-        for name, marker, colour in (
-            ("snap", "o", COLOURS[1]),
-            ("in parts", ".", "white"),
-            ("lost", "_", "0.3"),
-        ):
+        for name, marker, colour in (("snap", "o", COLOURS[1]), ("lost", "_", "0.3")):
             if marks[name]:
                 ax.plot(*zip(*marks[name], strict=True), marker, color=colour, markersize=4, linestyle="")
-        snapping = [j for j, _ in marks["snap"]]
         if snapping:
             ax.axvline(max(snapping) + 0.5, color=COLOURS[1], linewidth=2.0)
         ticks = range(0, len(pressures), max(1, len(pressures) // 9))
@@ -285,9 +279,8 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
         Line2D([], [], color=COLOURS[1], marker="o", linestyle="", label="snap, and on"),
         Line2D([], [], color=COLOURS[1], linewidth=2.0, label="snap line"),
         Line2D([], [], color="0.3", marker="_", linestyle="", label="no equilibrium (tension)"),
-        Line2D([], [], color="white", marker=".", markeredgecolor="0.5", linestyle="", label="in parts"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, fontsize="small")
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
     figure.suptitle(
         rf"RP-{SIDES}, 30°, slip from 0 to $s_f$ along $T_x$ under a held normal traction", fontsize="medium"
     )
@@ -311,7 +304,8 @@ def law_rows(size: int) -> Iterator[Row]:
             locked = sum(locks(rough, direction) for direction in LOCK_DIRECTIONS)
             yield {"map": "locking", "x": float(mu), "y": float(theta), "value": float(locked)}
     clamp, back = np.meshgrid(np.linspace(0.0, 1.0, size), np.linspace(0.0, 0.5, size))
-    fall = clamped_reversal(TABLE_2, clamp.ravel() * S_F, back.ravel() * S_F, FIRST_SLIP * S_F)
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    fall = clamped_reversal(flat, clamp.ravel() * S_F, back.ravel() * S_F, FIRST_SLIP * S_F)
     for x, y, value in zip(clamp.ravel(), back.ravel(), fall / TABLE_2.Gc, strict=True):
         yield {"map": "second law", "x": float(x), "y": float(y), "value": float(value)}
 

@@ -293,7 +293,13 @@ def tangents() -> list[Trial]:
             cost = np.mean([np.mean(study.iterations) for study in good])
             updates = np.mean([np.mean(study.updates) for study in good])
             found += f"; {cost:.1f} iterations and {updates:.1f} updates an increment"
-        label = f"{tangent} tangent, {increments} increments of at most {most} iterations"
+        name = {
+            "start": "modified Newton: tangent at the start of the increment",
+            "elastic": "tangent at rest",
+        }
+        label = (
+            f"{name.get(tangent, f'{tangent} tangent')}, {increments} increments of at most {most} iterations"
+        )
         trials.append(Trial(label, survives, len(good) == len(studies), found))
     return trials
 
