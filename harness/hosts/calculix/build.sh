@@ -5,7 +5,10 @@
 set -u
 [ $# = 1 ] || { echo "usage: build.sh FOLDER"; exit 2; }
 mkdir -p "$1" && folder=$(cd "$1" && pwd) || exit 2
-[ -f "$folder/ready" ] && exit 0
+if [ -f "$folder/ready" ]; then
+  echo "CalculiX: $(cat "$folder/ready"), compiled before"
+  exit 0
+fi
 
 skip() {
   echo "CalculiX: $1"
