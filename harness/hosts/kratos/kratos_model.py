@@ -87,13 +87,14 @@ class Structure:
         properties.SetValue(Kratos.DENSITY, 0.0)
         return properties
 
-    def umat(self, library: Path, interface: Interface) -> Kratos.Properties:
-        """Properties of an interface as its card has them, with the UMAT of another library."""
+    def umat(self, library: Path, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
+        """Properties of an interface as its card has them, but for the library and what else is given."""
         card = json.loads(interface.card("kratos", dimension=self.dimension))
         material = card["properties"][0]["Material"]
+        material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
-        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)}).items():
+        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | other).items():
             value = _vector(value) if isinstance(value, list) else value
             properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
         return properties
@@ -147,17 +148,19 @@ class Structure:
 
     # --- steps -------------------------------------------------------------------
 
-    def step(self, tolerance: float) -> list[float]:
+    def step(self, tolerance: float, again: bool = False) -> list[float]:
         """Solve a step to a norm of the residual force; returns the norm after every iteration.
 
-        Kratos' norm: root of the mean square over the free components; 0 here where there are none.
+        Kratos' norm: root of the mean square over the free components; 0 here where there are none.  again:
+        solve the last step once more, with what is prescribed now.
 
         Raises Lost, with the displacements of the last step, where the iterations do not converge.
         """
         strategy = self._solver()
         information = self.part.ProcessInfo
-        self.part.CloneTimeStep(information[Kratos.TIME] + 1.0)
-        information[Kratos.STEP] += 1
+        if not again:
+            self.part.CloneTimeStep(information[Kratos.TIME] + 1.0)
+            information[Kratos.STEP] += 1
         strategy.InitializeSolutionStep()
         strategy.Predict()
         free = any(
@@ -219,6 +222,10 @@ class Structure:
         """Separations and tractions (points, 3) of all interface points, (N, Tx, Ty); Ty is 0 in 2D."""
         separation = self._output(Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR)
         return separation, self._output(Geo.GEO_EFFECTIVE_TRACTION_VECTOR)
+
+    def matrix_values(self) -> Floats:
+        """Entries of the last system matrix."""
+        return np.array(self._solver().GetSystemMatrix().value_data())
 
     def _output(self, variable: object) -> Floats:
         rows = [

@@ -45,13 +45,16 @@ CASE = """&case title = 'one element' /
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 STIFFNESS = MATERIAL.kc * MATERIAL.sigma0**2 / ((1.0 - MATERIAL.eta) * 2.0 * MATERIAL.Gc)
 
+CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]])
+"""Of one element, 2 x 3; the first two those of a plane one."""
+
 
 def one_element(library: Path, interface: Interface, path: Floats, plane: bool) -> tuple[Floats, Floats]:
     """Tractions of the element (T, 3) and reactions by its area, where path (T, 3) is imposed."""
     s = Structure(2 if plane else 3)
-    corners = [[0, 0], [2, 0]] if plane else [[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]]
+    corners = CORNERS[:2, :2] if plane else CORNERS
     area = 2.0 if plane else 6.0
-    lower, upper = s.add_nodes(np.array(corners, float)), s.add_nodes(np.array(corners, float))
+    lower, upper = s.add_nodes(corners), s.add_nodes(corners)
     s.add_interface(lower, upper, s.umat(library, interface))
     axes = (1, 0) if plane else (2, 0, 1)  # of N, Tx, Ty
     s.fix([*lower, *upper], *axes)
@@ -110,14 +113,62 @@ def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Float
     assert worst > MATERIAL.sigma0
 
 
-def test_a_step_solved_again_starts_from_the_same_state() -> None:
-    """Two analyses in one process, the second on the addresses of the first, do not know of each other."""
+def test_another_law_swaps_normal_and_shear() -> None:
+    """The smallest case of a wrong pair: a new element with the law of the older ones converges and is wrong.
+
+    Opening is answered as the slip along t would be.
+    """
+    s = Structure(3)
+    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    s.add_interface(lower, upper, s.umat(ADAPTER, interface, law="SmallStrainUMAT3DInterfaceLaw"))
+    s.fix([*lower, *upper], 0, 1, 2)
+    s.move(upper, 2, 0.05)
+    s.step(0.0)
+    separation, traction = s.points()
+    right, shear = interface.update([separation[0], [0.0, 0.0, 0.05]]).traction
+    assert separation[0] == pytest.approx([0.05, 0.0, 0.0], abs=1e-15)
+    print(f"opening 0.05: t_N = {traction[0, 0]:.3f}, expected {right[0]:.3f}, slip 0.05: {shear[2]:.3f}")
+    assert traction[0] == pytest.approx(shear[[2, 1, 0]], abs=1e-12)
+    assert abs(traction[0, 0] - right[0]) > 0.1 * MATERIAL.sigma0
+
+
+@pytest.mark.parametrize("ignored", [False, True])
+def test_rows_of_the_water_pressure(ignored: bool) -> None:
+    """Without IGNORE_UNDRAINED, which the card sets, the rows of the water pressure hold 0/0."""
+    s = Structure(3)
+    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    s.add_interface(lower, upper, s.umat(ADAPTER, interface, IGNORE_UNDRAINED=ignored))
+    s.fix([*lower, *upper], 0, 1, 2)
+    s.step(0.0)
+    assert np.isnan(s.matrix_values()).any() != ignored
+
+
+def test_analyses_in_one_process() -> None:
+    """Analyses one after the other, on addresses that come again, do not know of each other."""
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
     path = np.array([[0.0, 0.05, 0.0], [0.1, 0.0, 0.0], [0.01, 0.01, 0.0]])
     expected = interface.replay(path).traction
     for _ in range(3):
         traction, _ = one_element(ADAPTER, interface, path, False)
         assert np.all(np.abs(traction - expected) <= ROUNDING * scale(path))
+
+
+def test_a_step_solved_again_starts_from_the_same_state() -> None:
+    """A step taken too far and then with less, as after a cut, leaves no trace of the first try."""
+    s = Structure(3)
+    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    s.add_interface(lower, upper, s.umat(ADAPTER, interface))
+    s.fix([*lower, *upper], 0, 1, 2)
+    tried = [(0.04, False), (0.2, False), (0.06, True), (0.01, False)]
+    for opening, again in tried:
+        s.move(upper, 2, opening)
+        s.step(0.0, again)
+    path = np.array([[0.04, 0.0, 0.0], [0.06, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    expected = interface.replay(path).traction[-1]
+    assert s.points()[1][0] == pytest.approx(expected, abs=ROUNDING * STIFFNESS * 0.06)
 
 
 def assert_law_is_kept(interface: Interface, separation: Floats, traction: Floats, tolerance: float) -> None:
