@@ -110,7 +110,7 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     block = json.loads(RT.card("kratos", dimension=dimension))
     material = block["properties"][0]["Material"]
     assert material["constitutive_law"]["name"] == law
-    assert material["Variables"]["IGNORE_UNDRAINED"] is True  # harness/hosts/kratos shows what happens without
+    assert material["Variables"]["IGNORE_UNDRAINED"] is True  # see harness/hosts/kratos
     assert element in block["elements"]
     assert block["remarks"][0].startswith("mu tan(theta) = 0.289 < 1")
 
