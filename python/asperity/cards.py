@@ -136,6 +136,7 @@ def _kratos(block: Block) -> str:
             "Variables": {
                 "UDSM_NAME": str(library()),
                 "IS_FORTRAN_UDSM": True,
+                "IGNORE_UNDRAINED": True,  # else 0/0 in the rows of the water pressure
                 "UMAT_PARAMETERS": block.props.tolist(),
                 "STATE_VARIABLES": [0.0] * len(block.statev),
             },
