@@ -74,7 +74,9 @@ contains
       result%converged = error <= residual_tolerance
       if (result%converged .or. result%iterations == max_iterations) return
       call solve_linear(n, a, -r(:n), step, good)
-      if (good) good = maxval(abs(step(:n)))*stiffness_scale(interface) <= worst*maxval(abs(r(:n)))
+      if (good .and. .not. kappa > 0.0_wp) then
+        good = maxval(abs(step(:n)))*stiffness_scale(interface) <= worst*maxval(abs(r(:n)))
+      end if
       if (.not. good) then
         ! no stiffness in a direction, as along a single frictionless plane: no step in it
         do i = 1, n
