@@ -63,7 +63,7 @@ contains
       call append(message, group_where(text, group_index(text, "state")) // integer_text(size(state%statev)) // &
         " values of statev: expected " // integer_text(interface%n_statev))
     else if (point_status(interface, state%s, state%s, state%statev) /= status_ok) then
-      reasons = ""
+      allocate (character(len=0) :: reasons)
       call explain_point(interface, state%s, state%s, state%statev, reasons)
       call append(message, group_where(text, group_index(text, "state")) // reasons)
     end if

@@ -7,6 +7,7 @@ module equilibrium_scan
   use asperity_kinds, only: wp
   use control_point, only: balance_type, control_type, evaluate, new_balance, point_type
   use newton, only: newton_solve, newton_type
+  use snap_motion, only: farthest_rest
   implicit none
   private
   public :: scan_equilibria
@@ -36,6 +37,8 @@ contains
     !> Range to each side: multiples of s_f, of the largest separation and slip so far, of the closure under what is
     !> held.
     real(wp), parameter :: around = 5.0_wp
+    !> Several separations: at most this share of where they count as running away.
+    real(wp), parameter :: share = 0.5_wp
     type(balance_type) :: balance
     real(wp) :: reach
     balance = new_balance(control, given, point)
@@ -46,6 +49,7 @@ contains
       reach = around*(material%s0/(1.0_wp - material%eta) + maxval(abs(point%s)) + &
         maxval(merge(abs(given)/min(material%k_n, material%k_t), abs(given), control%traction)))
     end associate
+    reach = min(reach, share*farthest_rest(interface, balance))
     scan%upper = reach
     scan%lower = -reach
     if (scan%n == 1) then

@@ -22,7 +22,7 @@ module mixed_control
   !> Most updates of the law in an increment.
   integer, parameter, public :: most_updates = 50000
   !> Smallest jump of a separation that is a snap, of s0.
-  real(wp), parameter, public :: snap_resolution = 1.0e-3_wp
+  real(wp), parameter, public :: snap_resolution = 0.01_wp
   !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what
   !> is given if that is more.
   real(wp), parameter :: unexplained = 0.01_wp, unexplained_share = 0.025_wp

@@ -46,6 +46,8 @@ contains
                                                          !! stress/length
     !> Armijo's constant; shortest step tried.
     real(wp), parameter :: decrease = 1.0e-4_wp, shortest = 2.0_wp**(-8)
+    !> Condition of the derivative beyond which it counts as singular.
+    real(wp), parameter :: worst = 1.0e9_wp
     real(wp) :: a(3, 3), error, kappa, length, next_error, r(3), start(3), step(3), trial(3), x(3)
     integer :: i, n
     logical :: good
@@ -72,6 +74,17 @@ contains
       result%converged = error <= residual_tolerance
       if (result%converged .or. result%iterations == max_iterations) return
       call solve_linear(n, a, -r(:n), step, good)
+      if (good .and. .not. kappa > 0.0_wp) then
+        good = maxval(abs(step(:n)))*stiffness_scale(interface) <= worst*maxval(abs(r(:n)))
+      end if
+      if (.not. good) then
+        ! no stiffness in a direction, as along a single frictionless plane: no step in it
+        do i = 1, n
+          a(i, i) = a(i, i) + stiffness_scale(interface)/worst
+        end do
+        call solve_linear(n, a, -r(:n), step, good)
+        if (good) good = maxval(abs(step(:n)))*stiffness_scale(interface) <= sqrt(worst)*maxval(abs(r(:n)))
+      end if
       if (.not. good) return
       if (result%iterations == 0) result%step(:n) = step(:n)
       result%iterations = result%iterations + 1

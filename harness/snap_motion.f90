@@ -18,7 +18,7 @@ module snap_motion
 
   !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be
   !> passed.
-  real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step/64.0_wp
+  real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step*2.0_wp**(-20)
   !> Growth of the step: slow where planes may break, fast where all are broken and the law is monotone.
   real(wp), parameter :: growth = 1.02_wp, fast_growth = 2.0_wp
 
@@ -59,8 +59,8 @@ contains
     end associate
   end function cannot_soften
 
-  !> Separation beyond which several free ones are taken to run away, length: that at the start and a thousand times
-  !> s_f or what is given.
+  !> Separation beyond which several free ones are taken to run away, length: a thousand times s_f and what is given, or
+  !> that at the start.
   pure function farthest_rest(interface, balance) result(far)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
@@ -71,7 +71,7 @@ contains
     associate (material => interface%rie%material)
       far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
         balance%control%traction))
-      far = maxval(abs(balance%old%s)) + times*(material%s0/(1.0_wp - material%eta) + far)
+      far = max(maxval(abs(balance%old%s)), times*(material%s0/(1.0_wp - material%eta) + far))
       far = min(far, 0.5_wp*separation_bound(interface))
     end associate
   end function farthest_rest
@@ -122,7 +122,8 @@ contains
       x = point%s(free)
       r = r_far
       if (control%spring(free) <= 0.0_wp .and. free == 1 .and. sense > 0.0_wp .and. dead_and_open(point)) return
-      step = step*merge(fast_growth, growth, free == 1 .and. cannot_soften(interface, point))
+      step = step*merge(fast_growth, growth, step < first_step*interface%rie%material%s0 .or. &
+        (free == 1 .and. cannot_soften(interface, point)))
     end do
 
   contains
@@ -203,7 +204,7 @@ contains
     integer, intent(inout) :: iterations            !! tangent solves
     logical, intent(out) :: found                   !! whether there is a rest
     !> Change of the damping after a step that went well, and after one that did not; least that is used, of K.
-    real(wp), parameter :: less = 0.5_wp, more = 4.0_wp, least = 1.0e-9_wp
+    real(wp), parameter :: less = 0.5_wp, more = 4.0_wp, least = 1.0e-13_wp
     type(balance_type) :: balance
     type(newton_type) :: result
     type(point_type) :: trial

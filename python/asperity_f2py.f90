@@ -251,11 +251,11 @@ end subroutine interface_adaptive_slip
 
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
-                                   preload_time, guarded, separation, traction, state, n_done, status, message)
+                                   preload_time, guarded, separation, traction, state, jumps, n_done, status, message)
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use mixed_control, only: confined_slip
+  use mixed_control, only: confined_slip, report_type
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -271,12 +271,15 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
+  double precision, intent(inout) :: jumps(9, 0:n)      !! of the preload and every slip: snaps, parts, separation before
+                                                        !! and after the longest snap, energy set free by all
   integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
   integer, intent(out) :: status                           !! 0 or status_separation
   character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
   !f2py threadsafe
   type(interface_type) :: interface
   character(len=:), allocatable :: text
+  type(report_type) :: reports(0:n)
   double precision :: bound
   integer :: i, iterations(n)
   n_done = 0
@@ -300,7 +303,11 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     return
   end if
   call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
-    times, preload_time)
+    times, preload_time, reports=reports)
+  do i = 0, n
+    jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
+                   reports(i)%released]
+  end do
 end subroutine interface_confined_slip
 
 !> Newton's method without safeguards: one virgin point along given values of mixed control.

@@ -183,7 +183,8 @@ contains
     end if
     if (method /= full_solver) return
     if (report%ended /= ended_lost) then
-      outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // " updates"
+      outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
+        " updates of the law"
       return
     end if
     call scan_equilibria(sample%interface, control, report%beyond, point, scan)

@@ -9,7 +9,8 @@ program solver_soak
   implicit none
 
   integer, parameter :: n_methods = 3
-  character(len=*), parameter :: names(n_methods) = [character(len=14) :: "plain Newton", "halved Newton", "full solver"]
+  character(len=*), parameter :: names(n_methods) = [character(len=14) :: "plain Newton", "halved Newton", &
+    "full solver"]
   !> Complaints that are printed; seconds between two progress lines.
   integer, parameter :: most_complaints = 50
   real(wp), parameter :: period = 1.0_wp
@@ -149,8 +150,9 @@ contains
           real(s%updates, wp)/real(max(s%increments, 1_int64), wp), s%most_updates, s%snaps, s%missed
       end associate
     end do
-    write (unit, "(3a, i0, a, i0)") indent, "(per cent of the samples, of the increments); full solver: rows that are no ", &
-      "equilibrium ", total(full_solver)%wrong, ", losses not explained ", total(full_solver)%unexplained
+    write (unit, "(2a, 2(a, i0))") indent, "(per cent of the samples, of the increments); full solver: ", &
+      "rows that are no equilibrium ", total(full_solver)%wrong, ", losses not explained ", &
+      total(full_solver)%unexplained
   end subroutine write_table
 
   !> Share of the samples.

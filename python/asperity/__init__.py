@@ -6,7 +6,7 @@ and opening positive, angles in degrees, units the user's consistent set.
 
 from . import contract
 from .installed import library
-from .interface import EquilibriumLost, History, Interface, Update
+from .interface import EquilibriumLost, History, Interface, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
 
@@ -19,6 +19,7 @@ __all__ = [
     "Material",
     "ModelWarning",
     "Pattern",
+    "Snap",
     "Update",
     "contract",
     "library",

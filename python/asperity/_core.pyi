@@ -47,6 +47,7 @@ def interface_confined_slip(
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    jumps: _Floats,
 ) -> tuple[int, int, bytes]: ...
 def interface_slip_curves(
     props: _Floats, direction: _Floats, sigma_n: _Floats, slips: _Floats, preload: int, rows: _Floats

@@ -33,12 +33,26 @@ class Update:
         _freeze(self.traction, self.state, self.tangent)
 
 
+@dataclass(frozen=True)
+class Snap:
+    """A jump to another branch of equilibria: its row, separation (N, Tx, Ty) before and after, length.
+
+    released: energy per unit area that is set free, the work of what is held less what is stored and
+    dissipated.
+    """
+
+    row: int
+    before: tuple[float, float, float]
+    after: tuple[float, float, float]
+    released: float
+
+
 @dataclass(frozen=True, eq=False)
 class History:
     """One point along a path; the first axis of every field is the row.
 
     separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text),
-    those of a preload with row 0.
+    those of a preload with row 0; snaps: the jumps among them, the longest of each row.
     """
 
     separation: Floats
@@ -46,6 +60,7 @@ class History:
     damage: Floats
     state: Floats
     events: tuple[tuple[int, str], ...] = ()
+    snaps: tuple[Snap, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -183,10 +198,11 @@ class Interface:
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
+        jumps = np.zeros((n + 1, 9))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                times, float(preload_time), int(self.guarded), separation.T, traction.T, state.T,
+                times, float(preload_time), int(self.guarded), separation.T, traction.T, state.T, jumps.T,
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)
@@ -196,7 +212,7 @@ class Interface:
             lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
         elif n_done < n:
             lost = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
-        history = self._history(separation[:rows], traction[:rows], state[:rows], lost)
+        history = self._history(separation[:rows], traction[:rows], state[:rows], lost, jumps)
         if lost:
             where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
             raise EquilibriumLost(where + lost, history)
@@ -321,12 +337,31 @@ class Interface:
             )
         return array
 
-    def _history(self, separation: Floats, traction: Floats, state: Floats, lost: str = "") -> History:
+    def _history(
+        self,
+        separation: Floats,
+        traction: Floats,
+        state: Floats,
+        lost: str = "",
+        jumps: Floats | None = None,
+    ) -> History:
+        """History with its events; jumps (1 + T', 9) of the preload and the rows, interface_confined_slip."""
         damage = contract.statev_names(self.n_planes).index("damage")
-        events = find_events(self.pattern.normals, separation, state)
+        snaps: tuple[Snap, ...] = ()
+        flags: dict[int, list[str]] = {}
+        for i, jump in enumerate([] if jumps is None else jumps):
+            row = max(i - 1, 0)
+            if jump[0] > 0.0:
+                snaps += (
+                    Snap(row, tuple(map(float, jump[2:5])), tuple(map(float, jump[5:8])), float(jump[8])),
+                )  # type: ignore[arg-type]
+                flags.setdefault(row, []).append("snap")
+            if i > 0 and row < len(separation) and jump[1] > 1.0:
+                flags.setdefault(row, []).append("substeps")
+        events = find_events(self.pattern.normals, separation, state, flags)
         if lost:
             events += ((len(separation), lost),)
-        return History(separation, traction, state[:, damage].copy(), state, events)
+        return History(separation, traction, state[:, damage].copy(), state, events, snaps)
 
     def _warn_if_soft(self, sigma_N: float) -> None:
         """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""

@@ -883,6 +883,26 @@ def test_history_is_a_plain_record() -> None:
             array[0] = 1.0
 
 
+def test_snaps_are_told() -> None:
+    """RP-16 without normal traction jumps once, at one place whatever the steps; RP-12 does not."""
+    for steps in (20, 400):
+        slips = np.linspace(0.0, 0.2, steps + 1)
+        for sides in (12, 16):
+            rough = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(sides, 30.0))
+            history = rough.confined_slip(0.0, slips, 0.0)
+            rows = [row for row, text in history.events if "snap" in text]
+            assert rows == [snap.row for snap in history.snaps]
+            if sides == 12:
+                assert not rows
+                continue
+            (snap,) = history.snaps
+            assert slips[snap.row - 1] < snap.before[1] <= slips[snap.row]
+            assert snap.before == pytest.approx((0.0926, 0.1736, 0.0), abs=2e-4)
+            assert snap.after == pytest.approx((0.1002, 0.1736, 0.0), abs=1e-4)
+            assert snap.released == pytest.approx(9.75e-6, rel=0.01)
+            assert "substeps" in dict(history.events)[snap.row]
+
+
 def test_events_are_those_of_the_driver() -> None:
     """The events of a replay are the column of the driver on the same separations."""
     case = "&material sigma0=3, Gc=0.3, eta=0.9, mu=0.5 /\n&pattern sides=4, theta=30 /\n"
