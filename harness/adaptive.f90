@@ -352,8 +352,8 @@ contains
       integer :: used
       moved = point
       margin = 0.0_wp
-      call advance(interface, share_of(control, share - at), between(start, target, at), between(start, target, share), &
-        moved, used, reached)
+      call advance(interface, share_of(control, share - at), between(start, target, at), &
+        between(start, target, share), moved, used, reached)
       solves = solves + 1
       good = .not. reached < 1.0_wp
       if (.not. good) return
