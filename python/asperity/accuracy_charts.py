@@ -563,7 +563,7 @@ def _tangents(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]
     n = 10 if quick else accuracy.TANGENT_INCREMENTS
     tolerances = (1e-2, STRICT) if quick else accuracy.TOLERANCES
     sizes = (5, 10) if quick else (15, 30, 60, 120, 240, 480, 960)
-    repeats = 1 if quick else 5
+    repeats = 1 if quick else 20
 
     def run(tangent: str, sigma_N: float, increments: int, tolerance: float) -> TangentRun:
         found = accuracy.tangent_run(tangent, sigma_N, increments, tolerance, repeats)
