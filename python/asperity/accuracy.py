@@ -326,8 +326,6 @@ def plane_errors(
     for candidate in chosen:
         interface = Interface(material(mu), candidate.pattern)
         angles = candidate.directions
-        # the increments of the curves leave more in G_T than many planes do
-        energies = fracture_energy(material(mu), candidate.pattern, angles, ENERGY_TOLERANCE)
         for i, sigma_N in enumerate(held):
             curves, seconds = timed(
                 lambda: slip_curves(interface, angles, slips, sigma_N, PRELOAD, threads=1),  # noqa: B023
@@ -346,7 +344,10 @@ def plane_errors(
                 relative(curves.tau_L - tau, everywhere),
                 relative(curves.tau_across, everywhere),
                 relative(curves.s_N - s_N, np.tile(s_N, (len(angles), 1))),
-                _spread(curves.work[:, -1]) if sigma_N < 0.0 else energies.spread,
+                # at sigma_N = 0 the increments of the curves leave more than many planes do
+                _spread(curves.work[:, -1])
+                if sigma_N < 0.0
+                else fracture_energy(material(mu), candidate.pattern, angles, ENERGY_TOLERANCE).spread,
                 _spread(_loops(slip_curves(interface, angles, loops, sigma_N, PRELOAD)))
                 if sigma_N < 0.0
                 else np.nan,

@@ -45,7 +45,7 @@ def add_command(charts: argparse._SubParsersAction) -> None:
     """Add the subcommand of `asperity chart`."""
     chart = charts.add_parser(
         "accuracy",
-        help="error against measured cost: increments, planes, precision, tangents (half a minute)",
+        help="error against measured cost: increments, planes, precision, tangents (a minute)",
     )
     chart.add_argument(
         "-o",
