@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _core
 from .contract import Floats
+from .fracture_energy import fracture_energy
 from .interface import Interface
 from .material import Material
 from .newton import NewtonStudy, newton_path
@@ -56,6 +57,9 @@ def cycle(increments: int) -> Floats:
 PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": cycle}
 """Paths by name."""
 
+TURNS = {"monotonic": (SLIP,), "cyclic": (AMPLITUDE, -AMPLITUDE, AMPLITUDE)}
+"""Their turning points, mm."""
+
 
 Result = TypeVar("Result")
 
@@ -88,20 +92,26 @@ def largest(error: Floats, reference: Floats) -> float:
 class StepError:
     """Errors of one curve: largest of tau_L and s_N over its rows, and of the work, relative to the largest.
 
-    seconds: for the curve.
+    line: of tau_L by straight lines between the rows, as it is drawn.  seconds: for the curve.  tolerance: of
+    adaptive increments, 0 for fixed ones.
     """
 
     path: str
     sigma_N: float
-    increments: int
+    tolerance: float
+    rows: int
     seconds: float
     tau_L: float
     s_N: float
     work: float
+    line: float
 
 
 INCREMENTS = tuple(30 * 2**k for k in range(9))
 """Fixed increments, 30 to 7680."""
+
+STEP_TOLERANCES = tuple(10.0 ** -(k / 2.0) for k in range(3, 11))
+"""Tolerances of adaptive increments."""
 
 TIMES = 8
 """Curves of a run that is timed: the call itself takes as long as 100 increments."""
@@ -112,33 +122,89 @@ FINER = 8
 STEP_DIRECTION = 20.0
 """Direction of slip, degrees: no plane of symmetry of RP-4."""
 
+ROOM = 8192
+"""Rows of adaptive increments there is room for."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """A curve over the way of the slip (T,), mm, from 0 on; work at its end."""
+
+    way: Floats
+    tau_L: Floats
+    s_N: Floats
+    work: float
+
 
 def step_errors(
-    increments: Sequence[int] = INCREMENTS, repeats: int = 3, tick: Tick = lambda: None
+    increments: Sequence[int] = INCREMENTS,
+    tolerances: Sequence[float] = STEP_TOLERANCES,
+    repeats: int = 3,
+    tick: Tick = lambda: None,
 ) -> Iterator[StepError]:
-    """Errors of RP-4, 30 degrees, against the number of fixed increments."""
+    """Errors of RP-4, 30 degrees, against the number of fixed increments and against adaptive ones."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
     for path, slips in PATHS.items():
         for sigma_N in SIGMA_N:
-            reference = _curve(interface, slips(FINER * increments[-1]), sigma_N)
+            reference = _fixed(interface, slips(FINER * increments[-1]), sigma_N, 1)
             for n in increments:
-                curve, seconds = timed(lambda: _curve(interface, slips(n), sigma_N, TIMES), repeats)  # noqa: B023
-                rows = np.arange(1, n + 1) * (len(reference.slips) // n) - 1
-                yield StepError(
-                    path,
-                    sigma_N,
-                    n,
-                    seconds / TIMES,
-                    largest(curve.tau_L - reference.tau_L[:, rows], reference.tau_L),
-                    largest(curve.s_N - reference.s_N[:, rows], reference.s_N),
-                    largest(curve.work[:, -1] - reference.work[:, -1], reference.work),
+                run, seconds = timed(lambda: _fixed(interface, slips(n), sigma_N, TIMES), repeats)  # noqa: B023
+                yield _step_error(path, sigma_N, 0.0, seconds / TIMES, run, reference)
+                tick()
+            for tolerance in tolerances:
+                run, seconds = timed(
+                    lambda: _adaptive(interface, TURNS[path], sigma_N, tolerance),  # noqa: B023
+                    repeats,
                 )
+                yield _step_error(path, sigma_N, tolerance, seconds, run, reference)
                 tick()
 
 
-def _curve(interface: Interface, slips: Floats, sigma_N: float, times: int = 1) -> SlipCurves:
+def _fixed(interface: Interface, slips: Floats, sigma_N: float, times: int) -> _Path:
     """The same curve several times."""
-    return slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, threads=1)
+    curve = slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, threads=1)
+    return _Path(_way(slips), curve.tau_L[0], curve.s_N[0], float(curve.work[0, -1]))
+
+
+def _adaptive(interface: Interface, turns: Sequence[float], sigma_N: float, tolerance: float) -> _Path:
+    """Adaptive increments, without what Python makes of the rows."""
+    separation, traction = np.empty((ROOM, 3)), np.empty((ROOM, 3))
+    state = np.empty((ROOM, interface.nstatv))
+    rows, reached, status, message = _core.interface_adaptive_slip(
+        interface.props(), STEP_DIRECTION, np.array(turns), sigma_N, tolerance, np.zeros(len(turns)), 0.0,
+        separation.T, traction.T, state.T,
+    )  # fmt: skip
+    if status != 0 or reached < len(turns) or rows > ROOM:
+        raise ValueError(
+            f"{rows} rows: expected at most {ROOM}, up to slip {turns[-1]:g}; {message.decode()}"
+        )
+    angle = np.radians(STEP_DIRECTION)
+    e = np.array([np.cos(angle), np.sin(angle)])
+    s_L, tau_L = separation[:rows, 1:] @ e, traction[:rows, 1:] @ e
+    return _Path(_way(s_L), tau_L, separation[:rows, 0], float(state[rows - 1, 4]))
+
+
+def _way(s_L: Floats) -> Floats:
+    return np.cumsum(np.abs(np.diff(s_L, prepend=0.0)))
+
+
+def _step_error(
+    path: str, sigma_N: float, tolerance: float, seconds: float, run: _Path, reference: _Path
+) -> StepError:
+    """Errors of a run against a dense one; before the first slip tau_L is zero."""
+    tau_L, s_N = (np.interp(run.way, reference.way, y) for y in (reference.tau_L, reference.s_N))
+    line = np.interp(reference.way, np.append(0.0, run.way), np.append(0.0, run.tau_L))
+    return StepError(
+        path,
+        sigma_N,
+        tolerance,
+        len(run.way),
+        seconds,
+        largest(run.tau_L - tau_L, reference.tau_L),
+        largest(run.s_N - s_N, reference.s_N),
+        abs(run.work / reference.work - 1.0),
+        largest(line - reference.tau_L, reference.tau_L),
+    )
 
 
 # --- planes -----------------------------------------------------------------------------------------
@@ -236,7 +302,10 @@ class PlaneError:
 
 
 PLANE_INCREMENTS = {"monotonic": 240, "cyclic": 800}
-"""Increments of 0.0025 mm; their error is the same for all patterns and cancels."""
+"""Increments of 0.0025 mm; their error is about the same for all patterns and directions, and cancels."""
+
+ENERGY_TOLERANCE = 1.0e-5
+"""Change by the last halving of the steps at which G_T counts as converged, over Gc."""
 
 
 def plane_errors(
@@ -275,7 +344,10 @@ def plane_errors(
                 relative(curves.tau_L - tau, everywhere),
                 relative(curves.tau_across, everywhere),
                 relative(curves.s_N - s_N, np.tile(s_N, (len(angles), 1))),
-                _spread(curves.work[:, -1]),
+                # at sigma_N = 0 the increments of the curves leave more than many planes do
+                _spread(curves.work[:, -1])
+                if sigma_N < 0.0
+                else fracture_energy(material(mu), candidate.pattern, angles, ENERGY_TOLERANCE).spread,
                 _spread(_loops(slip_curves(interface, angles, loops, sigma_N, PRELOAD)))
                 if sigma_N < 0.0
                 else np.nan,
@@ -457,7 +529,7 @@ def drifts(
 def _rows(interface: Interface, s: Floats, stride: int) -> tuple[Floats, Floats]:
     """Traction (R, 3) and rupture, friction, work (R, 3) of every stride-th row in double precision."""
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
-    status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), traction.T, state.T)
+    status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
     if status != 0:
         raise ValueError(message.decode("ascii").rstrip())
     return traction[stride - 1 :: stride].copy(), state[stride - 1 :: stride, 2:5].copy()
@@ -496,7 +568,7 @@ def distances(
     angle = np.radians(STEP_DIRECTION)
     s = np.column_stack([curve.s_N[0], slips * np.cos(angle), slips * np.sin(angle)])
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
-    _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), traction.T, state.T)
+    _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
     tick()
     size = np.abs(traction[400:]).max()
     for way, label in WAYS.items():

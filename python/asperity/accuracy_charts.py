@@ -45,7 +45,7 @@ def add_command(charts: argparse._SubParsersAction) -> None:
     """Add the subcommand of `asperity chart`."""
     chart = charts.add_parser(
         "accuracy",
-        help="error against measured cost: increments, planes, precision, tangents (half a minute)",
+        help="error against measured cost: increments, planes, precision, tangents (a minute)",
     )
     chart.add_argument(
         "-o",
@@ -124,51 +124,95 @@ QUANTITIES = (("tau_L", r"$\tau_L$"), ("s_N", "$s_N$"), ("work", "work"))
 
 def _increments(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:
     sizes = (30, 60) if quick else accuracy.INCREMENTS
-    errors = list(accuracy.step_errors(sizes, 1 if quick else 3, tick))
+    tolerances = (1e-2, 1e-3) if quick else accuracy.STEP_TOLERANCES
+    errors = list(accuracy.step_errors(sizes, tolerances, 1 if quick else 5, tick))
+    fixed = [e for e in errors if e.tolerance == 0.0]
     figure, axes = new_figure(11.0, 6.6, nrows=2, ncols=3, sharex=True)
     for ax, (path, (name, label)) in zip(
         axes, [(path, q) for path in accuracy.PATHS for q in QUANTITIES], strict=True
     ):
-        for i, sigma_N in enumerate(accuracy.SIGMA_N):
-            chosen = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
-            ax.plot(
-                [e.increments for e in chosen],
-                [getattr(e, name) for e in chosen],
-                "osD^"[i] + LINES[i],
-                color=COLOURS[i],
-                markersize=4,
-                linewidth=1.2,
-                label=_sigma(sigma_N),
-            )
+        _by_traction(ax, [e for e in fixed if e.path == path], "rows", name)
         _log(ax, "increments of the path", f"relative error of {label}")
         _orders(ax, sizes)
         ax.set_title(path, fontsize="small")
     axes[2].legend(title=r"$\sigma_N$ [MPa]", fontsize="x-small", title_fontsize="x-small")
-    time, (ax,) = new_figure(5.6, 4.2)
+    against, axes = new_figure(11.0, 6.8, nrows=2, ncols=3, sharex="col")
+    for i, path in enumerate(accuracy.PATHS):
+        here = [e for e in errors if e.path == path]
+        for ax, (x, name, x_label, label) in zip(axes[3 * i : 3 * i + 3], COSTS, strict=True):
+            _by_traction(ax, [e for e in here if e.tolerance == 0.0], x, name)
+            _by_traction(ax, [e for e in here if e.tolerance > 0.0], x, name, adaptive=True)
+            _log(ax, x_label, label)
+            ax.set_title(path, fontsize="small")
+    handles = [Line2D([], [], color=COLOURS[i], label=_sigma(s)) for i, s in enumerate(accuracy.SIGMA_N)]
+    handles += [
+        Line2D([], [], color="grey", marker="o", markersize=4, label="fixed"),
+        Line2D([], [], color="grey", linestyle="--", marker="^", markerfacecolor="none", label="adaptive"),
+    ]
+    against.legend(
+        handles=handles, title=r"$\sigma_N$ [MPa]", loc="outside lower center", ncols=6, fontsize="small"
+    )
+    return {"increments": figure, "adaptive": against}, _increment_tables(errors)
+
+
+COSTS = (
+    ("rows", "line", "rows", r"error of $\tau_L$, lines between rows"),
+    ("seconds", "line", "time of a curve [s]", r"error of $\tau_L$, lines between rows"),
+    ("seconds", "work", "time of a curve [s]", "error of the work"),
+)
+"""Cost and error of the columns that compare fixed and adaptive increments, with their labels."""
+
+
+def _by_traction(ax: Axes, errors: Sequence[StepError], x: str, y: str, adaptive: bool = False) -> None:
+    """A line for each normal traction."""
     for i, sigma_N in enumerate(accuracy.SIGMA_N):
-        chosen = [e for e in errors if (e.path, e.sigma_N) == ("monotonic", sigma_N)]
+        chosen = [e for e in errors if e.sigma_N == sigma_N]
         ax.plot(
-            [1e3 * e.seconds for e in chosen],
-            [e.work for e in chosen],
-            "osD^"[i] + LINES[i],
+            [getattr(e, x) for e in chosen],
+            [getattr(e, y) for e in chosen],
+            "^--" if adaptive else "o-",
             color=COLOURS[i],
             markersize=4,
+            markerfacecolor="none" if adaptive else COLOURS[i],
+            linewidth=1.2,
             label=_sigma(sigma_N),
         )
-    _log(ax, "time of a curve [ms]", "relative error of the work")
-    _plain(ax.xaxis)
-    ax.legend(title=r"$\sigma_N$ [MPa]", fontsize="x-small", title_fontsize="x-small")
-    rows = []
+
+
+AIMED = (("line", "curve of τ_L", 1.0e-3), ("work", "work", 1.0e-4))
+"""Errors for which the table compares fixed and adaptive increments."""
+
+
+def _increment_tables(errors: Sequence[StepError]) -> str:
+    """Orders of convergence and increments needed, fixed; rows and times needed, fixed and adaptive."""
+    orders, needs = [], []
     for path in accuracy.PATHS:
         for sigma_N in accuracy.SIGMA_N:
-            chosen = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
-            cells = [_order(chosen, name) for name, _ in QUANTITIES]
-            cells += [_needed(chosen, name, aim) for name, _ in QUANTITIES for aim in AIMS[1:]]
-            per_row = min(1e6 * e.seconds / e.increments for e in chosen)
-            rows.append([path, _sigma(sigma_N), *cells, f"{per_row:.1f}"])
-    head = ["path", "σ_N [MPa]", *(f"order, {q}" for q in ("τ_L", "s_N", "work"))]
-    head += [f"{q} to {aim:.0e}" for q in ("τ_L", "s_N", "work") for aim in AIMS[1:]] + ["µs an increment"]
-    return {"increments": figure, "increments_time": time}, _table(head, rows)
+            here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
+            fixed = [e for e in here if e.tolerance == 0.0]
+            cells = [_order(fixed, name) for name, _ in QUANTITIES]
+            cells += [_text(_needed(fixed, n, aim), fixed) for n, _ in QUANTITIES for aim in AIMS[1:]]
+            orders.append([path, _sigma(sigma_N), *cells])
+            cells = []
+            for name, _, aim in AIMED:
+                for chosen in (fixed, [e for e in here if e.tolerance > 0.0]):
+                    found = _needed(chosen, name, aim)
+                    cells += [_text(found, chosen), f"{1e3 * found.seconds:.2f}" if found else ""]
+            needs.append([path, _sigma(sigma_N), *cells])
+    head = ["path", "σ_N [MPa]"]
+    names = ("τ_L", "s_N", "work")
+    first = [f"order, {q}" for q in names] + [f"{q} to {aim:.0e}" for q in names for aim in AIMS[1:]]
+    second = [
+        f"{label} to {aim:.0e}, {method}" if unit else "ms"
+        for _, label, aim in AIMED
+        for method in ("fixed", "adaptive")
+        for unit in (True, False)
+    ]
+    return (
+        f"{_table([*head, *first], orders)}\n\nRows and times that an aim needs, fixed increments "
+        "(doubled) and "
+        f"adaptive ones (tolerance by half decades):\n\n{_table([*head, *second], needs)}"
+    )
 
 
 def _orders(ax: Axes, sizes: Sequence[int]) -> None:
@@ -185,19 +229,23 @@ def _orders(ax: Axes, sizes: Sequence[int]) -> None:
 
 def _order(chosen: Sequence[StepError], name: str) -> str:
     """Order of convergence over the range, by least squares."""
-    x = np.log([e.increments for e in chosen])
+    x = np.log([e.rows for e in chosen])
     y = np.log([max(getattr(e, name), 1e-300) for e in chosen])
     return f"{-np.polyfit(x, y, 1)[0]:.1f}"
 
 
-def _needed(chosen: Sequence[StepError], name: str, aim: float) -> str:
-    """Smallest number of increments from which on the error stays below the aim."""
-    last = 0
-    for e in chosen:
+def _needed(chosen: Sequence[StepError], name: str, aim: float) -> StepError | None:
+    """Coarsest run from which on the error stays below the aim."""
+    found = None
+    for e in reversed(chosen):
         if not getattr(e, name) <= aim:
-            last = e.increments
-    later = [e.increments for e in chosen if e.increments > last]
-    return str(later[0]) if later else f"> {chosen[-1].increments}"
+            break
+        found = e
+    return found
+
+
+def _text(found: StepError | None, tried: Sequence[StepError]) -> str:
+    return str(found.rows) if found else f"> {tried[-1].rows}"
 
 
 # --- planes -----------------------------------------------------------------------------------------
@@ -515,7 +563,7 @@ def _tangents(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]
     n = 10 if quick else accuracy.TANGENT_INCREMENTS
     tolerances = (1e-2, STRICT) if quick else accuracy.TOLERANCES
     sizes = (5, 10) if quick else (15, 30, 60, 120, 240, 480, 960)
-    repeats = 1 if quick else 5
+    repeats = 1 if quick else 20
 
     def run(tangent: str, sigma_N: float, increments: int, tolerance: float) -> TangentRun:
         found = accuracy.tangent_run(tangent, sigma_N, increments, tolerance, repeats)

@@ -94,7 +94,8 @@ def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str
             bar.update()
     else:
         with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            futures = [pool.submit(_write_one, job) for job in numbers]
+            # the last ones take longest and go first
+            futures = [pool.submit(_write_one, job) for job in reversed(numbers)][::-1]
             for future in futures:
                 future.add_done_callback(lambda _: bar.update())
             texts = [future.result() for future in futures]

@@ -13,7 +13,7 @@ from asperity.cli import main
 DOCS = Path(__file__).parents[2] / "docs"
 
 PICTURES = {
-    "increments": ["increments", "increments_time"],
+    "increments": ["adaptive", "increments"],
     "planes": ["planes", "spread"],
     "materials": ["materials"],
     "precision": ["precision"],
@@ -33,17 +33,22 @@ def test_paths() -> None:
 
 def test_errors_fall_with_the_increments() -> None:
     """Eight times the increments: tractions converge at about first order or better."""
-    errors = list(accuracy.step_errors((60, 480), repeats=1))
+    errors = list(accuracy.step_errors((60, 480), (), repeats=1))
     assert len(errors) == 2 * len(accuracy.PATHS) * len(accuracy.SIGMA_N)
     for coarse, fine in zip(errors[::2], errors[1::2], strict=True):
-        assert (coarse.path, coarse.sigma_N, coarse.increments, fine.increments) == (
-            *(fine.path, fine.sigma_N),
-            *(60, 480),
-        )
-        for name in ("tau_L", "s_N", "work"):
-            assert 0.0 < getattr(fine, name) < getattr(coarse, name) < 0.05
+        assert (coarse.path, coarse.sigma_N, coarse.rows) == (fine.path, fine.sigma_N, 60)
+        assert fine.rows == 480 and fine.seconds > 0.0
+        for name in ("tau_L", "s_N", "work", "line"):
+            assert 0.0 < getattr(fine, name) < getattr(coarse, name) < 0.5
         assert fine.tau_L < 0.35 * coarse.tau_L or coarse.sigma_N == 0.0
-        assert fine.seconds > 0.0
+
+
+def test_adaptive_increments_draw_the_curve_with_fewer_rows() -> None:
+    """Within three times the tolerance, and with fewer rows than fixed increments need for the same."""
+    errors = list(accuracy.step_errors((480,), (1e-3,), repeats=1))
+    for fixed, adaptive in zip(errors[::2], errors[1::2], strict=True):
+        assert (fixed.tolerance, adaptive.tolerance) == (0.0, 1e-3)
+        assert adaptive.line < 3e-3 and adaptive.rows < 300
 
 
 @pytest.mark.parametrize("sides", [3, 4, 5])
