@@ -18,7 +18,7 @@ SIGMA0, GC, ETA = 3.0, 0.3, 0.9
 S_F = 2 * GC / SIGMA0
 S_0 = (1 - ETA) * S_F
 
-# Rows and directions are others than those of the search and its check, which have found the largest error over
+# Rows and directions are others than those of search and check, which have found the largest error over
 # directions to a few percent.
 SAMPLING = 1.05
 
