@@ -122,7 +122,8 @@ contains
         switched = any(walk%does .neqv. regime(interface, point, middle)) .or. &
           any(walk%does .neqv. regime(interface, middle, ending))
         single = single .and. maxval(reports%parts) == 1
-        error = step_error(control, walk, point, whole, middle, ending, switched, single)
+        error = step_error(control, walk, path_weight(interface, control, size), point, whole, middle, ending, switched, &
+          single)
         if (error <= 1.0_wp .or. last) exit
         if (walk%lands .and. .not. located .and. error > worth_landing) then
           call first_switch(interface, control, start, target, at, next, point, walk, switch)
@@ -209,10 +210,23 @@ contains
     length = sqrt(sum(v**2))
   end function size_of
 
+  !> Weight of the difference at the end of a step: friction forgets, viscous damage sums up over its relaxation time.
+  pure function path_weight(interface, control, size) result(weight)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! with the time that the whole way takes
+    real(wp), intent(in) :: size                    !! of the step as a share of the way
+    real(wp) :: weight
+    weight = path_share
+    associate (tau_v => interface%rie%material%tau_v)
+      if (tau_v > 0.0_wp .and. control%dt > 0.0_wp) weight = max(weight, min(1.0_wp, tau_v/control%dt)/size)
+    end associate
+  end function path_weight
+
   !> Error of a step in units of what the tolerance allows.
-  pure function step_error(control, walk, old, whole, middle, ending, switched, single) result(error)
+  pure function step_error(control, walk, weight, old, whole, middle, ending, switched, single) result(error)
     type(control_type), intent(in) :: control                   !! what is given
     type(walk_type), intent(in) :: walk                         !! tolerance and scales
+    real(wp), intent(in) :: weight                              !! of the difference at the end
     type(point_type), intent(in) :: old, whole, middle, ending  !! start, end in one increment, middle and end in two
     logical, intent(in) :: switched                             !! whether a plane switches within the step
     logical, intent(in) :: single                               !! whether no increment was solved in parts
@@ -220,9 +234,9 @@ contains
     integer, parameter :: energies(3) = [v_rupture, v_friction, v_work]
     real(wp) :: energy, separation, share, traction
     share = merge(kink_share, smooth_share, switched)
-    traction = max(path_share*size_of(whole%traction - ending%traction), &
+    traction = max(weight*size_of(whole%traction - ending%traction), &
                    share*size_of(middle%traction - 0.5_wp*(old%traction + ending%traction)))
-    separation = maxval(merge(max(path_share*abs(whole%s - ending%s), &
+    separation = maxval(merge(max(weight*abs(whole%s - ending%s), &
                                   share*abs(middle%s - 0.5_wp*(old%s + ending%s))), 0.0_wp, control%traction))
     energy = maxval(abs(whole%state(energies) - ending%state(energies)))
     traction = traction/max(walk%traction, size_of(ending%traction))

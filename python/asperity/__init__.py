@@ -9,6 +9,7 @@ from .installed import library
 from .interface import EquilibriumLost, History, Interface, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
+from .selection import NoPatternError, Scene, Selection, select
 
 __version__ = contract.library_version()
 
@@ -18,9 +19,13 @@ __all__ = [
     "Interface",
     "Material",
     "ModelWarning",
+    "NoPatternError",
     "Pattern",
+    "Scene",
+    "Selection",
     "Snap",
     "Update",
     "contract",
     "library",
+    "select",
 ]

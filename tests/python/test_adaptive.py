@@ -159,3 +159,20 @@ def test_bad_tolerance_in_a_case(run, tolerance: str):  # noqa: F811
     result = run(MATERIAL + RP_4 + f"&step slip = 0.4, tolerance = {tolerance} /\n", code=1)
     assert f"case.nml:3: &step: tolerance = {tolerance}: expected 1e-8 to 0.1" in result.messages
     assert not Path("case.csv").exists()
+
+
+def test_viscous_damage_takes_its_time():
+    """A way takes the time between its turning points, each increment its share."""
+    material = asperity.Material(SIGMA0, GC, ETA, MU, tau_v=0.3)
+    interface = asperity.Interface(material, asperity.Pattern.regular(4, 30.0))
+    slips = np.concatenate([np.linspace(0.0, 0.2, 4001)[1:], np.linspace(0.2, 0.1, 2001)[1:]])
+    times = np.concatenate([np.linspace(0.0, 1.0, 4001)[1:], np.linspace(1.0, 3.0, 2001)[1:]])
+    reference = interface.confined_slip(20.0, slips, -2.0, preload=500, times=times, preload_time=0.5)
+    for tolerance in (1e-2, 1e-3):
+        rows = interface.confined_slip(
+            20.0, [0.2, 0.1], -2.0, times=[1.0, 3.0], preload_time=0.5, tolerance=tolerance
+        )
+        assert curve_error(rows, reference, 20.0) < ESTIMATE * tolerance
+        assert rows.damage[-1] == pytest.approx(reference.damage[-1], abs=tolerance)
+    with pytest.raises(ValueError, match="times"):
+        interface.confined_slip(20.0, [0.2], -2.0, tolerance=1e-2)
