@@ -23,12 +23,18 @@
 typedef struct record {
   struct record *next;   /* in its bucket */
   const double *key;     /* address of STRESS */
-  int step;              /* KSTEP of the trial state */
+  size_t values;         /* in either state below */
+  int step;              /* KSTEP of the trial state; NONE: no call yet */
   double *committed;     /* STRESS, strain, STATEV at the start of the step */
   double *trial;         /* the same after the last call */
 } record;
 
-enum { BUCKETS = 1 << 16, ADDRESS_BITS = 4 /* that are 0 in an aligned address */, MOST = 6 /* components */ };
+enum {
+  BUCKETS = 1 << 16,
+  ADDRESS_BITS = 4, /* that are 0 in an aligned address */
+  MOST = 6,         /* components of a host */
+  NONE = -1
+};
 
 static record *table[BUCKETS];
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
@@ -45,22 +51,35 @@ int asperity_kratos_symmetrise(int on) {
   return before;
 }
 
-/* The record of a point; a new one has a step that no call has. NULL: no memory. */
+/* Forget all points, for an analysis whose step numbers go on from another's; not while one runs. */
+void asperity_kratos_reset(void) {
+  pthread_mutex_lock(&lock);
+  for (int i = 0; i < BUCKETS; i++) {
+    for (record *r = table[i]; r != NULL; r = r->next) r->step = NONE;
+  }
+  pthread_mutex_unlock(&lock);
+}
+
+/* The record of a point, with room for as many values; NULL: no memory. */
 static record *find(const double *key, size_t values) {
   record **bucket = &table[((uintptr_t)key >> ADDRESS_BITS) % BUCKETS], *r;
   pthread_mutex_lock(&lock);
   for (r = *bucket; r != NULL && r->key != key; r = r->next) continue;
   if (r == NULL && (r = calloc(1, sizeof *r)) != NULL) {
-    r->committed = calloc(2 * values, sizeof *r->committed);
-    r->trial = r->committed + values;
     r->key = key;
-    r->step = -1;
+    r->step = NONE;
     r->next = *bucket;
-    if (r->committed == NULL) {
-      free(r);
+    *bucket = r;
+  }
+  if (r != NULL && r->values != values) { /* new, or another law where one was before */
+    double *room = realloc(r->committed, 2 * values * sizeof *room);
+    if (room == NULL) {
       r = NULL;
     } else {
-      *bucket = r;
+      r->committed = room;
+      r->trial = room + values;
+      r->values = values;
+      r->step = NONE;
     }
   }
   pthread_mutex_unlock(&lock);
@@ -80,7 +99,7 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
     for (size_t i = 0; i < n; i++) stress[i] = NAN; /* the solver stops */
     return;
   }
-  if (*kstep < r->step || r->step < 0) {
+  if (r->step == NONE || *kstep < r->step) {
     memcpy(r->committed, stress, n * sizeof *stress);
     memcpy(r->committed + n, stran, n * sizeof *stran);
     memcpy(r->committed + 2 * n, statev, m * sizeof *statev);
@@ -93,8 +112,8 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
   for (size_t i = 0; i < n; i++) increment[i] = stran[i] + dstran[i] - r->committed[n + i];
   memcpy(stress, r->committed, n * sizeof *stress);
   memcpy(statev, r->committed + 2 * n, m * sizeof *statev);
-  law(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, r->committed + n, increment, time, dtime, temp,
-      dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0,
+  law(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, r->committed + n, increment, time, dtime,
+      temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0,
       dfgrd1, noel, npt, layer, kspt, kstep, kinc);
   memcpy(r->trial, stress, n * sizeof *stress);
   for (size_t i = 0; i < n; i++) r->trial[n + i] = stran[i] + dstran[i];
