@@ -16,7 +16,7 @@ module newton
     logical :: converged = .false.
     integer :: iterations = 0                       !! tangent solves
     integer :: updates = 0                          !! of the law
-    real(wp) :: history(0:max_iterations) = -1.0_wp !! relative residuals, -1 where none was needed
+    real(wp) :: history(max_iterations + 1) = -1.0_wp !! relative residuals from the guess on, -1: none was needed
     logical :: stable = .true.                      !! no tangent on the way was that of an unstable equilibrium
     real(wp) :: first(3, 3) = 0.0_wp                !! derivative of the residual at the guess
     real(wp) :: last(3, 3) = 0.0_wp                 !! and at the end
@@ -63,7 +63,7 @@ contains
     result%updates = 1
     if (.not. good) return
     do
-      result%history(result%iterations) = error
+      result%history(result%iterations + 1) = error
       a = free_matrix(balance, point)
       do i = 1, n
         a(i, i) = a(i, i) + kappa
