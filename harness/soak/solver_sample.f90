@@ -8,7 +8,7 @@ module solver_sample
   use asperity_kinds, only: wp
   use control_point, only: control_type, new_point, point_type
   use equilibrium_scan, only: scan_equilibria, scan_type
-  use mixed_control, only: advance, direction_vector, ended_lost, full_solver, report_type
+  use mixed_control, only: advance, direction_vector, ended_limit, ended_lost, full_solver, report_type
   implicit none
   private
   public :: draw_sample, run_sample, describe
@@ -182,13 +182,13 @@ contains
       return
     end if
     if (method /= full_solver) return
-    if (report%ended /= ended_lost) then
+    if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
         " updates of the law"
       return
     end if
     call scan_equilibria(sample%interface, control, report%beyond, point, scan)
-    outcome%proven = .not. scan%found
+    outcome%proven = .not. scan%found   ! also where the work limit came first
     if (scan%found) outcome%why = "there is an equilibrium at s = " // to_text(scan%place(1)) // ", " // &
       to_text(scan%place(2)) // ", " // to_text(scan%place(3))
   end subroutine take
