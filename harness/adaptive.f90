@@ -122,8 +122,8 @@ contains
         switched = any(walk%does .neqv. regime(interface, point, middle)) .or. &
           any(walk%does .neqv. regime(interface, middle, ending))
         single = single .and. maxval(reports%parts) == 1
-        error = step_error(control, walk, path_weight(interface, control, size), point, whole, middle, ending, switched, &
-          single)
+        error = step_error(control, walk, path_weight(interface, control, size), point, whole, middle, ending, &
+          switched, single)
         if (error <= 1.0_wp .or. last) exit
         if (walk%lands .and. .not. located .and. error > worth_landing) then
           call first_switch(interface, control, start, target, at, next, point, walk, switch)
