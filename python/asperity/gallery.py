@@ -618,10 +618,8 @@ def _range(energies: Energies) -> str:
     spread = f"spread {100.0 * energies.spread:.2g} %"
     if energies.spread < SURE:
         spread = f"spread below {100.0 * SURE:g} %"
-    return (
-        f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm (error estimate {energies.error.max():.0e}), "
-        f"{spread}"
-    )
+    error = f"error estimate {energies.error.max():.0e}"
+    return f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm ({error}), {spread}"
 
 
 # --- Section 4.3 ---------------------------------------------------------------------------------------
