@@ -610,12 +610,16 @@ def figure_12(case: Case) -> Outcome:
     )
 
 
+SURE = 2.0e-6
+"""Spread that the last change of the steps (1e-6 of Gc, largest and smallest energy) cannot make up."""
+
+
 def _range(energies: Energies) -> str:
-    return (
-        f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm (error estimate "
-        f"{energies.error.max():.0e}), spread "
-        f"{100.0 * energies.spread:.2g} %"
-    )
+    spread = f"spread {100.0 * energies.spread:.2g} %"
+    if energies.spread < SURE:
+        spread = f"spread below {100.0 * SURE:g} %"
+    error = f"error estimate {energies.error.max():.0e}"
+    return f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm ({error}), {spread}"
 
 
 # --- Section 4.3 ---------------------------------------------------------------------------------------
