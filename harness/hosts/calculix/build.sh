@@ -1,5 +1,5 @@
 #!/bin/sh
-# build.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (about a minute); nothing is installed.
+# build.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (a few minutes); nothing is installed.
 # What is missing of the machine (deb-src entries, headers, run-time libraries) is taken into FOLDER as well.
 # Exit codes: 0 ready, 77 this machine cannot get or build the source, with the reason in the last line.
 set -u
