@@ -26,7 +26,8 @@ program solver_soak
   integer(int64) :: now, rate, seed, shown, started
   integer :: complaints, failed, i, method, samples
   logical :: quiet
-  character(len=:), allocatable :: csv
+  integer, parameter :: longest_path = 1000
+  character(len=longest_path) :: csv
 
   call read_options()
   call system_clock(started, rate)
@@ -52,7 +53,7 @@ program solver_soak
   end do
   call end_progress()
   call write_table(output_unit, "    ")
-  if (len(csv) > 0) call write_csv()
+  if (len_trim(csv) > 0) call write_csv()
   failed = int(min(int(samples, int64), total(full_solver)%wrong + total(full_solver)%unexplained))
   if (failed > 0) write (error_unit, "(a)") &
     "solver_soak: FAILED: rows that are no equilibrium, or losses that are not explained"
@@ -93,7 +94,7 @@ contains
       case ("--csv")
         a = a + 1
         call get_command_argument(a, argument)
-        csv = trim(argument)
+        csv = argument
       case default
         status = 1
       end select
@@ -172,9 +173,9 @@ contains
     integer, parameter :: longest = 200
     character(len=longest) :: reason
     integer :: k, status, unit
-    open (newunit=unit, file=csv, status="replace", action="write", iostat=status, iomsg=reason)
+    open (newunit=unit, file=trim(csv), status="replace", action="write", iostat=status, iomsg=reason)
     if (status /= 0) then
-      write (error_unit, "(a)") "solver_soak: " // csv // ": " // trim(reason)
+      write (error_unit, "(a)") "solver_soak: " // trim(csv) // ": " // trim(reason)
       stop 1
     end if
     write (unit, "(a)") "method,samples,completed,proven_lost,unexplained,wrong,increments,all_increments,updates," // &
