@@ -1,8 +1,10 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make check   lint, all builds and suites, coverage: what must pass
+# make hosts   the library inside Kratos and CalculiX: tests and pictures; says what this machine cannot get
 # Each installs what is missing first (cmake/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, clean (build/), distclean (and .venv/). What has passed runs again when a
-# file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of PFUNITConfig.cmake), JOBS.
+# driver), the parts of check by name, bench, soak (long runs: fuzz, threads, solver), clean (build/), distclean (and
+# .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
+# PFUNITConfig.cmake), JOBS.
 
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
@@ -36,10 +38,10 @@ suites = PYTHON=$(venv)/python cmake/build-and-test.sh build/$(@F) \
   -DPython3_EXECUTABLE="$(CURDIR)/$(venv)/python" $(1)
 comma := ,
 
-parts := lint test debug sanitize flang coverage pytest
+parts := lint test wide debug sanitize flang coverage pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: build demo check $(parts) bench dependencies clean distclean force
+.PHONY: build demo check $(parts) bench hosts soak dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake -S . -B build/release -G Ninja -DASPERITY_TESTS=OFF; \
@@ -63,6 +65,14 @@ build/passed/lint: $(tree) | .venv/installed
 
 build/passed/test: $(code) build/options | .venv/installed
 	@$(step) "Release, no warnings: suites" $(log) env $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Release -DASPERITY_WERROR=ON)
+	$(done)
+
+# products and sums are fused there, and the vectors are longer
+build/passed/wide: $(code) build/options | .venv/installed
+	@if grep -qsw avx2 /proc/cpuinfo && grep -qsw fma /proc/cpuinfo; then \
+	  $(step) "x86-64-v3 (AVX2, FMA): suites of the law" $(log) env SUITES="test_same_results test_block test_points" \
+	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Release -DASPERITY_WERROR=ON -DASPERITY_ARCH=x86-64-v3); \
+	  else echo "x86-64-v3: not this processor, left out"; fi
 	$(done)
 
 build/passed/debug: $(code) build/options | .venv/installed
@@ -97,6 +107,25 @@ build/options: force
 
 bench: build
 	@build/release/harness/bench
+
+# every program of harness/soak in turn, with its long run
+soak: build
+	@status=0; for program in build/release/harness/soak/*; do "$$program" || status=1; done; exit $$status
+
+# Kratos comes as wheels, CalculiX as Debian's source package (once, build/calculix)
+hosts := ASPERITY_KRATOS=build/hosts/harness/hosts/libasperity_kratos.so ASPERITY_LIBRARY=build/hosts/src/libasperity.so \
+  ASPERITY_CALCULIX=build/calculix
+hosts: .venv/installed
+	@$(step) "Library and adapter for the hosts" $(log) sh -ec 'cmake -S . -B build/hosts -G Ninja -DASPERITY_TESTS=OFF \
+	  -DASPERITY_HOSTS=ON; cmake --build build/hosts --parallel $(JOBS) --target asperity_kratos_adapter; echo build/hosts'
+	@$(step) "Kratos" build/logs/hosts-kratos.log sh -c '$(venv)/python -c "import KratosMultiphysics.GeoMechanicsApplication" || \
+	  $(venv)/pip install --config-settings=build-dir=build/python ".[dev,kratos]" || { echo "no wheels here, left out"; exit 0; }; echo there'
+	@$(step) "CalculiX" build/logs/hosts-calculix.log sh -c 'harness/hosts/calculix/build.sh build/calculix; code=$$?; \
+	  [ $$code = 77 ] || exit $$code'
+	@$(step) "Tests inside the hosts" build/logs/hosts-tests.log env $(hosts) $(venv)/python -m pytest -rA \
+	  --junitxml=build/hosts/junit.xml harness/hosts || (grep "^FAILED" build/logs/hosts-tests.log; exit 1)
+	@grep "^SKIPPED" build/logs/hosts-tests.log || true
+	@$(step) "Pictures" build/logs/hosts-pictures.log env $(hosts) harness/hosts/pictures.sh $(venv)/python build/hosts
 
 dependencies:
 	@$(step) "System packages" $(log) cmake/install-dependencies.sh

@@ -8,9 +8,7 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     -fopenmp-simd                                                # honours !$omp simd, links no run-time library
     >)
   # without this the compiler runs the loop over the planes on scalars, in case a division it moves should trap
-  set(ASPERITY_LAW_FLAGS $<$<CONFIG:Release>:-fno-trapping-math>
-    # a product and a sum are rounded apart, so that a point gets the same bits in a vector and beside it
-    -ffp-contract=off)
+  set(ASPERITY_LAW_FLAGS $<$<CONFIG:Release>:-fno-trapping-math>)
   set(debug_flags -O0 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived -fbacktrace)
   set(CMAKE_Fortran_FLAGS_RELEASE "-O3")
   if(ASPERITY_WERROR)

@@ -7,6 +7,7 @@ module case_file
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use case_material, only: read_props
+  use case_state, only: check_state, read_state, state_type
   use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, unknown_name
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
   use load_path, only: check_separations, read_steps, step_type
@@ -16,13 +17,13 @@ module case_file
   private
   public :: interpret_case, read_sweep
 
-  character(len=*), parameter :: group_names(7) = [character(len=8) :: "case", "material", "pattern", "step", &
-    "expect", "sweep", "replay"]
+  character(len=*), parameter :: group_names(8) = [character(len=8) :: "case", "material", "pattern", "step", &
+    "expect", "sweep", "replay", "state"]
 
-  character(len=*), parameter, public :: case_format(29) = [character(len=104) :: &
+  character(len=*), parameter, public :: case_format(33) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
-    "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc                        ! the last four are", &
+    "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard = .false.       ! the last five are", &
     "  &pattern   sides, theta, flat, turn   or   normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
     "  &step      one or more; each goes on from where the last one ended", &
     "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to, one value or a list run", &
@@ -32,13 +33,17 @@ module case_file
     "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
     "               k (s - s at the start of the step), until k is set again or s is given", &
     "    increments = 100      to each target, one number or a list", &
+    "    tolerance             relative, 1e-8 to 0.1: adaptive increments, so that straight lines between the", &
+    "               rows are within it; increments is the first guess", &
     "    cycles = 1            times that the lists are run through", &
     "    time = 1.0            that the step takes", &
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
+    "  &state     separation = s_N, s_Tx, s_Ty, statev = ...: where the run starts (default: virgin and at", &
+    "             rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
-    "             map = 0, r = 0, dtime = 1.0; columns s_N, s_Tx, s_Ty or strains e_1 ... e_<ntens>, time;", &
+    "             map = 0, dalpha = 0, r = 0, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
     "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &
     "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
     "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
@@ -47,7 +52,7 @@ module case_file
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, iterations of Newton's method (a", &
     "  replay: calls), event: onset, damaged, open, close, slip, snap, substeps, cut, lost; joined by +", &
-    "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: s_N jumps;", &
+    "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
     "  substeps: solved in parts; cut: umat asked for a smaller increment; lost: no equilibrium beyond it"]
 
   !> Points of a block of vumat: Abaqus/Explicit's number, and the most that are taken.
@@ -80,7 +85,9 @@ module case_file
     logical :: planes = .false.                   !! columns per plane
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
+    logical :: guarded = .false.                  !! damage grows only where that releases energy
     type(interface_type) :: interface
+    type(state_type) :: state                     !! where the steps start
     type(step_type), allocatable :: steps(:)      !! size 0: a replay
     type(expect_type) :: expect
     type(replay_type) :: replay
@@ -136,13 +143,15 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_props(text, case%props, case%mode_2, message)
+    call read_props(text, case%props, case%mode_2, case%guarded, message)
+    call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
-    call new_interface(case%props, case%interface, status)
+    call new_interface(case%props, case%interface, status, case%guarded)
     if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
+    call check_state(text, case%interface, case%state, message)
     call check_separations(text, case%steps, case%interface, message)
     if (size(case%steps) > 0) return
     if (case%replay%block > 0) then

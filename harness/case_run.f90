@@ -5,13 +5,17 @@ module case_run
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
-  use driver_messages, only: begin_progress, clear_progress, exit_input, exit_ok, exit_solve, progress_type, say
+  use driver_messages, only: begin_progress, clear_progress, exit_input, exit_ok, exit_solve, progress_type, say, short
+  use equilibrium_scan, only: scan_equilibria, scan_type
+  use failed_case, only: failed_type, write_failed_case
   use history, only: close_history, history_type, open_history
+  use load_path, only: component_names
+  use mixed_control, only: ended_limit, ended_rejected, most_updates
   use path_run, only: run_path
   use replay_run, only: run_replay
   implicit none
   private
-  public :: run_case, short
+  public :: run_case
 
 contains
 
@@ -26,6 +30,7 @@ contains
     integer, intent(out) :: code                !! exit code
     type(history_type) :: table
     type(progress_type) :: progress
+    type(failed_type) :: failed
     character(len=:), allocatable :: failure, text
 
     closure = 0.0_wp
@@ -35,7 +40,7 @@ contains
     if (table%good) then
       call begin_progress(progress, quiet)
       if (size(case%steps) > 0) then
-        call run_path(case%interface, case%steps, label, table, progress)
+        call run_path(case%interface, case%state, case%steps, label, table, progress, failed)
       else if (case%replay%block > 0) then
         call run_block_replay(case%interface, case%props, case%replay%ntens, case%replay%block, case%strains, label, &
           table, progress, failure)
@@ -56,7 +61,8 @@ contains
     else if (table%last%lost .neqv. case%expect%lost) then
       code = exit_solve
       if (table%last%lost) then
-        call say(label // ": equilibrium lost: no solution found beyond " // text)
+        call say(label // ": equilibrium lost: no solution found beyond " // text // ": " // why(case, failed))
+        call keep_failed(case, failed, label, output)
       else
         call say(label // ": the run ended at " // text // &
           " where a loss of equilibrium was expected (&expect in line " // integer_text(case%expect%line) // ")")
@@ -71,6 +77,7 @@ contains
     if (quiet) return
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
       " iterations (at most " // integer_text(table%most_iterations) // "), " // &
+      updates_and_snaps(table) // &
       trim(merge("equilibrium lost after ", "ended at               ", table%last%lost)) // " " // text // &
       ", written to " // output)
   end subroutine run_case
@@ -86,16 +93,77 @@ contains
     end associate
   end function last_row
 
-  !> Number for a message, six digits.
-  pure function short(value) result(text)
-    real(wp), intent(in) :: value   !! finite
+  !> Updates of the law where they are counted, and snaps if there were any.
+  function updates_and_snaps(table) result(text)
+    type(history_type), intent(in) :: table   !! rows
     character(len=:), allocatable :: text
-    character(len=16) :: buffer
-    real(wp) :: rounded
-    write (buffer, "(es16.5e3)") value
-    read (buffer, "(f16.0)") rounded
-    text = to_text(rounded)
-  end function short
+    text = ""
+    if (table%updates > 0) text = integer_text(table%updates) // " updates of the law, "
+    if (table%snaps > 0) text = text // integer_text(table%snaps) // &
+      trim(merge(" snap ", " snaps", table%snaps == 1)) // " that set " // short(table%released) // " free, "
+  end function updates_and_snaps
+
+  !> What is known of the equilibrium that was not found.
+  function why(case, failed) result(text)
+    type(case_type), intent(in) :: case        !! the case
+    type(failed_type), intent(in) :: failed    !! the increment
+    character(len=:), allocatable :: text
+    type(scan_type) :: scan
+    character(len=:), allocatable :: name, range
+
+    if (failed%report%ended == ended_limit) then
+      text = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law"
+      return
+    else if (failed%report%ended == ended_rejected) then
+      text = "the values to reach are out of range"
+      return
+    end if
+    call scan_equilibria(case%interface, failed%control, failed%report%beyond, failed%last, scan)
+    if (scan%n == 0) then
+      text = "the separation is out of range"
+      return
+    end if
+    name = trim(component_names(scan%free))
+    range = "[" // short(scan%lower) // ", " // short(scan%upper) // "]"
+    if (scan%n == 1) then
+      text = trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
+        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over s_" // name // " in " // &
+        range // " is " // to_text(scan%extreme) // trim(merge(" <", " >", scan%short)) // " held " // &
+        to_text(failed%report%beyond(scan%free))
+      if (scan%found) then
+        text = "none in the sense of the missing traction; there is one elsewhere, near s_" // name // " = " // &
+          short(scan%place(scan%free))
+      else
+        text = "no equilibrium: " // text
+      end if
+    else if (scan%found) then
+      text = "the motion under the held tractions comes to no rest; there is an equilibrium elsewhere, at s = (" // &
+        short(scan%place(1)) // ", " // short(scan%place(2)) // ", " // short(scan%place(3)) // ")"
+    else
+      text = "no equilibrium: the motion under the held tractions comes to no rest, the smallest residual over " // &
+        integer_text(scan%samples) // " separations, each free one in " // range // ", is " // short(scan%extreme)
+    end if
+  end function why
+
+  !> Leave the failed increment as a case of its own.
+  subroutine keep_failed(case, failed, label, output)
+    type(case_type), intent(in) :: case        !! the case
+    type(failed_type), intent(in) :: failed    !! the increment
+    character(len=*), intent(in) :: label      !! of the run
+    character(len=*), intent(in) :: output     !! file with the rows
+    character(len=*), parameter :: ending = ".csv"
+    character(len=:), allocatable :: path
+    logical :: written
+    if (.not. failed%happened) return
+    path = output
+    if (output == "-") path = "rie_driver"
+    if (len(path) > len(ending)) then
+      if (path(len(path) - len(ending) + 1:) == ending) path = path(:len(path) - len(ending))
+    end if
+    path = path // ".failed.nml"
+    call write_failed_case(path, case%props, case%guarded, failed, written)
+    if (written) call say(label // ": that increment alone: " // path)
+  end subroutine keep_failed
 
   !> Which values of the last row are not as expected; empty: none.
   function unexpected(case, table) result(complaint)

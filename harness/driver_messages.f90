@@ -2,11 +2,11 @@
 module driver_messages
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
-  use asperity_checks, only: integer_text
+  use asperity_checks, only: integer_text, to_text
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: say, finish, begin_progress, show_progress, clear_progress
+  public :: say, tell, short, finish, begin_progress, show_progress, clear_progress
 
   integer, parameter, public :: exit_ok = 0      !! the run ended as expected
   integer, parameter, public :: exit_input = 1   !! bad input
@@ -40,6 +40,26 @@ contains
     write (error_unit, "(2a)") "rie_driver: ", text
     flush (error_unit)
   end subroutine say
+
+  !> Say something during a run, unless it is a quiet one.
+  subroutine tell(progress, text)
+    type(progress_type), intent(inout) :: progress   !! of the run
+    character(len=*), intent(in) :: text             !! lines
+    if (progress%quiet) return
+    call clear_progress(progress)
+    call say(text)
+  end subroutine tell
+
+  !> Number for a message, six digits.
+  pure function short(value) result(text)
+    real(wp), intent(in) :: value   !! finite
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+    real(wp) :: rounded
+    write (buffer, "(es16.5e3)") value
+    read (buffer, "(f16.0)") rounded
+    text = to_text(rounded)
+  end function short
 
   !> End the program.
   subroutine finish(code)

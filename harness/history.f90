@@ -3,7 +3,7 @@
 !> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
 !> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +: what module `events`
 !> finds, and
-!>   snap      s_N moved farther than the increment explains (`snapped` of mixed_control)
+!>   snap      the branch of equilibria ended, the point moved on to the next rest
 !>   substeps  the increment was solved in parts
 !>   cut       a replayed host was asked for a smaller increment
 !>   lost      no equilibrium was found beyond: the row is the last one found
@@ -13,11 +13,12 @@ module history
     v_rupture, v_stored, v_work
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use control_point, only: point_type
   use events, only: event_length, find_events, name_event, planes_at_rest, planes_type
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
-  public :: open_history, add_row, close_history
+  public :: open_history, start_from, add_row, close_history
 
   character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
     "rupture,friction,work,iterations,event"
@@ -30,7 +31,10 @@ module history
     real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
     real(wp), allocatable :: state(:)    !! STATEV
     integer :: iterations = 0
-    logical :: snap = .false., substeps = .false., cut = .false., lost = .false.
+    integer :: updates = 0               !! of the law
+    integer :: snaps = 0
+    real(wp) :: released = 0.0_wp        !! energy set free by them, stress*length
+    logical :: substeps = .false., cut = .false., lost = .false.
   end type row_type
 
   !> The file and what has been written to it.
@@ -39,6 +43,9 @@ module history
     integer :: n_rows = 0
     integer :: iterations = 0              !! of all rows
     integer :: most_iterations = 0         !! of one row
+    integer :: updates = 0                 !! of the law, of all rows; 0: not counted
+    integer :: snaps = 0                   !! of all rows
+    real(wp) :: released = 0.0_wp          !! energy set free by them, stress*length
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     integer, private :: file = 0           !! descriptor
@@ -77,6 +84,16 @@ contains
     call write_line(table%file, path, header, table%good)
   end subroutine open_history
 
+  !> The run starts from a point that is not virgin: events are counted from there.
+  subroutine start_from(table, interface, point)
+    type(history_type), intent(inout) :: table      !! the file, no row yet
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(point_type), intent(in) :: point           !! where the run starts
+    character(len=event_length) :: ignored
+    call find_events(interface, point%s, point%state, point%state, table%planes, ignored)
+    table%last%state = point%state
+  end subroutine start_from
+
   !> Write a row; the whole row goes out at once, so that a run that is killed leaves whole rows.
   subroutine add_row(table, interface, row)
     type(history_type), intent(inout) :: table      !! the file
@@ -87,7 +104,7 @@ contains
     integer :: i, k
 
     call find_events(interface, row%s, table%last%state, row%state, table%planes, event)
-    call name_event(event, "snap", row%snap)
+    call name_event(event, "snap", row%snaps > 0)
     call name_event(event, "substeps", row%substeps)
     call name_event(event, "cut", row%cut)
     call name_event(event, "lost", row%lost)
@@ -111,6 +128,9 @@ contains
     table%last = row
     table%n_rows = table%n_rows + 1
     table%iterations = table%iterations + row%iterations
+    table%updates = table%updates + row%updates
+    table%snaps = table%snaps + row%snaps
+    table%released = table%released + row%released
     table%most_iterations = max(table%most_iterations, row%iterations)
     table%least_traction = min(table%least_traction, row%traction(1))
   end subroutine add_row

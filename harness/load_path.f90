@@ -1,5 +1,6 @@
 !> Load path of a case: the groups &step in turn.
 module load_path
+  use adaptive, only: largest_tolerance, least_tolerance
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
@@ -27,6 +28,7 @@ module load_path
     integer :: n_given(3) = 0                   !! values of the list of the component
     integer, allocatable :: increments(:)       !! (n) to each target
     real(wp) :: time = 1.0_wp                   !! the step takes
+    real(wp) :: tolerance = 0.0_wp              !! of adaptive increments, 0: as many as given
   end type step_type
 
   !> Values of a component or of the slip, in turn.
@@ -68,7 +70,7 @@ contains
     type(step_type), intent(out) :: step                      !! the step
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: known = &
-      "s_N, s_Tx, s_Ty, t_N, t_Tx, t_Ty, k_N, k_Tx, k_Ty, slip, direction, increments, cycles, time"
+      "s_N, s_Tx, s_Ty, t_N, t_Tx, t_Ty, k_N, k_Tx, k_Ty, slip, direction, increments, tolerance, cycles, time"
     type(list_type) :: s(3), t(3), slip
     type(control_type) :: last
     integer, allocatable :: increments(:)
@@ -107,6 +109,10 @@ contains
           call get_real(text, e, direction, message)
         case ("increments")
           call get_integers(text, e, 1, most_increments, increments, message)
+        case ("tolerance")
+          call get_real(text, e, step%tolerance, message)
+          if (step%tolerance < least_tolerance .or. step%tolerance > largest_tolerance) call append(message, &
+            entry_where(text, e) // ": expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
         case ("cycles")
           call get_integer(text, e, 1, most_targets, cycles, message)
         case ("time")

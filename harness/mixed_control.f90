@@ -1,72 +1,66 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
-!> Newton's method with the consistent tangent on the free separations; an increment that does not converge is halved.
-!> Which root is taken where t_N alone is held: docs/theory.md, "Root".
+!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch
+!> ends the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
 module mixed_control
   use asperity_checks, only: bounded
-  use asperity_contract, only: plane_statev, status_ok
-  use asperity_interface, only: interface_type, point_status
+  use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
+  use control_point, only: balance_type, control_type, evaluate, free_matrix, new_balance, new_point, point_type, &
+    released_energy, residual_tolerance, solve_linear, unstable
+  use newton, only: max_iterations, newton_solve, newton_type, stiffness_scale
+  use snap_motion, only: cannot_soften, farthest_rest, move_on, settle
   implicit none
   private
-  public :: control_type, point_type, new_point, advance, snapped, direction_vector, confined_slip
+  public :: control_type, point_type, new_point, advance, direction_vector, confined_slip, max_iterations, &
+    residual_tolerance
 
-  !> What is held of each component (N, Tx, Ty).
-  type :: control_type
-    logical :: traction(3) = .false.   !! true: traction + spring*separation is given, false: the separation is
-    real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
-  end type control_type
-
-  !> A point and what it carries.
-  type :: point_type
-    real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
-    real(wp) :: traction(3) = 0.0_wp      !! stress
-    real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
-    real(wp), allocatable :: state(:)     !! STATEV
-  end type point_type
-
-  !> Newton iterations before an increment is halved: quadratic convergence needs fewer than 10, switches add a few.
-  integer, parameter, public :: max_iterations = 25
-  !> Smallest part of an increment that is tried.
+  !> Methods: Newton alone; with halved increments; with continuation and motion through snaps.
+  integer, parameter, public :: plain_newton = 1, halved_newton = 2, full_solver = 3
+  !> How an increment ended: complete, no equilibrium beyond, work limit, targets that are no numbers or out of range.
+  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3
+  !> Most updates of the law in an increment.
+  integer, parameter, public :: most_updates = 50000
+  !> Smallest jump of a separation that is a snap, of s0.
+  real(wp), parameter, public :: snap_resolution = 0.01_wp
+  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of what
+  !> is given if that is more.
+  real(wp), parameter :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
+  !> Smallest step along an increment that is tried: the place of a fold is known as well as that.
   real(wp), parameter :: min_fraction = 2.0_wp**(-20)
-  !> Residual accepted, relative to K max(|s|, |s_di|) + |target|: some hundred units in the last place of the terms
-  !> that are summed over the planes.
-  real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
   !> Largest given value that is tried: differences of two stay finite.
   real(wp), parameter :: largest_target = 0.25_wp*huge(1.0_wp)
 
-  interface
-    !> LAPACK: solve A x = b.
-    pure subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-      import :: wp
-      implicit none
-      integer, intent(in) :: n, nrhs, lda, ldb
-      real(wp), intent(inout) :: a(lda, n), b(ldb, nrhs)
-      integer, intent(out) :: ipiv(n), info
-    end subroutine dgesv
-  end interface
+  !> What happened in an increment.
+  type, public :: report_type
+    integer :: ended = ended_complete
+    integer :: iterations = 0            !! tangent solves
+    integer :: updates = 0               !! of the law
+    integer :: parts = 0                 !! parts that converged, 1: the increment was solved whole
+    integer :: snaps = 0                 !! jumps from one branch to another
+    real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
+    real(wp) :: after(3) = 0.0_wp        !! and after it
+    real(wp) :: released = 0.0_wp        !! energy that all of them set free, stress*length
+    real(wp) :: beyond(3) = 0.0_wp       !! given values for which no equilibrium was found
+  end type report_type
+
+  !> An increment.
+  type :: path_type
+    type(control_type) :: control        !! what is given
+    real(wp) :: start(3) = 0.0_wp        !! given values
+    real(wp) :: target(3) = 0.0_wp
+  end type path_type
 
 contains
 
-  !> A virgin point at rest, or one that starts from a state at separation zero.
-  pure function new_point(interface, state) result(point)
-    type(interface_type), intent(in) :: interface     !! the interface
-    real(wp), intent(in), optional :: state(:)        !! STATEV to start from
-    type(point_type) :: point
-    real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: old(interface%n_statev)
-    old = 0.0_wp
-    if (present(state)) old = state(:interface%n_statev)
-    allocate (point%state(interface%n_statev))
-    call update_point(interface%rie, rest, rest, old, point%state, point%traction, point%tangent)
-  end function new_point
-
-  !> Take a point from the given values `start` to `target`, in parts where that is needed.
+  !> Take a point from the given values `start` to `target`.
   !>
-  !> Where no neighbouring equilibrium is left and t_N alone is held, s_N moves to the first one in the sense in which
-  !> the traction is missing. If there is none it stays at the last part that converged and `reached` is below 1.
-  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals)
+  !> The increment is solved whole, from the state at its start, wherever the branch of equilibria goes on: Newton's
+  !> result is taken if the tangents explain it, else the branch is followed with smaller steps of the given values.
+  !> Where the branch ends the point moves on to the first rest under what is held, a part of its own. If there is
+  !> none it stays at the last equilibrium and `reached` is below 1.
+  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, &
+                          method)
     type(interface_type), intent(in) :: interface   !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
@@ -75,244 +69,247 @@ contains
     integer, intent(out) :: iterations              !! Newton iterations over all parts, failed ones included
     real(wp), intent(out) :: reached                !! share of the increment that converged, 1: all
     integer, intent(out), optional :: parts         !! parts that converged, 1: the increment was solved whole
-    real(wp), intent(out), optional :: residuals(0:max_iterations)   !! of the last part tried, relative to the scale of
+    real(wp), intent(out), optional :: residuals(0:max_iterations)   !! of the last solve, relative to the scale of
                                                                      !! `residual_tolerance`; -1 where none was needed
-    real(wp) :: fraction, next, history(0:max_iterations)
-    type(point_type) :: trial
-    integer :: solved, used
-    logical :: converged
+    type(report_type), intent(out), optional :: report   !! what happened
+    integer, intent(in), optional :: method         !! plain_newton, halved_newton or full_solver (the default)
+    type(report_type) :: what
+    type(balance_type) :: balance
+    type(newton_type) :: result
+    type(path_type) :: path
+    integer :: chosen
 
-    iterations = 0
-    solved = 0
+    chosen = full_solver
+    if (present(method)) chosen = method
+    path = path_type(control, start, target)
     reached = 0.0_wp
-    history = -1.0_wp
-    fraction = 1.0_wp
-    if (.not. all(bounded(target, largest_target))) fraction = 0.0_wp
-    do while (reached < 1.0_wp .and. fraction >= min_fraction)
-      next = min(1.0_wp, reached + fraction)
-      trial = point
-      if (next < 1.0_wp) then
-        call solve(interface, control, start + next*(target - start), point, trial, used, converged, history)
-      else
-        call solve(interface, control, target, point, trial, used, converged, history)
+    if (.not. all(bounded(target, largest_target))) then
+      what%ended = ended_rejected
+    else if (chosen /= full_solver) then
+      call halve(interface, path, merge(1.0_wp, min_fraction, chosen == plain_newton), point, reached, what, result)
+    end if
+    do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
+      call follow(interface, path, point, reached, what, result)
+      if (reached >= 1.0_wp) exit
+      balance = new_balance(control, values_at(path, min(1.0_wp, reached + min_fraction)), point)
+      what%beyond = balance%given
+      if (balance%n == 0) then
+        what%ended = ended_lost
+      else if (what%updates < most_updates) then
+        call jump(interface, balance, point, what)
+        if (what%ended == ended_complete) reached = min(1.0_wp, reached + min_fraction)
       end if
-      iterations = iterations + used
-      if (converged) then
+      if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
+    end do
+    iterations = what%iterations
+    if (present(parts)) parts = what%parts
+    if (present(residuals)) residuals = result%history
+    if (present(report)) report = what
+  end subroutine advance
+
+  !> Equations at a share of an increment, from the point at another; without viscous damage no time is needed.
+  pure function balance_at(path, share, reached, point) result(balance)
+    type(path_type), intent(in) :: path    !! the increment
+    real(wp), intent(in) :: share          !! 0 to 1
+    real(wp), intent(in) :: reached        !! share of the point
+    type(point_type), intent(in) :: point  !! where the equations start
+    type(balance_type) :: balance
+    balance = new_balance(path%control, values_at(path, share), point)
+    balance%control%dt = (share - reached)*path%control%dt
+  end function balance_at
+
+  !> Given values at a share of an increment.
+  pure function values_at(path, share) result(values)
+    type(path_type), intent(in) :: path   !! the increment
+    real(wp), intent(in) :: share         !! 0 to 1
+    real(wp) :: values(3)
+    values = path%start + share*(path%target - path%start)
+    if (share >= 1.0_wp) values = path%target
+  end function values_at
+
+  !> Newton's method alone, the increment halved where it does not converge: what the full solver is measured against.
+  pure subroutine halve(interface, path, least, point, reached, what, result)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(path_type), intent(in) :: path             !! the increment
+    real(wp), intent(in) :: least                   !! smallest part that is tried
+    type(point_type), intent(inout) :: point        !! the point, start -> end
+    real(wp), intent(inout) :: reached              !! share that converged
+    type(report_type), intent(inout) :: what        !! what happened
+    type(newton_type), intent(out) :: result        !! of the last solve
+    type(balance_type) :: balance
+    type(point_type) :: trial
+    real(wp) :: fraction, next
+    fraction = 1.0_wp
+    do while (reached < 1.0_wp .and. fraction >= least)
+      next = min(1.0_wp, reached + fraction)
+      balance = balance_at(path, next, reached, point)
+      what%beyond = balance%given
+      trial = point
+      call newton_solve(interface, balance, .false., trial, result)
+      call count_work(result, what)
+      if (result%converged) then
+        call settle(interface, balance, trial, what%updates)
         point = trial
         reached = next
-        solved = solved + 1
+        what%parts = what%parts + 1
         fraction = 2.0_wp*fraction
       else
         fraction = 0.5_wp*fraction
       end if
     end do
-    if (reached < 1.0_wp .and. normal_alone(control) .and. all(bounded(target, largest_target))) then
-      trial = point
-      call march(interface, control, target, point, trial, used, converged)
-      iterations = iterations + used
-      if (converged) then
-        point = trial
-        reached = 1.0_wp
-        solved = solved + 1
+    if (reached < 1.0_wp) what%ended = ended_lost
+  end subroutine halve
+
+  !> Follow the branch as far as it goes, in one part: the state at its start is that of the point.
+  pure subroutine follow(interface, path, point, reached, what, result)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(path_type), intent(in) :: path             !! the increment
+    type(point_type), intent(inout) :: point        !! the point at `reached` -> at the new `reached`
+    real(wp), intent(inout) :: reached              !! share that converged
+    type(report_type), intent(inout) :: what        !! what happened
+    type(newton_type), intent(out) :: result        !! of the last solve
+    type(balance_type) :: balance, last
+    type(point_type) :: here, trial
+    real(wp) :: next, share, step
+    logical :: good
+
+    here = point
+    share = reached
+    step = 1.0_wp
+    do while (share < 1.0_wp .and. step >= min_fraction .and. what%updates < most_updates)
+      next = min(1.0_wp, share + step)
+      balance = balance_at(path, next, reached, point)
+      trial = here
+      call newton_solve(interface, balance, .true., trial, result)
+      call count_work(result, what)
+      good = result%converged
+      if (good) call check_branch(interface, balance, result, (next - share)*(path%target - path%start), here%s, &
+        trial, good, what%updates)
+      if (good) then
+        here = trial
+        share = next
+        last = balance
+        step = 2.0_wp*step
+      else
+        step = 0.5_wp*min(step, 1.0_wp - share)
+      end if
+    end do
+    if (.not. share > reached) return
+    call settle(interface, last, here, what%updates)
+    point = here
+    reached = share
+    what%parts = what%parts + 1
+  end subroutine follow
+
+  !> Add the work of a solve.
+  pure subroutine count_work(result, what)
+    type(newton_type), intent(in) :: result    !! of a solve
+    type(report_type), intent(inout) :: what   !! what happened so far
+    what%iterations = what%iterations + result%iterations
+    what%updates = what%updates + result%updates
+  end subroutine count_work
+
+  !> Whether a converged part continues the branch it started from.
+  !>
+  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what
+  !> they predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too,
+  !> and where one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so
+  !> is any where no plane can soften.
+  pure subroutine check_branch(interface, balance, result, change, origin, point, good, updates)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! equations of the part
+    type(newton_type), intent(in) :: result         !! of Newton's method
+    real(wp), intent(in) :: change(3)               !! of the given values in the part
+    real(wp), intent(in) :: origin(3)               !! separation at the start of the part, length
+    type(point_type), intent(in) :: point           !! at the end of the part
+    logical, intent(out) :: good                    !! whether it does
+    integer, intent(inout) :: updates               !! of the law
+    !> Change of the tangent, relative to the first one, that Newton's method bears: half of what Kantorovich allows.
+    real(wp), parameter :: half = 0.5_wp
+    !> Looks at the way: at least, at most, and one for this share of s0.
+    integer, parameter :: least_looks = 7, most_looks = 63
+    real(wp), parameter :: distance = 1.0_wp/16.0_wp
+    type(point_type) :: between
+    real(wp) :: column(3), first(3), from(3), last(3), move(3), r(3), r_first, s0, scale, stiffness
+    integer :: i, looks, n
+    logical :: solved
+
+    n = balance%n
+    good = .true.
+    if (n == 0 .or. result%iterations == 0) return
+    stiffness = stiffness_scale(interface)
+    s0 = interface%rie%material%s0
+    associate (free => balance%free(:n))
+      from(:n) = origin(free)
+      move(:n) = point%s(free) - from(:n)
+      good = .not. unstable(n, result%last, stiffness)
+      if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
+      good = result%stable .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
+      if (.not. good) return
+      if (cannot_soften(interface, balance%old)) return
+      r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
+    end associate
+    first(:n) = result%step(:n)
+    call solve_linear(n, result%last, -r, last, good)
+    if (good) good = maxval(abs(move(:n) - 0.5_wp*(first(:n) + last(:n)))) <= max(unexplained*s0, &
+      unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
+    if (.not. good) return
+    solved = .false.
+    do i = 1, n
+      call solve_linear(n, result%first, result%last(:n, i) - result%first(:n, i), column, solved)
+      if (solved) solved = sum(abs(column(:n))) <= half
+      if (.not. solved) exit
+    end do
+    if (solved) return
+    between = point
+    looks = max(least_looks, min(most_looks, ceiling(maxval(abs(move(:n)))/(distance*s0))))
+    r_first = 0.0_wp
+    do i = 0, looks
+      updates = updates + 1
+      r(:n) = from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n)
+      call evaluate(interface, balance, r(:n), between, column(:n), scale, good)
+      if (.not. good) return
+      if (i == 0) r_first = column(1)
+      good = .not. unstable(n, free_matrix(balance, between), stiffness)
+      if (n == 1) good = good .and. column(1)*r_first >= 0.0_wp
+      if (.not. good) return
+    end do
+  end subroutine check_branch
+
+  !> No part of the increment continues the branch: the point moves on under the values held now.
+  pure subroutine jump(interface, balance, point, what)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! equations of the smallest part
+    type(point_type), intent(inout) :: point        !! the point -> at the next rest, if there is one
+    type(report_type), intent(inout) :: what        !! what happened
+    type(point_type) :: trial
+    type(control_type) :: at_once
+    real(wp) :: length
+    integer :: used, updates
+    logical :: found
+
+    trial = point
+    at_once = balance%control
+    at_once%dt = 0.0_wp   ! a snap takes no time
+    call move_on(interface, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
+    what%updates = what%updates + updates
+    what%iterations = what%iterations + used
+    if (.not. found) then
+      what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
+      return
+    end if
+    what%parts = what%parts + 1
+    length = maxval(abs(trial%s - point%s), mask=balance%control%traction)
+    if (length > snap_resolution*interface%rie%material%s0) then
+      what%snaps = what%snaps + 1
+      what%released = what%released + released_energy(balance, point, trial)
+      if (length > maxval(abs(what%after - what%before))) then
+        what%before = point%s
+        what%after = trial%s
       end if
     end if
-    if (present(parts)) parts = solved
-    if (present(residuals)) residuals = history
-  end subroutine advance
-
-  !> Whether the traction of N is held and the separations of Tx and Ty are given.
-  pure function normal_alone(control) result(yes)
-    type(control_type), intent(in) :: control   !! what is given
-    logical :: yes
-    yes = control%traction(1) .and. .not. any(control%traction(2:3))
-  end function normal_alone
-
-  !> Whether s_N moved farther than the change of what is given explains: a snap, a jumped fold, or a branch as steep.
-  !>
-  !> The limit is ten times the largest change of a given separation, or of a given traction over the elastic stiffness,
-  !> and half a hundredth of s_f.
-  pure function snapped(interface, control, start, target, s_n_old, s_n) result(yes)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: start(3), target(3)     !! given values before and now
-    real(wp), intent(in) :: s_n_old, s_n            !! normal separation before and now, length
-    logical :: yes
-    real(wp), parameter :: factor = 10.0_wp, share = 0.005_wp
-    real(wp) :: change(3)
-    yes = .false.
-    if (.not. control%traction(1)) return
-    associate (material => interface%rie%material)
-      change = abs(target - start)
-      where (control%traction) change = change/min(material%k_n, material%k_t)
-      yes = abs(s_n - s_n_old) > factor*maxval(change) + share*material%s0/(1.0_wp - material%eta)
-    end associate
-  end function snapped
-
-  !> Residual of the held t_N, relative to the scale of `residual_tolerance`, at a separation s_N.
-  pure subroutine try(interface, control, target, s_n, old, new, residual, good)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
-    real(wp), intent(in) :: target(3)               !! given values
-    real(wp), intent(in) :: s_n                     !! normal separation, length
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! the point with that separation
-    real(wp), intent(out) :: residual               !! traction + spring*separation - target, relative
-    logical, intent(out) :: good                    !! whether the law takes the separation
-    real(wp) :: scale
-    new%s = [s_n, target(2:3)]
-    residual = 0.0_wp
-    good = point_status(interface, old%s, new%s, old%state) == status_ok
-    if (.not. good) return
-    call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent)
-    scale = traction_scale(interface, new) + abs(target(1))
-    residual = (new%traction(1) + control%spring(1)*new%s(1) - target(1))/max(scale, tiny(scale))
-  end subroutine try
-
-  !> Move s_N in the sense of the traction that is missing, to the first equilibrium.
-  pure subroutine march(interface, control, target, old, new, tries, converged)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
-    real(wp), intent(in) :: target(3)               !! given values
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! the point at the end
-    integer, intent(out) :: tries                   !! updates of the point
-    logical, intent(out) :: converged               !! whether there is an equilibrium
-    !> From a twentieth of s0, growing: 800 steps reach ten million s0.
-    integer, parameter :: most_steps = 800
-    real(wp), parameter :: first_step = 0.05_wp, growth = 1.02_wp
-    real(wp) :: near, far, middle, step, residual, sense
-    logical :: good
-
-    near = old%s(1)
-    call try(interface, control, target, near, old, new, residual, good)
-    tries = 1
-    converged = good .and. abs(residual) <= residual_tolerance
-    if (converged .or. .not. good) return
-    sense = -sign(1.0_wp, residual)
-    step = first_step*interface%rie%material%s0
-    far = near
-    do while (good .and. sense*residual < -residual_tolerance .and. tries < most_steps)
-      near = far
-      far = near + sense*step
-      step = growth*step
-      call try(interface, control, target, far, old, new, residual, good)
-      tries = tries + 1
-    end do
-    if (.not. good .or. sense*residual < -residual_tolerance) return
-    ! the first equilibrium lies between near (short of it) and far: where the traction is no longer missing
-    do
-      middle = near + 0.5_wp*(far - near)
-      if (.not. (abs(middle - near) > 0.0_wp .and. abs(middle - far) > 0.0_wp)) exit
-      call try(interface, control, target, middle, old, new, residual, good)
-      tries = tries + 1
-      if (sense*residual < -residual_tolerance) then
-        near = middle
-      else
-        far = middle
-      end if
-    end do
-    call try(interface, control, target, far, old, new, residual, good)
-    converged = good .and. abs(residual) <= residual_tolerance
-  end subroutine march
-
-  !> Where all is open and dead, every other opening is an equilibrium, too: go to the one with the smallest |s_N|.
-  pure subroutine settle(interface, control, target, old, new)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given: t_N alone is held
-    real(wp), intent(in) :: target(3)               !! given values
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! an equilibrium without traction and stiffness -> that one
-    real(wp) :: closed, open, middle, residual
-    logical :: good
-    open = new%s(1)
-    closed = 0.0_wp
-    call try(interface, control, target, closed, old, new, residual, good)
-    if (good .and. free()) return
-    ! the edge, where contact begins
-    do
-      middle = closed + 0.5_wp*(open - closed)
-      if (.not. (abs(middle - closed) > 0.0_wp .and. abs(middle - open) > 0.0_wp)) exit
-      call try(interface, control, target, middle, old, new, residual, good)
-      if (good .and. free()) then
-        open = middle
-      else
-        closed = middle
-      end if
-    end do
-    call try(interface, control, target, open, old, new, residual, good)
-
-  contains
-
-    !> Whether the point carries nothing: exact, since every plane is dead and open.
-    pure function free() result(yes)
-      logical :: yes
-      yes = .not. abs(new%traction(1)) > 0.0_wp
-    end function free
-
-  end subroutine settle
-
-  !> Newton's method for one part of an increment.
-  pure subroutine solve(interface, control, target, old, new, iterations, converged, history)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: target(3)               !! given values
-    type(point_type), intent(in) :: old             !! the point at the start
-    type(point_type), intent(inout) :: new          !! guess -> the point at the end
-    integer, intent(out) :: iterations              !! tangent solves
-    logical, intent(out) :: converged               !! whether the residual is small enough
-    real(wp), intent(out) :: history(0:max_iterations)   !! relative residuals, -1 where none was needed
-    real(wp) :: residual(3), a(3, 3), b(3), scale
-    integer :: free(3), pivots(3), i, info, n
-
-    n = 0
-    do i = 1, 3
-      if (control%traction(i)) then
-        n = n + 1
-        free(n) = i
-      else
-        new%s(i) = target(i)
-      end if
-    end do
-    converged = .false.
-    history = -1.0_wp
-    do iterations = 0, max_iterations
-      if (point_status(interface, old%s, new%s, old%state) /= status_ok) return
-      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent)
-      residual = merge(new%traction + control%spring*new%s - target, 0.0_wp, control%traction)
-      scale = traction_scale(interface, new) + maxval(abs(target), mask=control%traction)
-      history(iterations) = maxval(abs(residual))/max(scale, tiny(scale))
-      converged = history(iterations) <= residual_tolerance
-      if (converged .and. normal_alone(control)) then
-        if (.not. (abs(new%tangent(1, 1) + control%spring(1)) > 0.0_wp .or. abs(new%traction(1)) > 0.0_wp)) then
-          call settle(interface, control, target, old, new)
-        end if
-      end if
-      if (converged .or. iterations == max_iterations) return
-      b(:n) = -residual(free(:n))
-      a(:n, :n) = new%tangent(free(:n), free(:n))
-      do i = 1, n
-        a(i, i) = a(i, i) + control%spring(free(i))
-      end do
-      call dgesv(n, 1, a, 3, pivots, b, 3, info)
-      if (info /= 0) return
-      new%s(free(:n)) = new%s(free(:n)) + b(:n)
-    end do
-  end subroutine solve
-
-  !> Size of the terms that are summed to the traction of a point, stress: what their rounding errors go with.
-  pure function traction_scale(interface, point) result(scale)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(point_type), intent(in) :: point           !! the point
-    real(wp) :: scale
-    real(wp) :: largest
-    integer :: i, k
-    largest = maxval(abs(point%s))
-    do k = 1, interface%rie%pattern%n
-      i = plane_statev(k)
-      largest = max(largest, abs(point%state(i + 1)), abs(point%state(i + 2)))
-    end do
-    scale = max(interface%rie%material%k_n, interface%rie%material%k_t, interface%rie%material%k_c)*largest
-  end function traction_scale
+    point = trial
+  end subroutine jump
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
   pure function direction_vector(direction) result(e)
@@ -335,7 +332,7 @@ contains
   !>
   !> Where equilibrium is lost the path ends: rows beyond n_done are zero.
   pure subroutine confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, &
-                                iterations, n_done)
+                                iterations, n_done, times, preload_time, reports, method)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
@@ -347,9 +344,15 @@ contains
     integer, intent(out) :: iterations(:)           !! (T) Newton iterations
     integer, intent(out) :: n_done                  !! slips that converged; fewer than T: equilibrium lost;
                                                     !! -1: by the preload, or a direction that is no number
+    real(wp), intent(in), optional :: times(:)      !! (T) of the slips from the end of the preload on, not decreasing,
+                                                    !! time; absent: no time passes
+    real(wp), intent(in), optional :: preload_time  !! duration of the preload, >= 0, time; absent: 0
+    type(report_type), intent(out), optional :: reports(0:)   !! (0:T) what happened; 0: in the preload
+    integer, intent(in), optional :: method         !! of `advance`
     type(control_type) :: control
+    type(report_type) :: report
     type(point_type) :: point
-    real(wp) :: start(3), target(3), reached
+    real(wp) :: start(3), target(3), now, reached
     integer :: i, used
 
     separation = 0.0_wp
@@ -359,19 +362,28 @@ contains
     n_done = -1
     if (.not. bounded(direction, huge(direction))) return
     control%traction(1) = .true.
+    if (present(preload_time)) control%dt = preload_time/real(preload, wp)
     point = new_point(interface)
     target = 0.0_wp
     do i = 1, preload
       start = target
       target(1) = sigma_n*(real(i, wp)/real(preload, wp))
-      call advance(interface, control, start, target, point, used, reached)
+      call advance(interface, control, start, target, point, used, reached, report=report, method=method)
+      if (present(reports)) reports(0) = joined(reports(0), report)
       if (reached < 1.0_wp) return
     end do
     n_done = 0
+    control%dt = 0.0_wp
+    now = 0.0_wp
     do i = 1, size(slips)
+      if (present(times)) then
+        control%dt = times(i) - now
+        now = times(i)
+      end if
       start = target
       target(2:3) = slips(i)*direction_vector(direction)
-      call advance(interface, control, start, target, point, iterations(i), reached)
+      call advance(interface, control, start, target, point, iterations(i), reached, report=report, method=method)
+      if (present(reports)) reports(i) = report
       if (reached < 1.0_wp) return
       separation(:, i) = point%s
       traction(:, i) = point%traction
@@ -379,5 +391,21 @@ contains
       n_done = i
     end do
   end subroutine confined_slip
+
+  !> Reports of two increments as one.
+  pure function joined(first, second) result(both)
+    type(report_type), intent(in) :: first, second   !! in turn
+    type(report_type) :: both
+    both = second
+    both%iterations = first%iterations + second%iterations
+    both%updates = first%updates + second%updates
+    both%parts = first%parts + second%parts
+    both%snaps = first%snaps + second%snaps
+    both%released = first%released + second%released
+    if (maxval(abs(first%after - first%before)) > maxval(abs(second%after - second%before))) then
+      both%before = first%before
+      both%after = first%after
+    end if
+  end function joined
 
 end module mixed_control

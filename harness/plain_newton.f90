@@ -1,13 +1,12 @@
 !> Newton's method as an FE code without safeguards does it: one point under mixed control, the given increments, no
 !> cuts, no line search, no choice of the root. What the solver of mixed_control is measured against.
 module plain_newton
-  use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok
-  use asperity_interface, only: interface_type, point_status, virgin_tangent
+  use asperity_interface, only: interface_type, point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
-  use mixed_control, only: control_type, new_point, point_type
+  use control_point, only: control_type, new_point, point_type, solve_linear
   implicit none
   private
   public :: newton_path
@@ -19,7 +18,7 @@ module plain_newton
     transposed = 3, &    !! its transpose
     secant = 4, &        !! traction over separation with damage and slip as they are: symmetric
     at_start = 5, &      !! the consistent one at the start of the increment, kept (modified Newton)
-    elastic = 6, &       !! that of the virgin interface, kept
+    elastic = 6, &       !! that of the bond at rest, kept
     numerical = 7, &     !! central differences of the traction
     zero = 8, &          !! none: the user routine forgot it
     reversed = 9         !! the consistent one with the wrong sign
@@ -38,27 +37,17 @@ module plain_newton
   !> Step of the differences over s0: truncation and rounding are both below 1e-8 of K for s up to 100 s0.
   real(wp), parameter :: difference = 1.0e-6_wp
 
-  interface
-    !> LAPACK: solve A x = b.
-    pure subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-      import :: wp
-      implicit none
-      integer, intent(in) :: n, nrhs, lda, ldb
-      real(wp), intent(inout) :: a(lda, n), b(ldb, nrhs)
-      integer, intent(out) :: ipiv(n), info
-    end subroutine dgesv
-  end interface
-
 contains
 
   !> A virgin point at rest along given values, an increment each; it ends at the first increment that fails.
   !>
   !> Residuals are relative to the strength of the interface plus the largest given traction, stress over stress.
-  pure subroutine newton_path(interface, control, targets, kind, tolerance, separation, traction, state, iterations, &
-                              updates, residuals, n_done, ended)
+  pure subroutine newton_path(interface, control, targets, durations, kind, tolerance, separation, traction, state, &
+                              iterations, updates, residuals, n_done, ended)
     type(interface_type), intent(in) :: interface   !! the interface
-    type(control_type), intent(in) :: control       !! what is given
+    type(control_type), intent(in) :: control       !! what is given; its duration is not used
     real(wp), intent(in) :: targets(:, :)           !! (3, T) separation, or traction + spring*separation
+    real(wp), intent(in) :: durations(:)            !! (T) of the increments (viscous damage only), time
     integer, intent(in) :: kind                     !! which tangent, 1 to 9
     real(wp), intent(in) :: tolerance               !! residual that is accepted, relative
     real(wp), intent(out) :: separation(:, :)       !! (3, T) length; that of an increment that failed is its last trial
@@ -69,6 +58,7 @@ contains
     real(wp), intent(out) :: residuals(0:, :)       !! (0:most, T) relative, -1 where none was needed
     integer, intent(out) :: n_done                  !! increments that converged
     integer, intent(out) :: ended                   !! how the last one ended: converged, no_end, singular, out_of_range
+    type(control_type) :: now
     type(point_type) :: point, trial
     integer :: i
 
@@ -81,9 +71,11 @@ contains
     n_done = 0
     ended = converged
     point = new_point(interface)
+    now = control
     do i = 1, size(targets, 2)
       trial = point
-      call newton(interface, control, targets(:, i), kind, tolerance, point, trial, iterations(i), updates(i), &
+      now%dt = durations(i)
+      call newton(interface, now, targets(:, i), kind, tolerance, point, trial, iterations(i), updates(i), &
         residuals(:, i), ended)
       separation(:, i) = trial%s
       traction(:, i) = trial%traction
@@ -107,8 +99,9 @@ contains
     integer, intent(out) :: updates                 !! updates of the law
     real(wp), intent(out) :: residuals(0:)          !! relative, -1 where none was needed
     integer, intent(out) :: ended                   !! how it ended
-    real(wp) :: a(3, 3), b(3), matrix(3, 3), residual(3), scale
-    integer :: free(3), pivots(3), i, info, n
+    real(wp) :: a(3, 3), change(3), matrix(3, 3), residual(3), scale
+    integer :: free(3), i, n
+    logical :: good
 
     n = 0
     do i = 1, 3
@@ -127,7 +120,8 @@ contains
     do iterations = 0, ubound(residuals, 1)
       ended = out_of_range
       if (point_status(interface, old%s, new%s, old%state) /= status_ok) return
-      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent)
+      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent, &
+        control%dt)
       updates = updates + 1
       residual = merge(new%traction + control%spring*new%s - target, 0.0_wp, control%traction)
       residuals(iterations) = maxval(abs(residual))/scale
@@ -135,27 +129,28 @@ contains
       if (residuals(iterations) <= tolerance) return
       ended = no_end
       if (iterations == ubound(residuals, 1)) return
-      matrix = substitute(interface, kind, old, new)
+      matrix = substitute(interface, control, kind, old, new)
       if (kind == numerical) updates = updates + 6
-      b(:n) = -residual(free(:n))
       a(:n, :n) = matrix(free(:n), free(:n))
       do i = 1, n
         a(i, i) = a(i, i) + control%spring(free(i))
       end do
-      call dgesv(n, 1, a, 3, pivots, b, 3, info)
+      call solve_linear(n, a, -residual(free(:n)), change, good)
       ended = singular
-      if (info /= 0 .or. .not. all(bounded(b(:n), huge(1.0_wp)))) return
-      new%s(free(:n)) = new%s(free(:n)) + b(:n)
+      if (.not. good) return
+      new%s(free(:n)) = new%s(free(:n)) + change(:n)
     end do
   end subroutine newton
 
   !> The matrix that takes the place of the tangent, stress/length.
-  pure function substitute(interface, kind, old, new) result(matrix)
+  pure function substitute(interface, control, kind, old, new) result(matrix)
     type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! duration of the increment
     integer, intent(in) :: kind                     !! which tangent
     type(point_type), intent(in) :: old             !! the point at the start of the increment
     type(point_type), intent(in) :: new             !! the point now
     real(wp) :: matrix(3, 3)
+    type(point_type) :: rest
     select case (kind)
     case (symmetrised)
       matrix = 0.5_wp*(new%tangent + transpose(new%tangent))
@@ -166,9 +161,10 @@ contains
     case (at_start)
       matrix = old%tangent
     case (elastic)
-      matrix = virgin_tangent(interface)
+      rest = new_point(interface)
+      matrix = rest%tangent
     case (numerical)
-      matrix = central_differences(interface, old, new)
+      matrix = central_differences(interface, control, old, new)
     case (zero)
       matrix = 0.0_wp
     case (reversed)
@@ -212,8 +208,9 @@ contains
   end function secant_tangent
 
   !> Central differences of the traction.
-  pure function central_differences(interface, old, new) result(matrix)
+  pure function central_differences(interface, control, old, new) result(matrix)
     type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! duration of the increment
     type(point_type), intent(in) :: old             !! the point at the start of the increment
     type(point_type), intent(in) :: new             !! the point now
     real(wp) :: matrix(3, 3)
@@ -224,7 +221,8 @@ contains
       do side = 1, 2
         beside = new%s
         beside(i) = new%s(i) + real(2*side - 3, wp)*step
-        call update_point(interface%rie, old%s, beside, old%state, state, sides(:, side), tangent)
+        call update_point(interface%rie, old%s, beside, old%state, state, sides(:, side), tangent, &
+          control%dt)
       end do
       matrix(:, i) = (sides(:, 2) - sides(:, 1))/(2.0_wp*step)
     end do

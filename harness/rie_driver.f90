@@ -5,9 +5,9 @@ program rie_driver
   use asperity_contract, only: version
   use asperity_kinds, only: wp
   use case_file, only: case_format, case_type, interpret_case, read_sweep
-  use case_run, only: run_case, short
+  use case_run, only: run_case
   use case_text, only: read_text, text_type
-  use driver_messages, only: exit_input, exit_ok, finish, say
+  use driver_messages, only: exit_input, exit_ok, finish, say, short
   use row_file, only: same_file
   use text_file, only: lower
   implicit none

@@ -107,10 +107,10 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
 end subroutine interface_planes
 
 !> Update n points over one increment.
-subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction, tangent, status, message)
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, state, traction, tangent, status, message)
   use asperity_checks, only: integer_text, put_text
-  use asperity_contract, only: status_ok
-  use asperity_interface, only: explain_point, interface_type, new_interface, update_points
+  use asperity_contract, only: status_ok, status_time
+  use asperity_interface, only: explain_point, explain_time, interface_type, new_interface, update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -118,6 +118,8 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   integer, intent(in) :: n                               !! points
   double precision, intent(in) :: s_old(3, n)            !! separation (N, Tx, Ty) at the start, length
   double precision, intent(in) :: s(3, n)                !! separation at the end, length
+  double precision, intent(in) :: dt                     !! duration of the increment (viscous damage only), time
+  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
@@ -128,10 +130,15 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, state, traction,
   character(len=:), allocatable :: reasons
   integer :: failed, i
   message = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
-  call update_points(interface, s, state, traction, status, failed, s_old, tangent)
-  if (status /= status_ok) then
+  call update_points(interface, s, state, traction, status, failed, s_old, tangent, dt)
+  if (status == status_time) then
+    reasons = ""
+    call explain_time(interface, "dt", reasons, dt)
+    call put_text(reasons, message)
+    return
+  else if (status /= status_ok) then
     reasons = ""
     call explain_point(interface, s_old(:, failed), s(:, failed), state(:, failed), reasons)
     call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
@@ -177,7 +184,7 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
 end subroutine interface_initial
 
 !> Take one virgin point along a history of separations.
-subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status, message)
+subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, traction, state, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: explain_point, interface_type, new_interface, update_points
@@ -187,6 +194,8 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
   integer, intent(in) :: nstatv                          !! state variables of a point
   integer, intent(in) :: n                               !! rows
   double precision, intent(in) :: s(3, n)                !! separation (N, Tx, Ty) at the end of each increment, length
+  double precision, intent(in) :: steps(n)               !! durations (viscous damage only), >= 0, time
+  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: traction(3, n)      !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV
   integer, intent(out) :: status                         !! 0 or that of the first row rejected
@@ -197,7 +206,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
   double precision :: from(3, 1)
   integer :: failed, i
   message = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   from = 0.0d0
   do i = 1, n
@@ -207,7 +216,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
     else
       state(:, i) = 0.0d0
     end if
-    call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from)
+    call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from, dt=steps(i))
     if (status /= status_ok) then
       reasons = ""
       call explain_point(interface, from(:, 1), s(:, i), state(:, i), reasons)
@@ -217,13 +226,70 @@ subroutine interface_replay(nprops, props, nstatv, n, s, traction, state, status
   end do
 end subroutine interface_replay
 
-!> Confined slip test: slips along a direction under a held normal traction.
-subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, separation, traction, &
-                                   state, n_done, status, message)
+!> Confined slip test with adaptive increments between turning points.
+subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
+                                   preload_time, separation, traction, state, n_rows, n_turns, status, message)
+  use adaptive, only: adaptive_slip, largest_tolerance, least_tolerance, walk_type
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use mixed_control, only: confined_slip
+  implicit none
+  integer, intent(in) :: nprops                            !! number of constants
+  double precision, intent(in) :: props(nprops)            !! admissible PROPS
+  integer, intent(in) :: nstatv                            !! state variables of a point
+  integer, intent(in) :: room                              !! rows that are kept
+  double precision, intent(in) :: direction                !! from Tx towards Ty, degrees
+  integer, intent(in) :: n                                 !! turning points
+  double precision, intent(in) :: turns(n)                 !! slips in their order, length
+  double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
+  double precision, intent(in) :: tolerance                !! relative
+  double precision, intent(in) :: times(n)                 !! of the turning points (viscous damage only), time
+  double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
+  double precision, intent(inout) :: separation(3, room)   !! separation (N, Tx, Ty), length
+  double precision, intent(inout) :: traction(3, room)     !! traction, stress
+  double precision, intent(inout) :: state(nstatv, room)   !! STATEV
+  integer, intent(out) :: n_rows                           !! rows; beyond the room they are counted, not kept
+  integer, intent(out) :: n_turns                          !! turning points reached; fewer than n: equilibrium lost
+  integer, intent(out) :: status                           !! 0 or status_separation
+  character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
+  !f2py threadsafe
+  type(interface_type) :: interface
+  type(walk_type) :: walk
+  character(len=:), allocatable :: text
+  double precision :: bound
+  integer :: i
+  n_rows = 0
+  n_turns = 0
+  text = ""
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  bound = separation_bound(interface)
+  if (.not. bounded(direction, huge(direction))) &
+    call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
+  if (.not. bounded(sigma_n, huge(sigma_n))) &
+    call append(text, "sigma_N = " // to_text(sigma_n) // ": expected a finite traction")
+  if (.not. (tolerance >= least_tolerance .and. tolerance <= largest_tolerance)) call append(text, "tolerance = " // &
+    to_text(tolerance) // ": expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
+  do i = 1, n
+    if (.not. bounded(turns(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
+      to_text(turns(i)) // ": expected a finite number of magnitude up to " // to_text(bound))
+  end do
+  call put_text(text, message)
+  if (len(text) > 0) then
+    status = status_separation
+    return
+  end if
+  call adaptive_slip(interface, direction, turns, sigma_n, tolerance, .true., separation, traction, state, n_rows, &
+    n_turns, walk, times, preload_time)
+end subroutine interface_adaptive_slip
+
+!> Confined slip test: slips along a direction under a held normal traction.
+subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
+                                   preload_time, guarded, separation, traction, state, jumps, n_done, status, message)
+  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
+  use asperity_contract, only: status_ok, status_separation
+  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use mixed_control, only: confined_slip, report_type
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -233,20 +299,26 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(in) :: slips(n)                 !! slips in their order, length
   double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
   integer, intent(in) :: preload                           !! increments of the preload, >= 1
+  double precision, intent(in) :: times(n)                 !! of the slips (viscous damage only), not decreasing, time
+  double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
+  integer, intent(in) :: guarded                           !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
+  double precision, intent(inout) :: jumps(9, 0:n)      !! of the preload and every slip: snaps, parts, separation before
+                                                        !! and after the longest snap, energy set free by all
   integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
   integer, intent(out) :: status                           !! 0 or status_separation
   character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
   !f2py threadsafe
   type(interface_type) :: interface
   character(len=:), allocatable :: text
+  type(report_type) :: reports(0:n)
   double precision :: bound
   integer :: i, iterations(n)
   n_done = 0
   text = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   bound = separation_bound(interface)
   if (.not. bounded(direction, huge(direction))) &
@@ -264,15 +336,20 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     status = status_separation
     return
   end if
-  call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done)
+  call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
+    times, preload_time, reports=reports)
+  do i = 0, n
+    jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
+                   reports(i)%released]
+  end do
 end subroutine interface_confined_slip
 
 !> Newton's method without safeguards: one virgin point along given values of mixed control.
-subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, kind, tolerance, separation, traction, &
-                       state, iterations, updates, residuals, n_done, ended)
+subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, guarded, kind, tolerance, separation, &
+                       traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use mixed_control, only: control_type
+  use control_point, only: control_type
   use plain_newton, only: follow => newton_path
   implicit none
   integer, intent(in) :: nprops                               !! number of constants
@@ -283,6 +360,8 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, ki
   integer, intent(in) :: held(3)                              !! 1: the traction (N, Tx, Ty) is given, 0: the separation
   double precision, intent(in) :: spring(3)                   !! stiffness of the surroundings, stress/length
   double precision, intent(in) :: targets(3, n)               !! separation, or traction + spring*separation
+  double precision, intent(in) :: durations(n)                !! of the increments (viscous damage only), time
+  integer, intent(in) :: guarded                              !! not 0: damage grows only where that releases energy
   integer, intent(in) :: kind                                 !! which tangent, from 1
   double precision, intent(in) :: tolerance                   !! residual that is accepted, relative
   double precision, intent(inout) :: separation(3, n)         !! separation (N, Tx, Ty), length
@@ -299,12 +378,12 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, ki
   integer :: status
   n_done = 0
   ended = 0
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   if (status /= status_ok) return
   control%traction = held == 1
   control%spring = spring
-  call follow(interface, control, targets, kind, tolerance, separation, traction, state, iterations, updates, &
-    residuals, n_done, ended)
+  call follow(interface, control, targets, durations, kind, tolerance, separation, traction, state, iterations, &
+    updates, residuals, n_done, ended)
 end subroutine newton_path
 
 !> Name of a tangent of newton_path; blank: there is none of that number.

@@ -2,13 +2,14 @@
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use asperity_checks, only: integer_text, review_props
-  use asperity_contract, only: status_ok, status_size, version
+  use asperity_contract, only: status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
-  use asperity_interface, only: interface_type, new_interface, explain_point, explain_points, update_points
+  use asperity_interface, only: interface_type, new_interface, explain_point, explain_points, explain_time, &
+    update_points
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, asperity_update_with
 
 contains
 
@@ -97,13 +98,50 @@ contains
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
+    call update(props, n, s_old, s, state, traction, tangent, message, size, status)
+  end function asperity_update
+
+  !> The same with a duration of the increment, which viscous damage (tau_v > 0) needs, and the guard.
+  function asperity_update_with(props, nprops, dt, guarded, n, s_old, s, nstatv, state, traction, tangent, message, &
+    size) bind(C) result(status)
+    integer(c_int), value :: nprops                     !! number of constants
+    real(c_double), value :: dt                         !! duration, >= 0, time; not looked at if tau_v = 0
+    integer(c_int), value :: guarded                    !! not 0: damage grows only where that releases energy
+    integer(c_int), value :: n                          !! points
+    integer(c_int), value :: nstatv                     !! state variables per point
+    real(c_double), intent(in) :: props(nprops)         !! material constants
+    type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
+    real(c_double), intent(in) :: s(3, n)               !! double[n][3] separation (N, Tx, Ty) at the end, length
+    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state variables, start -> end
+    real(c_double), intent(inout) :: traction(3, n)     !! double[n][3] traction at the end, stress
+    type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
+    type(c_ptr), value :: message                       !! char[size], may be NULL
+    integer(c_int), value :: size                       !! bytes of the message
+    integer(c_int) :: status
+    call update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded /= 0)
+  end function asperity_update_with
+
+  !> Update n points; what both entries share.
+  subroutine update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded)
+    real(c_double), intent(in), contiguous :: props(:)           !! material constants
+    integer(c_int), intent(in) :: n                              !! points
+    type(c_ptr), intent(in) :: s_old                             !! (3, n) separation at the start, NULL: zero
+    real(c_double), intent(in), contiguous :: s(:, :)            !! (3, n) separation at the end, length
+    real(c_double), intent(inout), contiguous :: state(:, :)     !! (nstatv, n) state variables, start -> end
+    real(c_double), intent(inout), contiguous :: traction(:, :)  !! (3, n) traction at the end, stress
+    type(c_ptr), intent(in) :: tangent                           !! (3, 3, n) by rows, may be NULL
+    type(c_ptr), intent(in) :: message                           !! char[size], may be NULL
+    integer(c_int), intent(in) :: size                           !! bytes of the message
+    integer(c_int), intent(out) :: status                        !! 0 or why nothing was written
+    real(c_double), intent(in), optional :: dt                   !! duration, any bits, time
+    logical, intent(in), optional :: guarded                     !! as in new_interface
     real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
     character(len=:), allocatable :: text
     type(interface_type) :: interface
     integer :: failed, i
 
     text = ""
-    call new_interface(props, interface, status)
+    call new_interface(props, interface, status, guarded)
     if (status /= status_ok) then
       call review_props(props, status, text)
     else if (n < 0) then
@@ -114,8 +152,10 @@ contains
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(interface, s, state, traction, status, failed, from, d)
-      if (status /= status_ok) then
+      call update_points(interface, s, state, traction, status, failed, from, d, dt)
+      if (status == status_time) then
+        call explain_time(interface, "dt", text, dt)
+      else if (status /= status_ok) then
         call explain_points(interface, failed, s, state, text, from)
       else if (associated(d)) then
         do i = 1, n
@@ -125,7 +165,7 @@ contains
     end if
     call put_text(text, message, size)
     deallocate (text)   ! flang 16 does not do it
-  end function asperity_update
+  end subroutine update
 
   !> Copy a text into a C buffer, cut to its size, always closed by a zero.
   subroutine put_text(text, buffer, size)

@@ -2,11 +2,12 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
-  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, &
-    p_m, p_map, prop_table, status_nprops, status_ok, status_props, weight_tolerance
+  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, p_gc, p_gc2, p_h, p_m, &
+    p_map, p_sigma0, p_sigma02, prop_table, smallest_divisor, status_nprops, status_ok, status_props, &
+    stiffness_ratio_limit, weight_tolerance
   implicit none
   private
-  public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text
+  public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text, piece_end
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
@@ -135,25 +136,37 @@ contains
     real(wp), intent(in), contiguous :: props(:)                    !! PROPS, any number of values
     integer, intent(out) :: status                                  !! 0, status_props or status_nprops
     character(len=:), allocatable, intent(inout), optional :: message   !! one line per bad value is appended
-    real(wp) :: total
+    real(wp) :: ratio, total
     integer :: i, j, k, m
 
     status = status_ok
-    if (size(props) < n_required_props) then
-      status = status_nprops
-      if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // ": expected at least " // &
-        integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
-    end if
     m = 0
-    do i = 1, min(size(props), n_fixed_props)
-      if (prop_admissible(i, props(i))) then
-        if (i == p_m) m = nint(props(i))
-      else
-        status = status_props
-        if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // &
-          " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+    if (fixed_props_admissible(props)) then
+      if (size(props) >= p_m) m = int(props(p_m))
+    else
+      if (size(props) < n_required_props) then
+        status = status_nprops
+        if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // &
+          ": expected at least " // integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
       end if
-    end do
+      do i = 1, min(size(props), n_fixed_props)
+        if (prop_admissible(i, props(i))) then
+          if (i == p_m) m = int(props(i))
+        else
+          status = status_props
+          if (present(message)) call append(message, "PROPS(" // integer_text(i) // ") " // &
+            trim(prop_table(i)%name) // " = " // to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+        end if
+      end do
+      if (status == status_ok) then
+        ratio = mode_ratio(props)
+        if (.not. mode_ratio_admissible(ratio)) then
+          status = status_props
+          if (present(message)) call append(message, "sigma02^2 Gc/(sigma0^2 Gc2) = " // to_text(ratio) // &
+            ": expected " // to_text(1.0_wp/stiffness_ratio_limit) // " to " // to_text(stiffness_ratio_limit))
+        end if
+      end if
+    end if
     if (m >= 0) return
 
     ! listed planes
@@ -184,6 +197,49 @@ contains
     end if
   end subroutine review_props
 
+  !> Whether all PROPS before the listed planes are admissible: what every call of a host passes, in few instructions.
+  pure function fixed_props_admissible(props) result(yes)
+    real(wp), intent(in), contiguous :: props(:)   !! PROPS, any number of values
+    logical :: yes
+    integer :: bad, i, n
+    n = min(size(props), n_fixed_props)
+    yes = n >= n_required_props
+    if (yes) yes = all_bounded(n, props, huge(1.0_wp))
+    if (.not. yes) return
+    bad = 0
+    do i = 1, n
+      bad = ior(bad, merge(0, 1, props(i) >= prop_table(i)%lower))
+      bad = ior(bad, merge(0, 1, props(i) <= prop_table(i)%upper))
+    end do
+    yes = bad == 0
+    if (yes .and. n >= p_m) yes = prop_admissible(p_m, props(p_m))
+    if (yes .and. n >= p_h) yes = prop_admissible(p_h, props(p_h))
+    if (yes .and. n >= p_map) yes = prop_admissible(p_map, props(p_map))
+    if (yes .and. n >= p_sigma02) yes = prop_admissible(p_sigma02, props(p_sigma02))
+    if (yes .and. n >= p_gc2) yes = prop_admissible(p_gc2, props(p_gc2))
+    if (yes .and. n >= p_sigma02) yes = mode_ratio_admissible(mode_ratio(props))
+  end function fixed_props_admissible
+
+  !> Stiffness of mode II over that of mode I, (sigma02^2/Gc2)/(sigma0^2/Gc).
+  pure function mode_ratio(props) result(ratio)
+    real(wp), intent(in) :: props(:)   !! PROPS, each entry admissible
+    real(wp) :: ratio
+    ratio = 1.0_wp
+    if (size(props) >= p_sigma02) then
+      if (props(p_sigma02) > 0.0_wp) ratio = (props(p_sigma02)/props(p_sigma0))**2
+    end if
+    if (size(props) >= p_gc2) then
+      if (props(p_gc2) > 0.0_wp) ratio = ratio*(props(p_gc)/props(p_gc2))
+    end if
+  end function mode_ratio
+
+  !> Whether the stiffnesses of the two modes are near enough to each other.
+  pure function mode_ratio_admissible(ratio) result(yes)
+    real(wp), intent(in) :: ratio   !! of mode_ratio
+    logical :: yes
+    yes = ratio <= stiffness_ratio_limit .and. ratio*stiffness_ratio_limit >= 1.0_wp
+  end function mode_ratio_admissible
+
   !> Whether entry i of PROPS may have this value.
   pure function prop_admissible(i, value) result(yes)
     integer, intent(in) :: i        !! index, 1..n_fixed_props
@@ -191,8 +247,10 @@ contains
     logical :: yes
     yes = bounded(value, huge(1.0_wp))
     if (yes) yes = value >= prop_table(i)%lower .and. value <= prop_table(i)%upper
-    if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - anint(value)) <= 0.0_wp
-    if (yes .and. i == p_m) yes = nint(value) <= 0 .or. nint(value) >= min_inclined
+    if (yes .and. (i == p_h .or. i == p_sigma02 .or. i == p_gc2)) yes = value >= smallest_divisor &
+      .or. .not. value > 0.0_wp
+    if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - real(int(value), wp)) <= 0.0_wp
+    if (yes .and. i == p_m) yes = int(value) <= 0 .or. int(value) >= min_inclined
   end function prop_admissible
 
   !> Whether value j of a listed plane (n_N, n_Tx, n_Ty, gamma) may have this value.
@@ -217,5 +275,16 @@ contains
       message = message // new_line("a") // line
     end if
   end subroutine append
+
+  !> Last character of the piece of a message that begins at `first`: its line, or as much of it as goes into a text.
+  pure function piece_end(message, first, limit) result(last)
+    character(len=*), intent(in) :: message   !! lines
+    integer, intent(in) :: first              !! first character, from 1
+    integer, intent(in) :: limit              !! characters that go into a text
+    integer :: last
+    last = index(message(first:), new_line("a"))
+    last = merge(len(message), first + last - 2, last == 0)
+    last = min(last, first + limit - 1)
+  end function piece_end
 
 end module asperity_checks

@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, plane_statev
+  public :: prop_type, statev_type, n_statev, plane_statev, is_damage
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -39,6 +39,12 @@ module asperity_contract
   real(wp), parameter :: small = 1.0e-50_wp, large = 1.0e50_wp, top = 1.0e10_wp
   !> Largest admissible separation, as a multiple of s0: its square and the energies stay finite.
   real(wp), parameter, public :: separation_limit = 1.0e50_wp
+  !> Smallest value of what may be 0 for a default but is divided by otherwise.
+  real(wp), parameter, public :: smallest_divisor = small
+  !> Largest ratio of the stiffnesses of the two modes, either way.
+  real(wp), parameter, public :: stiffness_ratio_limit = 1.0e100_wp
+  !> Largest energy in a state: over the smallest thickness it stays finite.
+  real(wp), parameter, public :: energy_limit = 1.0e250_wp
   real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp), below_right = nearest(90.0_wp, -1.0_wp)
   real(wp), parameter :: unbounded = huge(1.0_wp)
 
@@ -53,16 +59,16 @@ module asperity_contract
     prop_type("flat", "share of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
     prop_type("turn", "rotation of the pattern about N", "degree", "any finite angle", -unbounded, unbounded, 0.0_wp), &
     prop_type("h", "thickness the host divides by (strain = separation/h)", "length", &
-              "> 0 (up to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp), &
+              "> 0 (1e-50 to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp), &
     prop_type("map", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp), &
     prop_type("sigma02", "tangential strength if different (0: equal)", "stress", &
-              ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("Gc2", "mode II rupture energy if different (0: equal)", "stress*length", &
-              ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("tau_v", "relaxation time of the viscous damage, 0: none", "time", &
-              "0 (viscous damage has no effect yet)", 0.0_wp, 0.0_wp, 0.0_wp), &
+              ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("dalpha", "growth of damage in an increment that asks for a cut, 0: never", "-", &
-              "0 (cut requests have no effect yet)", 0.0_wp, 0.0_wp, 0.0_wp), &
+              "0 <= dalpha < 1", 0.0_wp, below_one, 0.0_wp), &
     prop_type("r", "NTENS = 6: stiffness of the other components, share of K h", "-", &
               "0 <= r <= 1", 0.0_wp, 1.0_wp, 0.0_wp), &
     prop_type("kc", "closing stiffness as a multiple of Kn (0: 1)", "-", &
@@ -104,7 +110,8 @@ module asperity_contract
 
   ! --- status codes --------------------------------------------------------------------------------------------------
   integer, parameter, public :: status_ok = 0, status_props = 1, status_nprops = 2, status_nstatv = 3, &
-    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7, status_initial = 8
+    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7, status_time = 8, &
+    status_initial = 9
 
 contains
 
@@ -121,5 +128,12 @@ contains
     integer :: i
     i = n_point_statev + n_plane_statev*(k - 1) + 1
   end function plane_statev
+
+  !> Whether a state variable is the damage of a plane.
+  pure function is_damage(i) result(yes)
+    integer, intent(in) :: i   !! index in STATEV
+    logical :: yes
+    yes = i > n_point_statev .and. mod(i - n_point_statev, n_plane_statev) == 1
+  end function is_damage
 
 end module asperity_contract

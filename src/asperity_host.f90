@@ -1,17 +1,22 @@
 !> What the host adapters share: component orders, the test of their input, and the rejection of a call.
 module asperity_host
-  use, intrinsic :: iso_fortran_env, only: error_unit, int64
+  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: n_required_props, status_nstatv, status_ntens, status_ok, status_separation, v_offset
-  use asperity_interface, only: interface_type, new_interface, explain_point, state_status, separation_bound
+  use asperity_contract, only: is_damage, n_plane_statev, n_point_statev, n_required_props, status_nstatv, &
+    status_ntens, status_ok, status_separation, status_time, v_offset
+  use asperity_interface, only: interface_type, new_interface, explain_point, explain_time, state_status, &
+    separation_bound, time_status
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: component_map, vumat_map, host_status, explain_call, explain_vumat, explain_block, reject, report, &
-    request_cut
+  public :: component_map, vumat_map, host_status, explain_call, explain_vumat, explain_block, reject, request_cut, &
+    request_slower_damage
 
   !> Increment factor asked for when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
+  !> Increment factors asked for where damage grows too fast: the first bounds what one cut costs, the second leaves the
+  !> next attempt a margin, as growth need not go with the increment.
+  real(wp), parameter, public :: least_pnewdt = 0.1_wp, largest_pnewdt = 0.75_wp
   !> Set by its bits, which raises no floating-point exception.
   real(wp), parameter :: quiet_nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
 
@@ -45,17 +50,22 @@ contains
   end function vumat_map
 
   !> Whether what a host passed for a point is admissible.
-  pure function host_status(interface, position, stran, dstran, statev) result(status)
+  pure function host_status(interface, position, stran, dstran, statev, dtime) result(status)
     type(interface_type), intent(in) :: interface   !! the interface
     integer, intent(in) :: position(3)              !! component_map
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
     real(wp), intent(in), contiguous :: statev(:)   !! state at the start
-    integer :: status                               !! 0, status_ntens or those of state_status
+    real(wp), intent(in), optional :: dtime         !! time increment
+    integer :: status                               !! 0, status_ntens, status_time or those of state_status
+    real(wp) :: bound
     status = status_ntens
     if (position(1) == 0) return
+    status = time_status(interface, dtime)
+    if (status /= status_ok) return
     status = status_separation
-    if (.not. all_bounded(size(stran), stran, strain_bound(interface))) return
-    if (.not. all_bounded(size(dstran), dstran, strain_bound(interface))) return
+    bound = strain_bound(interface)
+    if (.not. all_bounded(size(stran), stran, bound)) return
+    if (.not. all_bounded(size(dstran), dstran, bound)) return
     status = state_status(interface, statev)
   end function host_status
 
@@ -67,13 +77,14 @@ contains
   end function strain_bound
 
   !> Say what is wrong with a rejected call: every bad value, and what was expected.
-  pure subroutine explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message)
+  pure subroutine explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
     integer, intent(in) :: nprops, nstatv                     !! as passed: an array of a negative size has size 0
     real(wp), intent(in), contiguous :: props(:)              !! PROPS
     integer, intent(in) :: ntens                              !! components of the host
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
     real(wp), intent(in), contiguous :: statev(:)             !! state at the start
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    real(wp), intent(in), optional :: dtime                   !! time increment
     real(wp), parameter :: rest(3) = 0.0_wp
     type(interface_type) :: interface
     integer :: i, position(3), status
@@ -92,6 +103,7 @@ contains
       call review_value("STRAN", i, stran(i), strain_bound(interface), message)
       call review_value("DSTRAN", i, dstran(i), strain_bound(interface), message)
     end do
+    call explain_time(interface, "DTIME", message, dtime)
     if (nstatv < 0) then
       call append(message, "NSTATV = " // integer_text(nstatv) // ": expected at least " // &
         integer_text(interface%n_statev))
@@ -101,10 +113,11 @@ contains
   end subroutine explain_call
 
   !> Say what is wrong with a VUMAT call as a whole.
-  pure subroutine explain_vumat(status, props, ndir, nshr, nstatev, message)
+  pure subroutine explain_vumat(status, props, ndir, nshr, nstatev, dt, message)
     integer, intent(in) :: status                             !! of the test that failed
     real(wp), intent(in), contiguous :: props(:)              !! PROPS
     integer, intent(in) :: ndir, nshr, nstatev                !! as the host passed them
+    real(wp), intent(in) :: dt                                !! time increment
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     type(interface_type) :: interface
     integer :: props_status
@@ -117,6 +130,8 @@ contains
     else if (status == status_nstatv) then
       call append(message, "nstatev = " // integer_text(nstatev) // ": expected at least " // &
         integer_text(interface%n_statev))
+    else if (status == status_time) then
+      call explain_time(interface, "dt", message, dt)
     else
       call append(message, "PROPS: constants of the law leave the range of the host's real kind: expected other units")
     end if
@@ -142,7 +157,7 @@ contains
     if (len(lines) == 0) then
       ! the range of single precision is narrower
       do j = v_offset, interface%n_statev
-        call review_value("STATEV", j, state(j), slip_bound, lines)
+        if (.not. is_damage(j)) call review_value("STATEV", j, state(j), slip_bound, lines)
       end do
     end if
     if (len(lines) > 0) call append(message, "point " // integer_text(i) // " of the block: " // lines)
@@ -171,22 +186,25 @@ contains
     end if
   end subroutine request_cut
 
-  !> Tell on standard error why a call was rejected, and make sure that the host's solver stops.
-  subroutine reject(routine, message, stress, tangent)
-    character(len=*), intent(in) :: routine      !! name of the adapter
-    character(len=*), intent(in) :: message      !! lines that name the values and what was expected
+  !> Ask the host for a smaller increment where the damage of a plane grew by more than PROPS 14.
+  pure subroutine request_slower_damage(interface, old, new, pnewdt)
+    type(interface_type), intent(in) :: interface           !! the interface
+    real(wp), intent(in) :: old(:)                          !! (Np) damage of the planes at the start
+    real(wp), intent(in), contiguous :: new(:)              !! STATEV at the end
+    real(wp), intent(inout), optional :: pnewdt             !! the host's suggestion
+    real(wp) :: growth
+    growth = maxval(new(n_point_statev + 1:interface%n_statev:n_plane_statev) - old)
+    if (growth > interface%dalpha) then
+      call request_cut(max(least_pnewdt, min(largest_pnewdt, interface%dalpha/growth)), pnewdt)
+    end if
+  end subroutine request_slower_damage
+
+  !> Fill what a rejected call returns with NaN, so that the host's solver stops.
+  pure subroutine reject(stress, tangent)
     real(wp), intent(inout) :: stress(:)         !! filled with NaN
     real(wp), intent(inout) :: tangent(:, :)     !! filled with NaN
-    call report(routine, message)
     stress = quiet_nan
     tangent = quiet_nan
   end subroutine reject
-
-  !> Tell on standard error why a call was rejected.
-  subroutine report(routine, message)
-    character(len=*), intent(in) :: routine   !! name of the adapter
-    character(len=*), intent(in) :: message   !! lines that name the values and what was expected
-    write (error_unit, "(4a)") "asperity ", routine, ": ", message
-  end subroutine report
 
 end module asperity_host

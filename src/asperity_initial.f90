@@ -10,7 +10,7 @@ module asperity_initial
   use asperity_law, only: update_point
   implicit none
   private
-  public :: first_traction, carry_traction, explain_initial
+  public :: carry_traction, explain_initial
 
   !> Parts the traction is applied in, proportionally: the slips of inclined planes follow a curved path.
   integer, parameter :: parts = 32
@@ -23,18 +23,6 @@ module asperity_initial
 
 contains
 
-  !> Whether a point that was never called comes with a traction (contract, STATEV 6).
-  !>
-  !> Looked at by the bits: what is not finite is not a traction but what a host left undefined.
-  pure function first_traction(stress, state) result(yes)
-    real(wp), intent(in) :: stress(:)   !! (N, Tx, Ty), 0 where the host has no such component
-    real(wp), intent(in) :: state(:)    !! STATEV
-    logical :: yes
-    yes = .not. abs(state(v_status)) > 0.0_wp
-    if (yes) yes = all(bounded(stress, huge(1.0_wp)))
-    if (yes) yes = any(abs(stress) > 0.0_wp)
-  end function first_traction
-
   !> Give a state the offset at which it carries a traction; nothing is changed where it cannot.
   !>
   !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
@@ -46,6 +34,7 @@ contains
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of point_status
     real(wp), intent(out), optional :: share           !! of the traction that was carried, 1: all
+    type(interface_type) :: rested
     real(wp), dimension(interface%n_statev) :: old, new
     real(wp) :: rest(3), s(3), s_new(3), start(3), traction(3), tangent(3, 3), goal(3), reached, next, step
     logical :: converged
@@ -56,11 +45,14 @@ contains
     if (status /= status_ok) return
     if (.not. all(bounded(target, huge(1.0_wp)))) status = status_initial
     if (status /= status_ok) return
+    ! however long it took, it is over
+    rested = interface
+    rested%rie%material%tau_v = 0.0_wp
     old = state(:interface%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(interface, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
-    call update_point(interface%rie, s, s, old, new, start, tangent)
+    call update_point(rested%rie, s, s, old, new, start, tangent)
     old = new
     reached = 0.0_wp
     step = 1.0_wp/real(parts, wp)
@@ -69,7 +61,7 @@ contains
       goal = target
       if (next < 1.0_wp) goal = start + next*(target - start)
       s_new = s
-      call solve(interface, goal, held, s, old, s_new, new, traction, tangent, converged)
+      call solve(rested, goal, held, s, old, s_new, new, traction, tangent, converged)
       if (converged) then
         s = s_new
         old = new

@@ -3,16 +3,17 @@ module asperity_interface
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block, update_block
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_eta, &
-    p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, plane_statev, &
-    prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, status_state, v_offset
+  use asperity_contract, only: energy_limit, max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, &
+    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, &
+    p_turn, plane_statev, prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, &
+    status_state, status_time, v_offset
   use asperity_law, only: rie_type, update_point_in_place
   use asperity_material, only: new_material
   use asperity_pattern, only: listed_pattern, regular_pattern
   implicit none
   private
   public :: interface_type, new_interface, separation_bound, virgin_tangent, point_status, state_status, &
-    update_points, explain_point, explain_points
+    time_status, update_points, explain_point, explain_points, explain_time
 
   !> An interface as a host describes it by PROPS.
   type :: interface_type
@@ -21,6 +22,7 @@ module asperity_interface
     real(wp) :: h             !! thickness the host divides by, length
     integer :: map            !! order of the host's components, 0 or 1
     real(wp) :: r             !! stiffness of the layer's other components as a share of K h
+    real(wp) :: dalpha        !! growth of damage of a plane in an increment that asks for a cut, 0: never
   end type interface_type
 
   !> Largest slip and offset in a state as a multiple of the separation bound: slips follow separations, by up to
@@ -32,11 +34,12 @@ module asperity_interface
 
 contains
 
-  !> Interface from PROPS (contract; missing trailing values take their default).
-  pure subroutine new_interface(props, interface, status)
+  !> Interface from PROPS (contract; missing trailing values take their default), and the guard, which PROPS lacks.
+  pure subroutine new_interface(props, interface, status, guarded)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
     type(interface_type), intent(out) :: interface   !! defined if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
+    logical, intent(in), optional :: guarded         !! damage grows only where that releases energy, absent: no
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     real(wp) :: p(n_fixed_props)
     integer :: given, m
@@ -46,8 +49,12 @@ contains
     given = min(size(props), n_fixed_props)
     p(:given) = props(:given)
     p(given + 1:) = defaults(given + 1:)
-    interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc))
-    m = nint(p(p_m))
+    interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
+      p(p_tau_v))
+    if (present(guarded)) then
+      if (guarded) interface%rie%material%least_y = 0.0_wp
+    end if
+    m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)
     else
@@ -55,8 +62,9 @@ contains
     end if
     interface%n_statev = n_statev(interface%rie%pattern%n)
     interface%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
-    interface%map = nint(p(p_map))
+    interface%map = int(p(p_map))
     interface%r = p(p_r)
+    interface%dalpha = p(p_dalpha)
   end subroutine new_interface
 
   !> Largest separation the law takes, length: beyond it squares would leave the range of a double.
@@ -66,14 +74,18 @@ contains
     bound = separation_limit*interface%rie%material%s0
   end function separation_bound
 
-  !> Tangent of the virgin interface at rest.
+  !> The stiffest tangent of the virgin interface: that of its planes all open or at rest, or closed if kc > 1.
   pure function virgin_tangent(interface) result(tangent)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp) :: tangent(3, 3)                       !! stress/length
     real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: state(interface%n_statev), traction(3)
+    ! closes all planes, far from damage
+    real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
+    real(wp) :: state(interface%n_statev), traction(3), s(3)
     state = 0.0_wp
-    call update_point_in_place(interface%rie, rest, rest, state, traction, tangent)
+    s = rest
+    if (interface%rie%material%k_c > interface%rie%material%k_n) s = interface%rie%material%s0*closure
+    call update_point_in_place(interface%rie, rest, s, state, traction, tangent)
   end function virgin_tangent
 
   !> Largest slip and offset in a state, length.
@@ -101,40 +113,59 @@ contains
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in), contiguous :: state(:)    !! STATEV
     integer :: status                               !! 0, status_nstatv or status_state
-    real(wp) :: bound
+    real(wp) :: least, most, slip
     integer :: i
-    logical :: good
 
     status = status_nstatv
     if (size(state) < interface%n_statev) return
     status = status_state
-    if (.not. all_bounded(interface%n_statev, state, huge(1.0_wp))) return
-    bound = slip_bound(interface)
-    good = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2))) <= bound
+    if (.not. all_bounded(interface%n_statev, state, energy_limit)) return
+    slip = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2)))
+    least = 0.0_wp
+    most = 0.0_wp
     do i = n_point_statev + 1, interface%n_statev, n_plane_statev
-      good = good .and. state(i) >= 0.0_wp .and. state(i) <= 1.0_wp &
-             .and. max(abs(state(i + 1)), abs(state(i + 2))) <= bound
+      least = min(least, state(i))
+      most = max(most, state(i))
+      slip = max(slip, abs(state(i + 1)), abs(state(i + 2)))
     end do
-    if (good) status = status_ok
+    if (least >= 0.0_wp .and. most <= 1.0_wp .and. slip <= slip_bound(interface)) status = status_ok
   end function state_status
+
+  !> Whether the duration of an increment is admissible: without viscous damage (tau_v = 0) it is not looked at.
+  pure function time_status(interface, dt) result(status)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp), intent(in), optional :: dt            !! duration, any bits, time
+    integer :: status                               !! 0 or status_time
+    logical :: good
+    good = .not. interface%rie%material%tau_v > 0.0_wp
+    if (present(dt) .and. .not. good) then
+      good = bounded(dt, huge(1.0_wp))
+      if (good) good = dt >= 0.0_wp
+    end if
+    status = merge(status_ok, status_time, good)
+  end function time_status
 
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.
   !>
   !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of
   !> a point does not depend on the others, on their number or on the threads, to the last bit.
-  subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent)
+  subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent, dt)
     type(interface_type), intent(in) :: interface                 !! the interface
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
-    integer, intent(out) :: status                                !! 0 or the status of the first point that failed
+    integer, intent(out) :: status                                !! 0, status_time or that of the first bad point
     integer, intent(out) :: failed                                !! that point, 0: none
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
     type(block_type) :: block
     real(wp) :: from(3)
     integer :: first, i, n
 
+    failed = 0
+    status = time_status(interface, dt)
+    if (status /= status_ok) return
     n = size(s, 2)
     failed = n + 1
     from = 0.0_wp
@@ -150,7 +181,7 @@ contains
       return
     end if
     failed = 0
-    call new_block(interface%rie, block, status)
+    call new_block(interface%rie, block, status, dt)
     if (status /= status_ok) return
     !$omp parallel do if(n >= worth_threads) schedule(static)
     do first = 1, n, chunk
@@ -218,6 +249,23 @@ contains
     call append(message, "point " // integer_text(failed) // ": " // lines)
   end subroutine explain_points
 
+  !> Say what `time_status` rejected.
+  pure subroutine explain_time(interface, name, message, dt)
+    type(interface_type), intent(in) :: interface              !! the interface
+    character(len=*), intent(in) :: name                       !! of the duration where it comes from
+    character(len=:), allocatable, intent(inout) :: message    !! a line is appended
+    real(wp), intent(in), optional :: dt                       !! duration, any bits, time
+    character(len=:), allocatable :: wanted
+    if (time_status(interface, dt) == status_ok) return
+    wanted = ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
+      to_text(interface%rie%material%tau_v) // ")"
+    if (present(dt)) then
+      call append(message, name // " = " // to_text(dt) // wanted)
+    else
+      call append(message, name // " is missing" // wanted)
+    end if
+  end subroutine explain_time
+
   !> Say what is wrong with the input of a point: every bad value, and what was expected.
   pure subroutine explain_point(interface, s_old, s, state_old, message)
     type(interface_type), intent(in) :: interface              !! the interface
@@ -241,7 +289,7 @@ contains
       return
     end if
     do i = 1, n_point_statev
-      largest = merge(slip, huge(1.0_wp), i >= v_offset)
+      largest = merge(slip, energy_limit, i >= v_offset)
       call review_statev(message, i, i, state_old(i), -largest, largest)
     end do
     do k = 1, interface%rie%pattern%n

@@ -5,7 +5,7 @@ module asperity_law
   use asperity_kinds, only: wp
   use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
     v_stored, v_work
-  use asperity_material, only: material_type
+  use asperity_material, only: material_type, over_time
   use asperity_pattern, only: max_lanes, pattern_type
   implicit none
   private
@@ -22,7 +22,7 @@ contains
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
   !> Nothing is tested here: `update_points` of asperity_interface does that.
-  pure subroutine update_point(rie, s_old, s, state_old, state, traction, tangent)
+  pure subroutine update_point(rie, s_old, s, state_old, state, traction, tangent, dt)
     type(rie_type), intent(in) :: rie            !! material and pattern
     real(wp), intent(in) :: s_old(3)             !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                 !! separation at its end, length
@@ -30,18 +30,20 @@ contains
     real(wp), intent(out), contiguous :: state(:)      !! STATEV at the end, same size
     real(wp), intent(out) :: traction(3)         !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)       !! d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt         !! duration of the increment, >= 0 (tau_v > 0 only), time; absent: 0
     state = state_old
-    call update_point_in_place(rie, s_old, s, state, traction, tangent)
+    call update_point_in_place(rie, s_old, s, state, traction, tangent, dt)
   end subroutine update_point
 
   !> The same with one array for the state at the start and at the end.
-  pure subroutine update_point_in_place(rie, s_old, s, state, traction, tangent)
+  pure subroutine update_point_in_place(rie, s_old, s, state, traction, tangent, dt)
     type(rie_type), intent(in) :: rie            !! material and pattern
     real(wp), intent(in) :: s_old(3)             !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                 !! separation at its end, length
     real(wp), intent(inout), contiguous :: state(:)   !! STATEV, start -> end, size >= n_statev(Np)
     real(wp), intent(out) :: traction(3)         !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)       !! d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt         !! duration of the increment, >= 0 (tau_v > 0 only), time; absent: 0
     real(wp) :: alpha(max_lanes), d_t(max_lanes), d_h(max_lanes), sums(5)
     integer :: i, k
 
@@ -56,7 +58,7 @@ contains
       d_t(k) = 0.0_wp
       d_h(k) = 0.0_wp
     end do
-    call sum_planes(rie%material, rie%pattern, s_old + state(v_offset:v_offset + 2), &
+    call sum_planes(over_time(rie%material, dt), rie%pattern, s_old + state(v_offset:v_offset + 2), &
       s + state(v_offset:v_offset + 2), alpha, d_t, d_h, sums, traction, tangent)
     do k = 1, rie%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
@@ -103,9 +105,9 @@ contains
     rupture = 0.0_wp
     friction = 0.0_wp
     work = 0.0_wp
-    t1 = 0.0_wp
-    t2 = 0.0_wp
-    t3 = 0.0_wp
+    sigma_1 = 0.0_wp
+    sigma_2 = 0.0_wp
+    sigma_3 = 0.0_wp
     d11 = 0.0_wp
     d21 = 0.0_wp
     d31 = 0.0_wp
@@ -115,7 +117,7 @@ contains
     d13 = 0.0_wp
     d23 = 0.0_wp
     d33 = 0.0_wp
-    !$omp simd reduction(+:damage, stored, rupture, friction, work, t1, t2, t3) &
+    !$omp simd reduction(+:damage, stored, rupture, friction, work, sigma_1, sigma_2, sigma_3) &
     !$omp reduction(+:d11, d21, d31, d12, d22, d32, d13, d23, d33)
     do k = 1, pattern%lanes
       c = pattern%cos_theta(k)
@@ -133,8 +135,9 @@ contains
       d_t(k) = d_t1
       d_h(k) = d_h1
     end do
-    sums = [damage, stored, rupture, friction, work]
-    traction = [t1, t2, t3]
+    traction = [sigma_1, sigma_2, sigma_3]
+    sums = [damage, stored, rupture, friction, work + 0.5_wp*(sigma_1*(to_1 - from_1) &
+      + (sigma_2*(to_2 - from_2) + sigma_3*(to_3 - from_3)))]
     tangent(:, 1) = [d11, d21, d31]
     tangent(:, 2) = [d12, d22, d32]
     tangent(:, 3) = [d13, d23, d33]

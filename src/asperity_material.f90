@@ -3,7 +3,7 @@ module asperity_material
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: material_type, new_material
+  public :: material_type, new_material, over_time
 
   !> Constants of the law, in the user's consistent units.
   type :: material_type
@@ -12,17 +12,23 @@ module asperity_material
     real(wp) :: k_n         !! normal stiffness (12), stress/length
     real(wp) :: k_t         !! tangential stiffness (12), stress/length
     real(wp) :: k_c         !! normal stiffness in closure, stress/length
-    real(wp) :: mu_c        !! mu k_c/k_t: friction strength over k_t, per closure
+    real(wp) :: kn_kt       !! k_n/k_t
+    real(wp) :: kc_kt       !! k_c/k_t
     real(wp) :: inv_s01_2   !! 1/s01^2, s01 = separation at damage onset in mode I
     real(wp) :: inv_s02_2   !! 1/s02^2, s02 = slip at damage onset in mode II
-    real(wp) :: inv_eta     !! 1/eta
+    real(wp) :: s02_s01_2   !! (s02/s01)^2
     real(wp) :: s0          !! the smaller of s01 and s02, length
+    real(wp) :: tau_v       !! relaxation time of the damage, 0: none
+    real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
+    real(wp) :: take = 1.0_wp   !! weight of the damage of (7) without its history; keep + take is not above 1
+    real(wp) :: take_eta        !! take/eta
+    real(wp) :: least_y = -huge(1.0_wp)   !! damage grows where the trapezoid of Y is at least this; 0: the guard
   end type material_type
 
 contains
 
   !> Constants of the law from admissible parameters (units: stress, stress*length; s_f = 2 Gc/sigma0, (5), (12)).
-  pure function new_material(sigma0, gc, eta, mu, sigma02, gc2, kc) result(material)
+  pure function new_material(sigma0, gc, eta, mu, sigma02, gc2, kc, tau_v) result(material)
     real(wp), intent(in) :: sigma0    !! strength, > 0
     real(wp), intent(in) :: gc        !! rupture energy, > 0
     real(wp), intent(in) :: eta       !! ductility, 0 < eta < 1
@@ -30,6 +36,7 @@ contains
     real(wp), intent(in) :: sigma02   !! tangential strength, 0: sigma0
     real(wp), intent(in) :: gc2       !! mode II rupture energy, 0: Gc
     real(wp), intent(in) :: kc        !! closing stiffness as a multiple of K_n, 0: 1
+    real(wp), intent(in) :: tau_v     !! relaxation time of the damage, 0: none
     type(material_type) :: material
     real(wp) :: inv_s01, inv_s02, strength2
 
@@ -43,9 +50,29 @@ contains
     material%k_c = merge(kc, 1.0_wp, kc > 0.0_wp)*material%k_n
     material%inv_s01_2 = inv_s01**2
     material%inv_s02_2 = inv_s02**2
-    material%inv_eta = 1.0_wp/eta
-    material%mu_c = mu*material%k_c/material%k_t
+    material%take_eta = 1.0_wp/eta
+    material%kn_kt = material%k_n/material%k_t
+    material%kc_kt = material%k_c/material%k_t
+    material%s02_s01_2 = (inv_s01/inv_s02)**2
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
+    material%tau_v = tau_v
   end function new_material
+
+  !> The constants for an increment of a duration: backward Euler of tau_v alpha' = alpha_eq - alpha.
+  !>
+  !> alpha = (alpha_0 + r alpha_eq)/(1 + r), r = dt/tau_v, alpha_eq that of (7) without history; the law as it is if
+  !> tau_v = 0. If no time passes no damage grows.
+  pure function over_time(material, dt) result(timed)
+    type(material_type), intent(in) :: material   !! constants
+    real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
+    type(material_type) :: timed
+    timed = material
+    if (.not. material%tau_v > 0.0_wp) return
+    timed%take = 0.0_wp
+    ! dt/(tau_v + dt) = r/(1 + r) cannot overflow
+    if (present(dt)) timed%take = dt/(material%tau_v + dt)
+    timed%keep = 1.0_wp - timed%take
+    timed%take_eta = timed%take*material%take_eta
+  end function over_time
 
 end module asperity_material

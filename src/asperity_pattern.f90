@@ -1,13 +1,12 @@
 !> Patterns of planes (RIE): normals, frames (1) and weights of the regular family (41)-(43) and of listed planes.
 module asperity_pattern
-  use asperity_kinds, only: wp
+  use asperity_kinds, only: lane_width, wp
   use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
   implicit none
   private
   public :: pattern_type, regular_pattern, listed_pattern, plane_normal
 
-  !> Planes are kept in vectors of `lane_width`; spare lanes repeat a flat plane with weight zero.
-  integer, parameter, public :: lane_width = 4
+  !> Planes are kept in whole vectors; spare lanes repeat a flat plane with weight zero.
   integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
 
   !> Frames and weights of the planes: with the up-slope direction (e_x, e_y) in the average surface,

@@ -2,17 +2,19 @@
 !>
 !> PROPS, STATEV and component orders: docs/contract.md. DDSDDE is the consistent tangent and unsymmetric (Abaqus:
 !> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
-!> used once, by a point that was never called: it starts from that traction. A rejected call fills STRESS and DDSDDE
+!> not used: the law is total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE
 !> with NaN and leaves STATEV as it came.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
-  use asperity_contract, only: max_ntens, status_initial, status_ok, v_friction, v_rupture, v_stored
-  use asperity_host, only: component_map, explain_call, host_status, reject, rejected_pnewdt, request_cut
-  use asperity_initial, only: carry_traction, explain_initial, first_traction
+  use asperity_contract, only: max_ntens, max_planes, n_plane_statev, n_point_statev, status_ok, v_friction, &
+    v_rupture, v_stored
+  use asperity_host, only: component_map, explain_call, host_status, reject, rejected_pnewdt, request_cut, &
+    request_slower_damage
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
+  use asperity_report_umat, only: report_umat
   implicit none
   integer, intent(in) :: ndi                     !! direct stress components, not used
   integer, intent(in) :: nshr                    !! shear stress components, not used
@@ -28,31 +30,25 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp), intent(in) :: props(nprops)          !! material constants
   character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character, no length)
   real(wp), intent(inout), optional :: pnewdt    !! suggested increment factor, written only to ask for a cut
+  real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage
   ! not used, and NULL in some hosts
   real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
-  real(wp), intent(in), optional :: time(*), dtime, temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
+  real(wp), intent(in), optional :: time(*), temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
     dfgrd0(*), dfgrd1(*)
   integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
   type(interface_type) :: interface
-  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness
+  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes)
   character(len=:), allocatable :: message
-  integer :: i, j, position(3), status
+  integer :: i, j, n, position(3), status
 
   call new_interface(props, interface, status)
   position = component_map(ntens, interface%map)
-  if (status == status_ok) status = host_status(interface, position, stran, dstran, statev)
-  if (status == status_ok) then
-    do i = 1, 3
-      traction(i) = 0.0_wp
-      if (position(i) > 0) traction(i) = stress(position(i))
-    end do
-    if (first_traction(traction, statev)) call carry_traction(interface, traction, position > 0, statev, status)
-  end if
+  if (status == status_ok) status = host_status(interface, position, stran, dstran, statev, dtime)
   if (status /= status_ok) then
     message = ""
-    call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message)
-    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message)
-    call reject("umat", message, stress, ddsdde)
+    call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
+    call report_umat(message)
+    call reject(stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)
     return
   end if
@@ -64,7 +60,10 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     from(i) = interface%h*stran(position(i))
     to(i) = interface%h*(stran(position(i)) + dstran(position(i)))
   end do
-  call update_point_in_place(interface%rie, from, to, statev, traction, tangent)
+  n = interface%rie%pattern%n
+  if (interface%dalpha > 0.0_wp) damage(:n) = statev(n_point_statev + 1:interface%n_statev:n_plane_statev)
+  call update_point_in_place(interface%rie, from, to, statev, traction, tangent, dtime)
+  if (interface%dalpha > 0.0_wp) call request_slower_damage(interface, damage(:n), statev, pnewdt)
 
   if (ntens == max_ntens) then
     ! components of a solid layer that are not those of an interface

@@ -5,9 +5,11 @@ program bench
   use, intrinsic :: iso_fortran_env, only: error_unit, real64
   use aims, only: print_aims
   use build_facts, only: build
+  use many_points, only: most_threads
   use scene, only: scene_names, slip
   use table, only: add_limits, print_table, write_csv
-  use tasks, only: new_large_workspace, new_workspace, row_type, run_often, take_turns, workspace_type
+  use tasks, only: new_array_workspace, new_large_workspace, new_workspace, row_type, run_often, take_turns, &
+    workspace_type
   use timing, only: median
   implicit none
   interface
@@ -35,13 +37,15 @@ program bench
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
   !> Points: near the processor, of a scene, of a VUMAT call, and calls in memory.
   integer, parameter :: n_small = 128, n_scene = 640, width = 128, n_calls = 1600
+  !> Points of arrays: in the second-level caches, and in memory (for a rough run fewer).
+  integer, parameter :: n_cache = 2048, n_memory = 1000000, n_memory_quick = 20000
   character(len=6), parameter :: precisions(2) = ["double", "single"]
   type(row_type), allocatable :: rows(:)
   type(row_type) :: profiled
   real(real64), allocatable :: times(:, :)
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
-  integer :: calls, i, pass, passes, turns, unit
+  integer :: array_points(2), calls, i, pass, passes, turns, unit
   logical :: quick
 
   used = 0.0_real64
@@ -54,6 +58,7 @@ program bench
   turns = merge(3, 5, quick)
   shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
   calls = merge(8, n_calls, quick)
+  array_points = [n_cache, merge(n_memory_quick, n_memory, quick)]
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
   print "(a)", build
   print "(a)", "Table 2, medians of runs taken in turn; test: per increment of confined slip, iterations included"
@@ -71,7 +76,7 @@ program bench
   end do
   call add_limits(rows)
   call print_table(rows)
-  call print_aims(rows)
+  call print_aims(rows, array_points(1), array_points(2))
   if (len(file) > 0) then
     call write_csv(unit, rows)
     close (unit)
@@ -85,7 +90,9 @@ contains
     type(row_type), allocatable, intent(out) :: rows(:)   !! with the medians of this pass
     type(workspace_type) :: work
     type(row_type), allocatable :: some(:)
+    character(len=8) :: name
     real(real64) :: props(8)
+    integer, parameter :: mirrored(2) = [4, 32]
     integer :: i, j
 
     allocate (rows(0), some(0))
@@ -106,15 +113,51 @@ contains
       rows = [rows, some]
     end do
     props = [table_2, 4.0_real64, third, 0.0_real64]
+    do i = 1, size(mirrored)
+      call new_workspace(mirrored_props(mirrored(i)), slip, n_small, work)
+      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
+      call take_turns(work, some, turns, shortest, used)
+      write (name, "(a, i0)") "RP-", mirrored(i)
+      some%pattern = name
+      some%scene = "mirrored"
+      rows = [rows, some]
+    end do
+    do i = 1, size(array_points)
+      call new_array_workspace(props, array_points(i), work)
+      some = [(row_type(kernel="points", threads=j), row_type(kernel="copy", threads=j), j=1, min(2, most_threads()))]
+      call take_turns(work, some, turns, shortest, used)
+      some%pattern = "RP-4"
+      rows = [rows, some]
+    end do
     do i = 1, size(scene_names)
       call new_workspace(props, i, n_scene, work)
-      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
+      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.), row_type(kernel="virgin"), &
+              row_type(kernel="no mu")]
       call take_turns(work, some, turns, shortest, used)
       some%pattern = "RP-4"
       some%scene = merge("all slip ", scene_names(i), i == slip)   ! other points than the rows of the pattern
       rows = [rows, some]
     end do
   end subroutine measure_all
+
+  !> PROPS of a pattern that is its own mirror at the N-Tx plane, with one plane in place of every mirrored pair: what
+  !> planar loading needs, where a shortcut would be taken.
+  pure function mirrored_props(m) result(props)
+    integer, intent(in) :: m   !! inclined planes, even
+    real(real64), allocatable :: props(:)
+    real(real64), parameter :: rest(13) = [0.0_real64, 0.0_real64, 1.0_real64, (0.0_real64, i=1, 6), 1.0_real64, &
+      (0.0_real64, i=1, 3)]
+    real(real64), parameter :: turn = 2.0_real64*acos(-1.0_real64), tilt = turn*table_2(5)/360.0_real64
+    real(real64) :: azimuth, weight
+    integer :: k
+    props = [table_2, -real(m/2 + 2, real64), rest, 1.0_real64, 0.0_real64, 0.0_real64, third]
+    do k = 0, m/2
+      azimuth = turn*real(k, real64)/real(m, real64)
+      weight = (1.0_real64 - third)/real(m, real64)
+      if (k > 0 .and. k < m/2) weight = 2.0_real64*weight
+      props = [props, cos(tilt), sin(tilt)*cos(azimuth), sin(tilt)*sin(azimuth), weight]
+    end do
+  end function mirrored_props
 
   !> Rows of a small scene.
   pure function small_rows() result(list)

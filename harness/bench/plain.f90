@@ -37,9 +37,9 @@ contains
     rupture = 0.0_wp
     friction = 0.0_wp
     work = 0.0_wp
-    t1 = 0.0_wp
-    t2 = 0.0_wp
-    t3 = 0.0_wp
+    sigma_1 = 0.0_wp
+    sigma_2 = 0.0_wp
+    sigma_3 = 0.0_wp
     if (present(tangent)) then
       d11 = 0.0_wp
       d21 = 0.0_wp
@@ -69,9 +69,10 @@ contains
     state(v_stored) = stored
     state(v_rupture) = state(v_rupture) + rupture
     state(v_friction) = state(v_friction) + friction
-    state(v_work) = state(v_work) + work
+    traction = [sigma_1, sigma_2, sigma_3]
+    state(v_work) = state(v_work) + (work + 0.5_wp*(sigma_1*(to_1 - from_1) + (sigma_2*(to_2 - from_2) &
+      + sigma_3*(to_3 - from_3))))
     state(v_status) = 1.0_wp
-    traction = [t1, t2, t3]
   end subroutine plain_update
 
 end module plain

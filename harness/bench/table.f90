@@ -9,17 +9,24 @@ module table
 contains
 
   !> The row of these properties; stops if there is none.
-  function find(rows, pattern, kernel, precision, tangent, scene) result(row)
+  function find(rows, pattern, kernel, precision, tangent, scene, points, threads) result(row)
     type(row_type), intent(in) :: rows(:)       !! where to look
     character(len=*), intent(in) :: pattern     !! its pattern
     character(len=*), intent(in) :: kernel      !! its kernel
     character(len=*), intent(in) :: precision   !! double or single
     logical, intent(in) :: tangent              !! whether it gives the tangent
     character(len=*), intent(in) :: scene       !! its scene
+    integer, intent(in), optional :: points     !! its number of points, absent: any
+    integer, intent(in), optional :: threads    !! its number of threads, absent: 1
     type(row_type) :: row
-    integer :: i
+    integer :: i, n_points, n_threads
+    n_threads = 1
+    if (present(threads)) n_threads = threads
     do i = 1, size(rows)
       row = rows(i)
+      n_points = row%points
+      if (present(points)) n_points = points
+      if (row%threads /= n_threads .or. row%points /= n_points) cycle
       if (row%pattern == pattern .and. row%kernel == kernel .and. row%precision == precision &
           .and. (row%tangent .eqv. tangent) .and. row%scene == scene) return
     end do
@@ -38,6 +45,8 @@ contains
         if (limit(rows(i)) .or. rows(i)%precision /= rows(j)%precision) cycle
         if (rows(j)%kernel == "roots" .and. rows(i)%kernel /= "test") rows(i)%roots = rows(j)%ns
         if (rows(j)%kernel == "stream" .and. rows(i)%kernel == "vumat") rows(i)%stream = rows(j)%ns
+        if (rows(j)%kernel == "copy" .and. rows(i)%kernel == "points" .and. rows(i)%points == rows(j)%points &
+            .and. rows(i)%threads == rows(j)%threads) rows(i)%stream = rows(j)%ns
       end do
     end do
   end subroutine add_limits
@@ -46,18 +55,19 @@ contains
   pure function limit(row) result(yes)
     type(row_type), intent(in) :: row   !! any row
     logical :: yes
-    yes = row%kernel == "stream" .or. row%kernel == "roots"
+    yes = row%kernel == "stream" .or. row%kernel == "roots" .or. row%kernel == "copy"
   end function limit
 
   !> The printed table.
   subroutine print_table(rows)
     type(row_type), intent(in) :: rows(:)   !! what to print
     integer :: i
-    print "(2a)", "pattern  planes kernel     precision tangent scene       points  ns/point  ns/plane", &
+    print "(2a)", "pattern  planes kernel     precision tangent scene       points threads  ns/point  ns/plane", &
       "  textbook/it  it/streaming  it/roots"
     do i = 1, size(rows)
-      print "(a8, i7, 1x, a10, 1x, a9, 1x, a7, 1x, a9, i9, f10.2, f10.3, a13, a14, a10)", rows(i)%pattern, &
-        rows(i)%planes, rows(i)%kernel, rows(i)%precision, yes_no(rows(i)), rows(i)%scene, rows(i)%points, rows(i)%ns, &
+      print "(a8, i7, 1x, a10, 1x, a9, 1x, a7, 1x, a9, i9, i8, f10.2, f10.3, a13, a14, a10)", rows(i)%pattern, &
+        rows(i)%planes, rows(i)%kernel, rows(i)%precision, yes_no(rows(i)), rows(i)%scene, rows(i)%points, &
+        rows(i)%threads, rows(i)%ns, &
         rows(i)%ns/real(rows(i)%planes, real64), ratio(rows(i)%textbook, rows(i)%ns), &
         ratio(rows(i)%ns, rows(i)%stream), ratio(rows(i)%ns, rows(i)%roots)
     end do
@@ -68,12 +78,13 @@ contains
     integer, intent(in) :: unit             !! open for writing
     type(row_type), intent(in) :: rows(:)   !! all rows
     integer :: i
-    write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,scene,points,ns_per_point,ns_per_plane,", &
+    write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,scene,points,threads,ns_per_point,ns_per_plane,", &
       "textbook_ratio,stream_ratio,roots_ratio"
     do i = 1, size(rows)
-      write (unit, "(a, ',', i0, 4(',', a), ',', i0, 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), rows(i)%planes, &
-        trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%scene), rows(i)%points, &
-        rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
+      write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), &
+        rows(i)%planes, trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%scene), &
+        rows(i)%points, rows(i)%threads, rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), &
+        trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
         trim(adjustl(ratio(rows(i)%ns, rows(i)%stream))), trim(adjustl(ratio(rows(i)%ns, rows(i)%roots)))
     end do
   end subroutine write_csv

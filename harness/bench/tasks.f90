@@ -9,22 +9,26 @@ module tasks
   use block_work_single, only: single_block => block_work_type, single_large => large_work_type, &
     new_single_block => new_block_work, new_single_large => new_large_work, run_single_block => run_block, &
     run_single_roots => run_roots, run_single_stream => run_stream, run_single_vumat => run_vumat
+  use many_points, only: many_work_type, new_many_work, run_copy, run_points
   use point_work, only: n_test_increments, new_point_work, point_work_type, run_plain, run_point, run_test, &
     run_textbook, run_textbook_numerical, run_umat
+  use shortcuts, only: run_shortcut
   use timing, only: median, now
   implicit none
   private
-  public :: row_type, workspace_type, new_workspace, new_large_workspace, run_often, take_turns
+  public :: row_type, workspace_type, new_workspace, new_large_workspace, new_array_workspace, run_often, take_turns
 
   !> What a row of the table is about.
   type :: row_type
     character(len=8) :: pattern = ""      !! name of the pattern
     integer :: planes = 0                 !! number of planes
-    character(len=9) :: kernel = ""       !! numerical, textbook, plain, point, umat, test, block, roots, vumat, stream
+    character(len=9) :: kernel = ""       !! numerical, textbook, plain, point, umat, test, block, roots, vumat, stream,
+                                          !! points, copy, virgin, no mu
     character(len=6) :: precision = "double"
     logical :: tangent = .false.          !! whether it gives the tangent
     character(len=9) :: scene = "slip"
     integer :: points = 0                 !! points worked on
+    integer :: threads = 1                !! threads used
     real(real64) :: ns = 0.0_real64       !! nanoseconds per point (test: per increment)
     real(real64) :: textbook = 0.0_real64   !! ns of the textbook version, 0: none
     real(real64) :: stream = 0.0_real64     !! ns of streaming the same bytes, 0: none
@@ -38,6 +42,7 @@ module tasks
     type(single_block) :: single
     type(double_large) :: double_large
     type(single_large) :: single_large
+    type(many_work_type) :: many
     integer :: planes = 0   !! number of planes
     integer :: points = 0   !! number of points
   end type workspace_type
@@ -83,6 +88,20 @@ contains
     end if
   end subroutine new_large_workspace
 
+  !> Points in arrays as Python and C pass them.
+  subroutine new_array_workspace(props, n, work)
+    real(real64), intent(in) :: props(:)        !! PROPS
+    integer, intent(in) :: n                    !! points
+    type(workspace_type), intent(out) :: work
+    type(interface_type) :: interface
+    integer :: status
+    call new_interface(props, interface, status)
+    if (status /= status_ok) error stop "bench: PROPS rejected"
+    work%planes = interface%rie%pattern%n
+    work%points = n
+    call new_many_work(interface, n, work%many)
+  end subroutine new_array_workspace
+
   !> Run what a row says once over all points.
   subroutine run(work, row, used)
     type(workspace_type), intent(inout) :: work   !! the points
@@ -105,6 +124,10 @@ contains
       call run_double_block(work%double, row%tangent, used)
     case ("block single")
       call run_single_block(work%single, row%tangent, used)
+    case ("virgin double")
+      call run_shortcut(work%double, .true., used)
+    case ("no mu double")
+      call run_shortcut(work%double, .false., used)
     case ("roots double")
       call run_double_roots(work%double, used)
     case ("roots single")
@@ -113,6 +136,10 @@ contains
       call run_double_vumat(work%double_large, used)
     case ("vumat single")
       call run_single_vumat(work%single_large, used)
+    case ("points double")
+      call run_points(work%many, row%threads, used)
+    case ("copy double")
+      call run_copy(work%many, row%threads, used)
     case ("stream double")
       call run_double_stream(work%double_large, used)
     case ("stream single")

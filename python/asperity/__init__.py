@@ -6,9 +6,10 @@ and opening positive, angles in degrees, units the user's consistent set.
 
 from . import contract
 from .installed import library
-from .interface import EquilibriumLost, History, Interface, Update
+from .interface import EquilibriumLost, History, Interface, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
+from .selection import NoPatternError, Scene, Selection, select
 
 __version__ = contract.library_version()
 
@@ -18,8 +19,13 @@ __all__ = [
     "Interface",
     "Material",
     "ModelWarning",
+    "NoPatternError",
     "Pattern",
+    "Scene",
+    "Selection",
+    "Snap",
     "Update",
     "contract",
     "library",
+    "select",
 ]

@@ -11,25 +11,55 @@ def contract_version() -> bytes: ...
 def interface_review(props: _Floats) -> tuple[int, int, bytes]: ...
 def interface_planes(props: _Floats, n_planes: int) -> tuple[_Floats, _Floats]: ...
 def interface_update(
-    props: _Floats, s_old: _Floats, s: _Floats, state: _Floats, traction: _Floats, tangent: _Floats
+    props: _Floats,
+    s_old: _Floats,
+    s: _Floats,
+    dt: float,
+    guarded: int,
+    state: _Floats,
+    traction: _Floats,
+    tangent: _Floats,
 ) -> tuple[int, bytes]: ...
 def interface_initial(props: _Floats, traction: _Floats, state: _Floats) -> tuple[int, bytes]: ...
-def interface_replay(props: _Floats, s: _Floats, traction: _Floats, state: _Floats) -> tuple[int, bytes]: ...
+def interface_replay(
+    props: _Floats, s: _Floats, steps: _Floats, guarded: int, traction: _Floats, state: _Floats
+) -> tuple[int, bytes]: ...
+def interface_adaptive_slip(
+    props: _Floats,
+    direction: float,
+    turns: _Floats,
+    sigma_n: float,
+    tolerance: float,
+    times: _Floats,
+    preload_time: float,
+    separation: _Floats,
+    traction: _Floats,
+    state: _Floats,
+) -> tuple[int, int, int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
     direction: float,
     slips: _Floats,
     sigma_n: float,
     preload: int,
+    times: _Floats,
+    preload_time: float,
+    guarded: int,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    jumps: _Floats,
 ) -> tuple[int, int, bytes]: ...
+def interface_slip_curves(
+    props: _Floats, direction: _Floats, sigma_n: _Floats, slips: _Floats, preload: int, rows: _Floats
+) -> tuple[_Integers, _Integers]: ...
 def newton_path(
     props: _Floats,
     held: _Integers,
     spring: _Floats,
     targets: _Floats,
+    durations: _Floats,
+    guarded: int,
     kind: int,
     tolerance: float,
     separation: _Floats,
@@ -40,3 +70,6 @@ def newton_path(
     residuals: _Floats,
 ) -> tuple[int, int]: ...
 def newton_tangent(kind: int) -> bytes: ...
+def interface_single_replay(
+    props: _Floats, way: int, s: _Floats, stride: int, traction: _Floats, damage: _Floats, work: _Floats
+) -> int: ...

@@ -28,6 +28,10 @@ _TOKEN = re.compile(
 """Pieces of a namelist file, tried in this order; blanks and commas lie between them."""
 
 
+DEFAULT_INCREMENTS = 100
+"""Increments to a target where a step says none (harness/load_path.f90)."""
+
+
 @dataclass(frozen=True, eq=False)
 class SlipTest:
     """Slips (T,) along direction (degrees) under a held sigma_N, applied first in `preload` increments.
@@ -108,21 +112,33 @@ def _test(path: Path, value: float | None, found: list[tuple[str, dict[str, list
     material = Material(
         **{names[key]: v[0] for name, g in found if name == "material" for key, v in g.items()}
     )
-    pattern = {key: v[0] for name, g in found if name == "pattern" for key, v in g.items()}
-    sides = int(pattern.pop("sides"))
+    group = next(group for name, group in found if name == "pattern")
     preload, sigma_N, direction = 0, 0.0, 0.0
     slips = [np.zeros(1)]
     for step in (group for name, group in found if name == "step"):
-        parts = [int(n) for n in step["increments"]]
+        step.pop("tolerance", None)
+        parts = [int(n) for n in step.get("increments", [DEFAULT_INCREMENTS])]
         if step.keys() <= {"t_n", "increments"} and preload == 0:
             preload, sigma_N = parts[0], step["t_n"][0]
-        elif step.keys() <= {"slip", "direction", "increments", "t_n"} and step.get("t_n", [sigma_N]) == [
-            sigma_N
-        ]:
-            direction = step.get("direction", [0.0])[0]
-            for target, n in zip(step["slip"], parts, strict=True):
+        elif (
+            "slip" in step
+            and step.keys() <= {"slip", "direction", "increments", "t_n", "cycles"}
+            and step.get("t_n", [sigma_N]) == [sigma_N]
+        ):
+            direction = step.get("direction", [direction])[0]
+            cycles = int(step.get("cycles", [1])[0])
+            # the last number goes on
+            parts += [parts[-1]] * (len(step["slip"]) - len(parts))
+            for target, n in zip(cycles * step["slip"], cycles * parts, strict=True):
                 slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
         elif not step.keys() <= {"s_n", "increments"}:
             raise ValueError(f"{path}: expected &step with t_N, then slip under it, or with s_N alone")
-    planes = Pattern.regular(sides, pattern.pop("theta", 0.0), **pattern)
-    return SlipTest(value, material, planes, preload, sigma_N, direction, np.concatenate(slips)[1:])
+    return SlipTest(value, material, _pattern(group), preload, sigma_N, direction, np.concatenate(slips)[1:])
+
+
+def _pattern(group: dict[str, list[float]]) -> Pattern:
+    """Regular or listed planes."""
+    if "weights" in group:
+        return Pattern.planes(np.reshape(group["normals"], (-1, 3)), group["weights"])
+    values = {name: numbers[0] for name, numbers in group.items()}
+    return Pattern.regular(int(values.pop("sides")), values.pop("theta", 0.0), **values)

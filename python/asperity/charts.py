@@ -112,7 +112,7 @@ def table(timings: Sequence[Timing]) -> str:
     """Nanoseconds per point as a table in Markdown, a row per pattern."""
     lines = ["| pattern | planes | " + " | ".join(column[0] for column in COLUMNS) + " |"]
     lines.append("|---|" + "--:|" * (1 + len(COLUMNS)))
-    for pattern, planes in dict.fromkeys((t.pattern, t.planes) for t in timings):
+    for pattern, planes in dict.fromkeys((t.pattern, t.planes) for t in timings if t.scene == "slip"):
         cells = [f"{planes}"]
         for _, kernel, precision, tangent in COLUMNS:
             times = {t.pattern: t.ns_per_point for t in _rows(timings, kernel, precision, tangent)}

@@ -9,10 +9,11 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import __version__, tables
+from . import __version__, accuracy_charts, card_command, paper, select_command, tables
 from .case_files import labels
 from .installed import bench, cases, driver
 from .results import read_rows, results_of
+from .stability import command as stability
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
 """Exit codes; the last one is the driver's."""
@@ -71,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     compare.set_defaults(action=_compare)
 
-    chart = commands.add_parser("chart", help="draw what the benchmark measures")
+    chart = commands.add_parser("chart", help="draw speed, or accuracy against cost")
     charts = chart.add_subparsers(required=True, metavar="CHART")
     speed = charts.add_parser("speed", help="time per point against the number of planes, with the limits")
     speed.add_argument(
@@ -88,6 +89,11 @@ def _parser() -> argparse.ArgumentParser:
     speed.add_argument("--quick", action="store_true", help="a short, rough run")
     speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
     speed.set_defaults(action=_speed)
+    accuracy_charts.add_command(charts)
+
+    paper.add_command(commands)
+    card_command.add_command(commands)
+    select_command.add_command(commands)
 
     table = commands.add_parser(
         "tables", help="print the tables of PROPS and STATEV, or fill them into files"
@@ -99,6 +105,8 @@ def _parser() -> argparse.ArgumentParser:
         "--check", action="store_true", help="change nothing, exit 1 if a file is not up to date"
     )
     table.set_defaults(action=_tables)
+
+    stability.add_command(commands)
     return parser
 
 

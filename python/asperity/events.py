@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from . import contract
 from .contract import Floats
 
 
-def find_events(normals: Floats, separation: Floats, state: Floats) -> tuple[tuple[int, str], ...]:
+def find_events(
+    normals: Floats, separation: Floats, state: Floats, more: Mapping[int, Sequence[str]] | None = None
+) -> tuple[tuple[int, str], ...]:
     """Events (row, names joined by +) of a point that was virgin and at rest before the first row.
 
     normals (Np, 3); separation (T, 3), length; state (T, nstatv).  Names: onset (first damage), damaged (all
-    planes fully), open, close (a plane leaves or comes into contact), slip (a damaged plane starts to slide).
+    planes fully), open, close (a plane leaves or comes into contact), slip (a damaged plane starts to slide);
+    and those of `more`, by row.
     """
     first = contract.statev_names(len(normals)).index("alpha_1")
     planes = state[:, first : first + 3 * len(normals)].reshape(len(state), len(normals), 3)
@@ -32,7 +37,8 @@ def find_events(normals: Floats, separation: Floats, state: Floats) -> tuple[tup
             "close": np.any(apart & now_contact),
             "slip": np.any(now_slides & ~slides),
         }
-        text = "+".join(name for name, yes in happened.items() if yes)
+        names = [name for name, yes in happened.items() if yes]
+        text = "+".join(dict.fromkeys([*names, *((more or {}).get(row, ()))]))
         if text:
             found.append((row, text))
         contact, apart, slides, last = now_contact, now_apart, now_slides, plane

@@ -35,6 +35,11 @@ def cases() -> list[Path]:
     return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
 
 
+def stability_case(name: str) -> Path:
+    """Case file of the catalogue of failures."""
+    return _installed(f"cases/stability/{name}.nml")
+
+
 def _program(name: str, variable: str) -> Path:
     other = os.environ.get(variable)
     if other is None:

@@ -13,9 +13,7 @@ from .contract import Floats
 from .events import find_events
 from .material import Material, ModelWarning
 from .pattern import Pattern
-
-SMALL_CLOSURE = 0.1
-"""Closure of the facing planes under a normal traction, as a share of s_f, above which a warning is given."""
+from .remarks import SMALL_CLOSURE, closure, remarks
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +33,26 @@ class Update:
         _freeze(self.traction, self.state, self.tangent)
 
 
+@dataclass(frozen=True)
+class Snap:
+    """A jump to another branch of equilibria: its row, separation (N, Tx, Ty) before and after, length.
+
+    released: energy per unit area that is set free, the work of what is held less what is stored and
+    dissipated.
+    """
+
+    row: int
+    before: tuple[float, float, float]
+    after: tuple[float, float, float]
+    released: float
+
+
 @dataclass(frozen=True, eq=False)
 class History:
     """One point along a path; the first axis of every field is the row.
 
     separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text),
-    those of a preload with row 0.
+    those of a preload with row 0; snaps: the jumps among them, the longest of each row.
     """
 
     separation: Floats
@@ -48,6 +60,7 @@ class History:
     damage: Floats
     state: Floats
     events: tuple[tuple[int, str], ...] = ()
+    snaps: tuple[Snap, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -79,18 +92,20 @@ class EquilibriumLost(RuntimeError):
 class Interface:
     """Rough quasi-brittle interface: a material on a pattern of planes (Albarella et al. 2015).
 
-    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  Raises
-    ValueError naming every value out of range.
+    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  guarded:
+    the damage of a plane grows only where that releases energy, so that no increment has a negative
+    dissipation.  Raises ValueError naming every value out of range.
     """
 
     material: Material
     pattern: Pattern
+    guarded: bool = False
     n_planes: int = field(init=False, repr=False, compare=False)
     _props: Floats = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Pack the constants."""
-        props = self.props()
+        props = self._pack()
         props.flags.writeable = False
         object.__setattr__(self, "_props", props)
         object.__setattr__(self, "n_planes", contract.check(props))
@@ -100,21 +115,31 @@ class Interface:
         """State variables of a point."""
         return contract.n_statev(self.n_planes)
 
-    def update(self, s: ArrayLike, state: ArrayLike | None = None, s_old: ArrayLike | None = None) -> Update:
+    def update(
+        self,
+        s: ArrayLike,
+        state: ArrayLike | None = None,
+        s_old: ArrayLike | None = None,
+        dt: float | None = None,
+    ) -> Update:
         """Take n points over one increment; nothing that comes in is modified.
 
         s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): at the start, None is
-        zero, the virgin point at rest (s_old enters the energies only).  Raises ValueError for wrong shapes
-        and for values that are not finite or out of range.
+        zero, the virgin point at rest (s_old enters the energies only).  dt: duration of the increment, time,
+        needed and looked at where tau_v > 0.  Raises ValueError for wrong shapes and for values that are
+        missing, not finite or out of range.
         """
         s = _array("s", s, 3)
         n = len(s)
         new = np.zeros((n, self.nstatv)) if state is None else _array("state", state, self.nstatv, n).copy()
         s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
         traction, tangent = np.empty((n, 3)), np.empty((n, 3, 3))
+        duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if n > 0:  # f2py takes no empty arrays
             _raise(
-                *_core.interface_update(self._props, s_old.T, s.T, new.T, traction.T, tangent.T),
+                *_core.interface_update(
+                    self._props, s_old.T, s.T, duration, int(self.guarded), new.T, traction.T, tangent.T
+                ),
             )
         return Update(traction, new, tangent)
 
@@ -142,24 +167,42 @@ class Interface:
             _raise(*_core.interface_initial(self._props, tractions.T, state.T))
         return state[0] if given.ndim == 1 else state
 
-    def replay(self, S: ArrayLike) -> History:
+    def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
         """Take one virgin point along the separations S (T, 3), length, a row for each increment.
 
-        Raises ValueError for a wrong shape and for values that are not finite or too large.
+        times (T,): ends of the increments from 0 on, not decreasing, needed where tau_v > 0.  Raises
+        ValueError for a wrong shape and for values that are missing, not finite or too large.
         """
         S = _array("S", S, 3)
         traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
+        steps = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) > 0:
-            _raise(*_core.interface_replay(self._props, S.T, traction.T, state.T))
+            _raise(*_core.interface_replay(self._props, S.T, steps, int(self.guarded), traction.T, state.T))
         return self._history(S.copy(), traction, state)
 
     def confined_slip(
-        self, direction_deg: float, slips: ArrayLike, sigma_N: float, preload: int = 100
+        self,
+        direction_deg: float,
+        slips: ArrayLike,
+        sigma_N: float,
+        preload: int = 100,
+        times: ArrayLike | None = None,
+        preload_time: float = 0.0,
+        tolerance: float | None = None,
     ) -> History:
         """Slip test of Section 4 under a held normal traction: a row for each of the slips (T,), length.
 
         The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
         applied first at zero slip in `preload` increments (its damage counts, it is no row), then held.
+        times (T,): of the slips, from 0 at the end of the preload, not decreasing, needed where tau_v > 0;
+        the preload takes preload_time.
+
+        With a tolerance (1e-8 to 0.1) the slips are turning points, increments are adaptive, in the preload
+        too, and the rows are those that were needed: straight lines between them are within tolerance times
+        the larger of sigma0 and the largest traction so far, of s_f and the largest s_N.  The energies of
+        the state are extrapolated (Richardson): the area under tau is the change of work less that of
+        sigma_N s_N.
+
         Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
         equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
         """
@@ -170,11 +213,20 @@ class Interface:
         if slips.ndim != 1:
             raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
         n = n_done = len(slips)
+        times = self._times(times, n)
+        if not 0.0 <= preload_time < np.inf:
+            raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
+        if tolerance is not None:
+            self._warn_if_soft(sigma_N)
+            return self._adaptive_slip(
+                direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
+            )
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
+        jumps = np.zeros((n + 1, 9))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                separation.T, traction.T, state.T,
+                times, float(preload_time), int(self.guarded), separation.T, traction.T, state.T, jumps.T,
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)
@@ -184,10 +236,45 @@ class Interface:
             lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
         elif n_done < n:
             lost = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
-        history = self._history(separation[:rows], traction[:rows], state[:rows], lost)
+        history = self._history(separation[:rows], traction[:rows], state[:rows], lost, jumps)
         if lost:
             where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
             raise EquilibriumLost(where + lost, history)
+        return history
+
+    def _adaptive_slip(
+        self,
+        direction: float,
+        turns: Floats,
+        sigma_N: float,
+        tolerance: float,
+        times: Floats,
+        preload_time: float,
+    ) -> History:
+        """Rows of adaptive increments between turning points."""
+        if len(turns) == 0:
+            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)))
+        rows = 512
+        while True:
+            room = rows
+            separation, traction = np.empty((room, 3)), np.empty((room, 3))
+            state = np.empty((room, self.nstatv))
+            rows, reached, status, message = _core.interface_adaptive_slip(
+                self._props, direction, turns, sigma_N, tolerance,
+                times, preload_time, separation.T, traction.T, state.T,
+            )  # fmt: skip
+            _raise(status, message)
+            if rows <= room:
+                break
+        lost = ""
+        if reached < 0:
+            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
+        elif reached < len(turns):
+            lost = f"no equilibrium on the way to slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
+        # copies, so that the room is given back
+        history = self._history(separation[:rows].copy(), traction[:rows].copy(), state[:rows].copy(), lost)
+        if lost:
+            raise EquilibriumLost(lost, history)
         return history
 
     def props(
@@ -199,11 +286,15 @@ class Interface:
     ) -> Floats:
         """Vector PROPS for a host, contract.props_table(); h is the thickness it divides by.
 
-        Raises ValueError naming every value out of range.
+        Raises ValueError naming every value out of range, and where guarded, which PROPS cannot say.
         """
-        values = (
-            self.material.values() | self.pattern.values() | {"h": h, "map": map, "dalpha": dalpha, "r": r}
-        )
+        if self.guarded:
+            raise ValueError("guarded = True: expected False for a host, PROPS has no entry for it")
+        return self._pack(h=h, map=map, dalpha=dalpha, r=r)
+
+    def _pack(self, **of_host: float) -> Floats:
+        """Vector PROPS, checked."""
+        values = self.material.values() | self.pattern.values() | of_host
         props = contract.pack(values, self.pattern.constants())
         contract.check(props)
         return props
@@ -216,31 +307,95 @@ class Interface:
         dalpha: float = contract.default("dalpha"),
         r: float = contract.default("r"),
         name: str = "INTERFACE",
+        dimension: int = 3,
+        explicit: bool = False,
+        density: float | None = None,
+        stress: float | None = None,
+        modulus: float | None = None,
+        size: float | None = None,
     ) -> str:
         """Material block of the input of a host, "abaqus", "calculix" or "kratos".
 
+        explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
+        compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
+        elements.  They are checked: remarks go into the block, and a ModelWarning tells what is not fine.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
-        return cards.card(host, name, self.props(h, map, dalpha, r), contract.statev_names(self.n_planes))
+        found = remarks(self.material, self.pattern, stress, modulus, size)
+        texts = [remark.text if remark.good else f"WARNING: {remark.text}" for remark in found]
+        block = cards.Block(
+            name,
+            self.props(h, map, dalpha, r),
+            contract.statev_names(self.n_planes),
+            texts,
+            dimension,
+            explicit,
+            density,
+        )
+        text = cards.card(host, block)
+        for remark in found:
+            if not remark.good:
+                warnings.warn(remark.text, ModelWarning, stacklevel=2)
+        return text
 
-    def _history(self, separation: Floats, traction: Floats, state: Floats, lost: str = "") -> History:
+    def _is_missing(self, name: str, value: object) -> bool:
+        """Whether a time is None; ValueError where viscous damage needs it."""
+        if value is None and self.material.tau_v > 0.0:
+            tau_v = self.material.tau_v
+            raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
+        return value is None
+
+    def _times(self, times: ArrayLike | None, rows: int) -> Floats:
+        """Times (rows,), zeros where there are none."""
+        if self._is_missing("times", times):
+            return np.zeros(rows)
+        array = np.asarray(times, dtype=float, order="C")
+        if array.shape != (rows,):
+            raise ValueError(f"times have shape {array.shape}: expected ({rows},)")
+        before = np.concatenate([[0.0], array])[:-1]
+        bad = np.flatnonzero(~(np.isfinite(array) & (array >= before)))
+        if bad.size > 0:
+            i = bad[0]
+            raise ValueError(
+                f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
+            )
+        return array
+
+    def _history(
+        self,
+        separation: Floats,
+        traction: Floats,
+        state: Floats,
+        lost: str = "",
+        jumps: Floats | None = None,
+    ) -> History:
+        """History with its events; jumps (1 + T', 9) of the preload and the rows, interface_confined_slip."""
         damage = contract.statev_names(self.n_planes).index("damage")
-        events = find_events(self.pattern.normals, separation, state)
+        snaps: tuple[Snap, ...] = ()
+        flags: dict[int, list[str]] = {}
+        for i, jump in enumerate([] if jumps is None else jumps):
+            row = max(i - 1, 0)
+            if jump[0] > 0.0:
+                snaps += (
+                    Snap(row, tuple(map(float, jump[2:5])), tuple(map(float, jump[5:8])), float(jump[8])),
+                )  # type: ignore[arg-type]
+                flags.setdefault(row, []).append("snap")
+            if i > 0 and row < len(separation) and jump[1] > 1.0:
+                flags.setdefault(row, []).append("substeps")
+        events = find_events(self.pattern.normals, separation, state, flags)
         if lost:
             events += ((len(separation), lost),)
-        return History(separation, traction, state[:, damage].copy(), state, events)
+        return History(separation, traction, state[:, damage].copy(), state, events, snaps)
 
     def _warn_if_soft(self, sigma_N: float) -> None:
         """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
         inclined = np.any(self.pattern.normals[:, 1:], axis=1)
         if not (sigma_N < 0.0 and inclined.any()):
             return
-        gamma = self.pattern.weights[inclined].min()
-        m = self.material
-        closure = -sigma_N * (1.0 - m.eta) / (gamma * m.sigma0 * (m.kc or contract.default("kc")))
-        if closure > SMALL_CLOSURE:
+        share, gamma = closure(self.material, self.pattern, sigma_N)
+        if share > SMALL_CLOSURE:
             warnings.warn(
-                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {closure:.2g} s_f "
+                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
                 f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
                 "the bond, raise kc where closure matters",
                 ModelWarning,

@@ -17,7 +17,7 @@ TANGENTS: tuple[str, ...] = tuple(
     takewhile(bool, (_core.newton_tangent(kind).decode("ascii").rstrip() for kind in count(1)))
 )
 """Matrices that Newton's method can use (harness/plain_newton.f90): consistent, symmetrised, transposed,
-secant, start (of the increment), elastic, numerical (differences), zero, reversed (wrong sign)."""
+secant, start (of the increment), elastic (virgin), numerical (differences), zero, reversed (wrong sign)."""
 
 ENDS = ("converged", "too many iterations", "singular matrix", "separation out of range")
 """How an increment can end."""
@@ -54,12 +54,13 @@ def newton_path(
     tolerance: float = 1e-10,
     most: int = 25,
     spring: ArrayLike = (0.0, 0.0, 0.0),
+    dt: float | None = None,
 ) -> NewtonStudy:
     """Take a virgin point along targets (T, 3), an increment each, until one does not converge.
 
     A component (N, Tx, Ty) has its traction given where `held` is true (plus spring times separation, stress
     per length), else its separation.  tolerance: residual over strength plus given traction; most: iterations
-    of an increment.  Raises ValueError for wrong shapes and names.
+    of an increment; dt: its duration, needed where tau_v > 0.  Raises ValueError for wrong shapes and names.
     """
     targets = np.asarray(targets, dtype=float, order="C")
     if targets.ndim != 2 or targets.shape[1] != 3 or not np.isfinite(targets).all():
@@ -68,6 +69,8 @@ def newton_path(
         raise ValueError(f"tangent = {tangent!r}: expected one of {', '.join(TANGENTS)}")
     if not (tolerance > 0.0 and most >= 1):
         raise ValueError(f"tolerance = {tolerance:g}, most = {most}: expected > 0 and at least 1 iteration")
+    if dt is None and interface.material.tau_v > 0.0:
+        raise ValueError(f"dt is missing: expected for viscous damage, tau_v = {interface.material.tau_v:g}")
     n = len(targets)
     separation, traction = np.zeros((n, 3)), np.zeros((n, 3))
     state, residuals = np.zeros((n, interface.nstatv)), np.full((n, most + 1), -1.0)
@@ -75,8 +78,8 @@ def newton_path(
     done = ended = 0
     if n > 0:  # f2py takes no empty arrays
         done, ended = _core.newton_path(
-            interface.props(), np.asarray(held, dtype=np.int32), np.asarray(spring, dtype=float), targets.T,
-            TANGENTS.index(tangent) + 1, tolerance,
+            interface._props, np.asarray(held, dtype=np.int32), np.asarray(spring, dtype=float), targets.T,
+            np.full(n, dt or 0.0), int(interface.guarded), TANGENTS.index(tangent) + 1, tolerance,
             separation.T, traction.T, state.T, iterations, updates, residuals.T,
         )  # fmt: skip
     rows = min(done + 1, n)
@@ -100,6 +103,7 @@ def newton_study(
     tangent: str = "consistent",
     tolerance: float = 1e-10,
     most: int = 25,
+    dt: float | None = None,
 ) -> NewtonStudy:
     """`Interface.confined_slip` by Newton's method without safeguards; the preload's increments come first.
 
@@ -111,4 +115,4 @@ def newton_study(
     targets[:, 0] = sigma_N * np.minimum(1.0, np.arange(1, len(targets) + 1) / max(preload, 1))
     angle = np.radians(direction_deg)
     targets[preload:, 1:] = slips[:, None] * [np.cos(angle), np.sin(angle)]
-    return newton_path(interface, targets, tangent=tangent, tolerance=tolerance, most=most)
+    return newton_path(interface, targets, tangent=tangent, tolerance=tolerance, most=most, dt=dt)

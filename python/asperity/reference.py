@@ -37,7 +37,8 @@ PARALLEL = 1.0e-12
 class Parameters:
     """Material parameters of one plane (Table 2); zero sigma02 or Gc2 means equal to the mode I value.
 
-    sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn.
+    sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
+    tau_v: relaxation time of the damage, 0: it follows at once.
     Raises ValueError naming every value out of range.
     """
 
@@ -48,6 +49,7 @@ class Parameters:
     sigma02: float = 0.0
     Gc2: float = 0.0
     kc: float = 1.0
+    tau_v: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -59,6 +61,7 @@ class Parameters:
             ("sigma02", self.sigma02 >= 0, ">= 0"),
             ("Gc2", self.Gc2 >= 0, ">= 0"),
             ("kc", self.kc >= 0, ">= 0"),
+            ("tau_v", self.tau_v >= 0, ">= 0"),
         )
         wrong = [
             f"{name} = {getattr(self, name)!r}: expected {admissible}"
@@ -195,10 +198,14 @@ def update(
     s: ArrayLike,
     state: ArrayLike | None = None,
     s_old: ArrayLike | None = None,
+    dt: float = 0.0,
+    guarded: bool = False,
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is (..., 9 + 3 k); None means zero.  Leading axes are independent points.
+    dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.  guarded: damage
+    of a plane stays where its growth would give energy back, Y by the mean of start and end.
     """
     gamma = pattern[1]
     frame = frames(pattern[0])
@@ -211,14 +218,19 @@ def update(
     s_new = _resolve(frame, s + offset)
     s_before = _resolve(frame, s_old + offset)
 
-    damage = alpha, _ = _damage(parameters, s_new, alpha_old)
     friction = _, slip, _, branch = _friction(parameters, s_new, slip_old)
+    release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
+    alpha, slope = _damage(parameters, s_new, alpha_old, dt)
+    if guarded:
+        gives_back = release < 0.0
+        alpha = np.where(gives_back, alpha_old, alpha)
+        slope = np.where(gives_back[..., None], 0.0, slope)
+    damage = alpha, slope
     traction, tangent = _assemble(parameters, frame, gamma, s_new, damage, friction)
 
     # Energies per unit area; the start of the increment is evaluated from the state that came in.
     tau_before = parameters.Kt * (s_before[..., 1:] - slip_old)
     traction_before = _traction(frame, gamma, alpha_old, *_parts(parameters, s_before, tau_before))
-    release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
     strength_before = parameters.mu * alpha_old * _pressure(parameters, s_before)
     strength = parameters.mu * alpha * _pressure(parameters, s_new)
     sliding = np.linalg.norm(slip - slip_old, axis=-1)
@@ -236,14 +248,24 @@ def update(
     return Response(traction, out, tangent, branch, alpha > alpha_old)
 
 
-def replay(parameters: Parameters, pattern: Pattern, S: ArrayLike) -> Response:
-    """The law along a history S (T, ..., 3) of separations from a virgin point; T leads every field."""
+def replay(
+    parameters: Parameters,
+    pattern: Pattern,
+    S: ArrayLike,
+    times: ArrayLike | None = None,
+    guarded: bool = False,
+) -> Response:
+    """The law along a history S (T, ..., 3) of separations from a virgin point; T leads every field.
+
+    times (T,) are the ends of the increments, the first of which starts at 0; None: no time passes.
+    """
     S = np.asarray(S, dtype=float)
     state = np.zeros((*S.shape[1:-1], len(virgin(pattern))))
     s_old = np.zeros(S.shape[1:])
     steps = []
-    for s in S:
-        steps.append(update(parameters, pattern, s, state, s_old))
+    clock = np.concatenate([[0.0], np.zeros(len(S)) if times is None else np.asarray(times, dtype=float)])
+    for s, dt in zip(S, np.diff(clock), strict=True):
+        steps.append(update(parameters, pattern, s, state, s_old, float(dt), guarded))
         state, s_old = steps[-1].state, s
     names = ("traction", "state", "tangent", "branch", "damaging")
     return Response(*(np.stack([getattr(step, name) for step in steps]) for name in names))
@@ -285,17 +307,28 @@ def _assemble(
     return _traction(frame, gamma, alpha, undamaged, damaged), tangent
 
 
-def _damage(parameters: Parameters, s: Floats, alpha_old: Floats) -> tuple[Floats, Floats]:
-    """Damage of every plane by (24), (25), and its derivative with respect to the local separation."""
+def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float = 0.0) -> tuple[Floats, Floats]:
+    """Damage of every plane by (24), (25), and its derivative with respect to the local separation.
+
+    With tau_v > 0 it is the root of tau_v (alpha - alpha_old) = dt (target - alpha), the target being the
+    damage of (7) without its history, and never below alpha_old.
+    """
     opening = np.maximum(s[..., 0], 0.0)
     scaled = np.stack(
         [opening / parameters.s0**2, s[..., 1] / parameters.s02**2, s[..., 2] / parameters.s02**2], axis=-1
     )
     r = np.sqrt(scaled[..., 0] * opening + (scaled[..., 1:] * s[..., 1:]).sum(-1))  # 1 + beta, (6)
     beyond = np.maximum(r, 1.0)  # beta < 0 leaves the damage at its old value
-    alpha = np.maximum(alpha_old, np.minimum(1.0, (beyond - 1.0) / beyond / parameters.eta))
-    growing = (alpha > alpha_old) & (alpha < 1.0)
-    slope = np.where(growing, 1.0 / (parameters.eta * beyond**3), 0.0)
+    target = (beyond - 1.0) / beyond / parameters.eta
+    slope = np.where(target < 1.0, 1.0 / (parameters.eta * beyond**3), 0.0)
+    reached, share = np.minimum(1.0, target), 1.0
+    if parameters.tau_v > 0.0:
+        share = dt / (parameters.tau_v + dt)
+        reached = (parameters.tau_v * alpha_old + dt * reached) / (parameters.tau_v + dt)
+    # below the target by more than rounding, so that a target that is met is no growth
+    growing = (np.minimum(1.0, target) > alpha_old) & (share > 0.0)
+    alpha = np.where(growing, np.maximum(alpha_old, reached), alpha_old)
+    slope = np.where(growing, share * slope, 0.0)
     return alpha, slope[..., None] * scaled
 
 
@@ -389,11 +422,14 @@ def confined_slip(
     slips: ArrayLike,
     sigma_N: ArrayLike,
     preload_increments: int = 20,
+    times: ArrayLike | None = None,
+    preload_time: float = 0.0,
 ) -> SlipHistory:
     """Slip (T,) prescribed along direction_deg in the Tx-Ty plane while the normal traction sigma_N is held.
 
     sigma_N is first applied at zero slip in preload_increments equal parts (not rows of the result).
-    direction_deg and sigma_N may be arrays (B,): the result then has a second axis B.  The test of Sections
+    direction_deg and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
+    the preload takes preload_time and times (T,) are those of the slips after it.  The test of Sections
     4.1 and 4.2; docs/theory.md says which root is followed.
     """
     direction, target = np.broadcast_arrays(
@@ -405,9 +441,13 @@ def confined_slip(
     along = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
     point = _HeldPoint(parameters, pattern, lanes)
     for part in range(1, preload_increments + 1):
+        point.dt = preload_time / preload_increments
         point.advance(-1, np.zeros((lanes, 2)), target * part / preload_increments)
     rows = []
-    for row, slip in enumerate(np.asarray(slips, float)):
+    slips = np.asarray(slips, float)
+    durations = np.diff(np.zeros(len(slips)) if times is None else np.asarray(times, float), prepend=0.0)
+    for row, (slip, dt) in enumerate(zip(slips, durations, strict=True)):
+        point.dt = float(dt)
         point.advance(row, slip * along, target)
         rows.append((point.s, point.traction, point.state))
     separation, traction, state = (np.stack(column) for column in zip(*rows, strict=True))
@@ -426,6 +466,7 @@ class _HeldPoint:
     def __init__(self, parameters: Parameters, pattern: Pattern, lanes: int) -> None:
         self.parameters = parameters
         self.pattern = pattern
+        self.dt = 0.0
         self.frame = frames(pattern[0])
         self.s = np.zeros((lanes, 3))
         self.traction = np.zeros((lanes, 3))
@@ -444,7 +485,9 @@ class _HeldPoint:
         s[~found] = np.nan
         state, traction = np.full_like(self.state, np.nan), np.full_like(self.traction, np.nan)
         if found.any():
-            answer = update(self.parameters, self.pattern, s[found], self.state[found], self.s[found])
+            answer = update(
+                self.parameters, self.pattern, s[found], self.state[found], self.s[found], self.dt
+            )
             state[found], traction[found] = answer.state, answer.traction
         self.s, self.traction, self.state = s, traction, state
 
@@ -452,7 +495,7 @@ class _HeldPoint:
         """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3), no energies."""
         alpha_old, slip_old = _histories(state)
         local = _resolve(self.frame, s)
-        damage = _damage(self.parameters, local, alpha_old)
+        damage = _damage(self.parameters, local, alpha_old, self.dt)
         friction = _friction(self.parameters, local, slip_old)
         traction, tangent = _assemble(self.parameters, self.frame, self.pattern[1], local, damage, friction)
         return traction[..., 0], tangent[..., 0, 0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from . import contract
@@ -43,25 +43,25 @@ TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
 """Tables by the name of their marker."""
 
 
-def fill(text: str) -> str:
-    """Text with the tables between its markers <!-- props --> ... <!-- /props --> and statev."""
-    for name, table in TABLES.items():
+def fill(text: str, contents: Mapping[str, Callable[[], str]] = TABLES) -> str:
+    """Text with the contents between their markers <!-- name --> ... <!-- /name -->."""
+    for name, table in contents.items():
         begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
         block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # re.sub reads backslashes
         text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
     return text
 
 
-def refresh(path: Path, check: bool) -> bool:
+def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:
     """Fill the tables of a file; with check, leave it alone and say whether they are up to date.
 
     Raises ValueError for a file without markers.
     """
     text = path.read_text(encoding="utf-8")
-    if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in TABLES):
-        names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in TABLES)
+    if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in contents):
+        names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in contents)
         raise ValueError(f"{path}: expected markers {names}")
-    filled = fill(text)
+    filled = fill(text, contents)
     if not check and filled != text:
         path.write_text(filled, encoding="utf-8")
     return filled == text

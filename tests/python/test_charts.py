@@ -29,7 +29,8 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_rows(measured: Path) -> None:
     """Every pattern has point and block, with and without tangent, in both precisions, and their limits."""
     timings = charts.read_timings(measured)
-    assert {t.pattern: t.planes for t in timings} == PLANES
+    assert {t.pattern: t.planes for t in timings if t.scene != "mirrored"} == PLANES
+    assert {t.pattern: t.planes for t in timings if t.scene == "mirrored"} == {"RP-4": 4, "RP-32": 18}
     assert all(t.ns_per_point > 0.0 for t in timings)
     have = {(t.pattern, t.kernel, t.precision, t.tangent) for t in timings}
     double = "double"
@@ -42,7 +43,8 @@ def test_rows(measured: Path) -> None:
             assert (pattern, "roots", precision, False) in have
             limits = {(pattern, kernel, precision, False) for kernel in ("vumat", "stream")}
             assert limits <= have if pattern in FIVE else not limits & have
-    assert {t.scene for t in timings} == {"slip", "all slip", "zones", "scattered"}
+    assert {t.scene for t in timings} == {"slip", "all slip", "zones", "scattered", "mirrored"}
+    assert {("RP-4", kernel, double, False) for kernel in ("points", "copy", "virgin", "no mu")} <= have
 
 
 def test_ratios_are_those_of_the_times(measured: Path) -> None:
@@ -60,11 +62,14 @@ def test_ratios_are_those_of_the_times(measured: Path) -> None:
             if not row[column]:
                 continue
             tangent = row["tangent"] if kernel == "textbook" else "no"
+            arrays = row["kernel"] == "points" and kernel == "stream"
+            wanted = (row["pattern"], "copy" if arrays else kernel, tangent)
             other = next(
                 float(r["ns_per_point"])
                 for r in rows
-                if (r["pattern"], r["kernel"], r["tangent"]) == (row["pattern"], kernel, tangent)
+                if (r["pattern"], r["kernel"], r["tangent"]) == wanted
                 and (kernel == "textbook" or r["precision"] == row["precision"])
+                and (not arrays or (r["points"], r["threads"]) == (row["points"], row["threads"]))
             )
             expected = other / ns if upside_down else ns / other
             # three decimals, of times with four

@@ -135,7 +135,9 @@ def test_shipped_cases_end_as_expected(shipped, name: str) -> None:
         assert result.header == COLUMNS
         regular = [i for i, event in enumerate(result.events) if not event & {"lost", "substeps"}]
         assert len(regular) >= len(result.rows) - 1
-        assert result["iterations"][regular].max() <= 6  # quadratic convergence and a switch or two
+        iterations = result["iterations"][regular]
+        assert (iterations <= 6).sum() >= 0.9 * len(iterations)  # quadratic convergence, a switch or two
+        assert iterations.max() <= 100  # where the branch has to be followed in smaller steps
         ledger = result["stored"] + result["rupture"] + result["friction"]
         # second order in the step of 0.0025 mm = s_0/8 (1.25 s_0 for eta = 0.99); the largest is 0.0043 N/mm
         assert np.abs(result["work"] - ledger).max() < 0.005
@@ -434,20 +436,37 @@ def test_dead_states_take_the_smallest_opening(run, shipped) -> None:
     assert rest.any() and np.all(np.abs(figure["s_N"][rest]) <= 1e-11 * S_F)
 
 
-@pytest.mark.parametrize("steps", [2000, 20000])
-@pytest.mark.parametrize("sides", [4, 32])
-def test_fold_is_noticed(run, sides: int, steps: int) -> None:
-    """RP-32 without confinement snaps to the dead states s_N = s_L tan(theta) at s_L = 0.1737; not RP-4."""
+@pytest.mark.parametrize("steps", [20, 200, 20000])
+@pytest.mark.parametrize(
+    ("sides", "slip", "before", "after"),
+    [(4, None, 0, 0), (12, None, 0, 0), (13, 0.1732, 0.0993, 0.1), (14, 0.1733, 0.096, 0.1),
+     (16, 0.1736, 0.0926, 0.1002), (32, 0.1737, 0.0983, 0.1003)],
+)  # fmt: skip
+def test_fold_is_noticed(
+    run, sides: int, slip: float | None, before: float, after: float, steps: int
+) -> None:
+    """RP-13 and finer snap to the dead states s_N = s_L tan(theta) at one place, whatever the increment."""
     result = run(
         MATERIAL + f"&pattern sides = {sides}, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
         f"&step slip = 0.2, increments = {steps} /\n"
     )
     jumps = [i for i, event in enumerate(result.events) if "snap" in event]
-    assert len(jumps) == (sides == 32)
-    for i in jumps:
-        assert result["s_Tx"][i] == pytest.approx(0.1737, abs=1.1e-4)
-        assert result["s_N"][i] == pytest.approx(SLOPE * result["s_Tx"][i], abs=1e-11)
-    assert result["s_N"][-1] == pytest.approx(SLOPE * 0.2, abs=1e-3 if sides == 4 else 1e-11)
+    assert len(jumps) == (slip is not None)
+    told = re.findall(
+        r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) set free",
+        result.messages,
+    )
+    assert len(told) == len(jumps)
+    for row, (increment, *values) in zip(jumps, told, strict=True):
+        assert int(increment) == row  # row 0 is the preload
+        s_n, s_l, s_n_after, released = map(float, values)
+        assert s_l == pytest.approx(slip, abs=6e-5)
+        # the last equilibrium is 2^-20 of an increment away from the fold, s_N by the root of that
+        assert s_n == pytest.approx(before, abs=2e-4) and s_n_after == pytest.approx(after, abs=6e-5)
+        assert 0.0 < released < 1e-5
+        assert result["s_N"][row] == pytest.approx(SLOPE * result["s_Tx"][row], abs=1e-11)
+    if slip is not None:
+        assert result["s_N"][-1] == pytest.approx(SLOPE * 0.2, abs=1e-11)
 
 
 # --- sweeps and output --------------------------------------------------------------------------------------
@@ -564,6 +583,78 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
     assert fragment in run(LOSES + f"&expect {expect} /\n", code=code).messages
 
 
+@pytest.mark.parametrize(
+    ("steps", "fragment"),
+    [
+        (
+            "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
+            "no equilibrium: largest t_N over s_N in [",
+        ),
+        ("&step s_N = 0.5 /\n&step t_N = 1.0 /\n", " is 0 < held 9.5"),
+        (
+            "&step t_N = -5.0, t_Tx = 0.0 /\n&step t_Tx = 25.0 /\n",
+            "comes to no rest, the smallest residual over",
+        ),
+    ],
+)
+def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, fragment: str) -> None:
+    """What is not solved is said to have no equilibrium, and OUT.failed.nml fails at once in the same way."""
+    pattern = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n" if "-5" in steps else FLAT
+    result = run(MATERIAL + pattern + steps, code=2)
+    assert fragment in result.messages
+    assert "that increment alone: case.failed.nml" in result.messages
+    assert "lost" in result.events[-1]
+    process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
+    assert process.returncode == 2 and fragment.split(" held")[0] in process.stderr
+    again = Result(process, tmp_path / "again.csv")
+    assert len(again.rows) == 1 and "lost" in again.events[0]
+    # the same state but for rounding; s_N at a fold by its root
+    for name in ("s", "t"):
+        np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
+    for name in ("damage", "stored", "rupture", "friction", "work"):
+        assert again[name][0] == pytest.approx(result[name][-1], rel=1e-6, abs=1e-9)
+
+
+def test_no_replay_file_where_the_loss_is_expected(run, tmp_path: Path) -> None:
+    """Neither a loss that the case states nor a run that completes leaves one."""
+    run(LOSES + "&expect end = 'lost' /\n")
+    run(MATERIAL + FLAT + "&step s_N = 0.1 /\n")
+    assert not list(tmp_path.glob("*.failed.nml"))
+
+
+def test_state(run) -> None:
+    """A run that starts from a row of another one goes on as that one did."""
+    path = "&step t_N = -5.0, increments = 10 /\n&step slip = 0.1, increments = 20 /\n"
+    whole = run(MATERIAL + RP_4 + path, "--planes")
+    row = 19
+    names = ["damage", "stored", "rupture", "friction", "work"]
+    planes = whole.header[len(COLUMNS) :]
+    statev = [whole[name][row] for name in names] + [1, 0, 0, 0] + [whole[name][row] for name in planes]
+    state = "&state separation = {}, statev = {} /\n".format(
+        ", ".join(repr(float(x)) for x in whole.vector("s")[row]), ", ".join(repr(float(x)) for x in statev)
+    )
+    rest = run(MATERIAL + RP_4 + state + "&step t_N = -5.0, slip = 0.1, increments = 10 /\n", "--planes")
+    for name in [*COLUMNS[3:14], *planes]:
+        np.testing.assert_allclose(rest[name], whole[name][row + 1 :], rtol=1e-9, atol=1e-12, err_msg=name)
+    assert rest.events[1:] == whole.events[row + 2 :]  # that a plane slides is not in the state
+
+
+@pytest.mark.parametrize(
+    ("state", "fragment"),
+    [
+        ("&state separation = 0, 0, statev = 12*0 /", "2 values of separation: expected three"),
+        ("&state separation = 0, 0, 0, statev = 11*0 /", "11 values of statev: expected 12"),
+        ("&state separation = 0, 0, 0, statev = 9*0, 2, 0, 0 /", "statev(10) alpha = 2"),
+        ("&state separation = 0, 1e99, 0, statev = 12*0 /", "1e99"),
+        ("&state s = 0, 0, 0 /", "unknown name, expected one of separation, statev"),
+    ],
+)
+def test_bad_state(run, state: str, fragment: str) -> None:
+    """A state that the law does not take is input that is rejected."""
+    result = run(MATERIAL + FLAT + state + "\n&step s_N = 0.1 /\n", code=1)
+    assert fragment.lower() in result.messages.lower() and "&state" in result.messages
+
+
 def test_expected_end_that_does_not_come(run) -> None:
     """A run that completes where a loss is expected, or with other values, is exit 2 with all rows."""
     completes = MATERIAL + FLAT + "&step s_N = 0.1, increments = 7 /\n"
@@ -664,7 +755,7 @@ PATTERN = "sides = 4, theta = 30.0"
         ("eta = 0.9", "eta = ,", 1, ["&material: eta: empty value"]),
         ("eta = 0.9", "eta = 0.9, eta = 0.9", 1, ["eta is given twice, first in line 1"]),
         ("eta = 0.9", "eta(1) = 0.9", 1, ["eta(1): subscripts are not read"]),
-        ("mu = 0.5", "mu = 0.5, tau_v = 1.0", 1, ["tau_v = 1.0", "no effect yet"]),
+        ("mu = 0.5", "mu = 0.5, tau_v = -1.0", 1, ["tau_v = -1.0", ">= 0"]),
         ("mu = 0.5", "mu = 0.5, kc = -1", 1, ["kc = -1", ">= 0"]),
         ("sides = 4", "sides = 1", 2, ["sides = 1", "expected 0 (flat) or 2 to 64"]),
         ("sides = 4", "sides = 2.5", 2, ["sides = 2.5", "whole number from 0 to 64"]),
@@ -718,7 +809,7 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments:
 def test_all_bad_values_at_once(run) -> None:
     """Whatever can be told of a file is told in one go."""
     messages = run(
-        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = 1, kc = -1 /\n"
+        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = -1, kc = -1 /\n"
         "&pattern sides = 65, theta = -1, flat = 2 /\n&step t_N = x /\n",
         code=1,
     ).messages

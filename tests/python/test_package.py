@@ -64,9 +64,9 @@ def test_signatures() -> None:
     assert list(arguments(Material)) == ["sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc"]
     assert arguments(Pattern.regular) == {"sides": required, "theta": required, "flat": 1 / 3, "turn": 0.0}
     assert arguments(Pattern.planes) == {"normals": required, "weights": required}
-    assert arguments(Interface) == {"material": required, "pattern": required}
-    assert arguments(Interface.update) == {"s": required, "state": None, "s_old": None}
-    assert arguments(Interface.replay) == {"S": required}
+    assert arguments(Interface) == {"material": required, "pattern": required, "guarded": False}
+    assert arguments(Interface.update) == {"s": required, "state": None, "s_old": None, "dt": None}
+    assert arguments(Interface.replay) == {"S": required, "times": None}
     assert list(arguments(Interface.confined_slip))[:3] == ["direction_deg", "slips", "sigma_N"]
     assert arguments(Interface.props) == {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0}
     assert arguments(Interface.card).items() >= arguments(Interface.props).items()
@@ -288,7 +288,7 @@ BAD_MATERIAL = {
     "mu": (-0.1, NAN, INF, 1e11),
     "sigma02": (-1.0, NAN, INF),
     "Gc2": (-1.0, NAN, INF),
-    "tau_v": (-1.0, 1.0, NAN),
+    "tau_v": (-1.0, 1e60, NAN),
     "kc": (-1.0, NAN, INF),
 }
 BAD_PATTERN = {
@@ -297,7 +297,7 @@ BAD_PATTERN = {
     "flat": (-0.1, 1.1, NAN),
     "turn": (NAN, INF),
 }
-BAD_HOST = {"h": (-1.0, NAN, INF), "map": (2, -1, 0.5), "dalpha": (0.1, -0.1, 1.0), "r": (-0.1, 1.1, NAN)}
+BAD_HOST = {"h": (-1.0, NAN, INF), "map": (2, -1, 0.5), "dalpha": (1.5, -0.1, 1.0), "r": (-0.1, 1.1, NAN)}
 
 
 def build(kind: str, name: str, value: float) -> object:
@@ -351,7 +351,7 @@ def test_bounds_are_admissible() -> None:
 def test_all_bad_values_at_once() -> None:
     """One error names all of them."""
     with pytest.raises(ValueError) as error:
-        Material(sigma0=-3.0, Gc=NAN, eta=2.0, mu=-1.0, sigma02=-1.0, tau_v=5.0)
+        Material(sigma0=-3.0, Gc=NAN, eta=2.0, mu=-1.0, sigma02=-1.0, tau_v=-5.0)
     starts = [
         "PROPS(1) sigma0",
         "PROPS(2) Gc",
@@ -881,6 +881,26 @@ def test_history_is_a_plain_record() -> None:
     for array in (history.separation, history.traction, history.damage, history.state):
         with pytest.raises(ValueError):
             array[0] = 1.0
+
+
+def test_snaps_are_told() -> None:
+    """RP-16 without normal traction jumps once, at one place whatever the steps; RP-12 does not."""
+    for steps in (20, 400):
+        slips = np.linspace(0.0, 0.2, steps + 1)
+        for sides in (12, 16):
+            rough = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(sides, 30.0))
+            history = rough.confined_slip(0.0, slips, 0.0)
+            rows = [row for row, text in history.events if "snap" in text]
+            assert rows == [snap.row for snap in history.snaps]
+            if sides == 12:
+                assert not rows
+                continue
+            (snap,) = history.snaps
+            assert slips[snap.row - 1] < snap.before[1] <= slips[snap.row]
+            assert snap.before == pytest.approx((0.0926, 0.1736, 0.0), abs=2e-4)
+            assert snap.after == pytest.approx((0.1002, 0.1736, 0.0), abs=1e-4)
+            assert snap.released == pytest.approx(9.75e-6, rel=0.01)
+            assert "substeps" in dict(history.events)[snap.row]
 
 
 def test_events_are_those_of_the_driver() -> None:

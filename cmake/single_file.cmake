@@ -1,0 +1,28 @@
+# cmake -DOUTPUT=<file> -DSOURCES=<a.f90|b.f90...> -DVERSION=<version> -DABOUT=<line> -P single_file.cmake
+#
+# Writes one free-form source for the user subroutine of a host: SOURCES in their order, `include` lines replaced by the
+# files they name (beside the source), vumat_single named as hosts call it.
+string(REPLACE "|" ";" sources "${SOURCES}")
+
+# the first line is a directive of Intel's compilers: free form, whatever the extension and the options say
+set(text "!DIR$ FREEFORM
+! ${ABOUT}
+! asperity ${VERSION}: interface law for rough quasi-brittle interfaces. BSD 3-Clause License, see the project.
+! Written by the build from src/: change it there.
+")
+foreach(source IN LISTS sources)
+  get_filename_component(folder ${source} DIRECTORY)
+  file(READ ${source} part)
+  while(part MATCHES "\n *include \"([^\"\n]+)\" *\n")
+    set(line "${CMAKE_MATCH_0}")
+    file(READ ${folder}/${CMAKE_MATCH_1} included)
+    string(REPLACE "${line}" "\n${included}" part "${part}")
+  endwhile()
+  string(APPEND text "\n${part}")
+endforeach()
+# Abaqus runs a preprocessor, to which an apostrophe in a comment may begin a text
+while(text MATCHES "!([^\n\"]*)'")
+  string(REGEX REPLACE "!([^\n\"]*)'" "!\\1`" text "${text}")
+endwhile()
+string(REPLACE "vumat_single" "vumat" text "${text}")
+file(WRITE ${OUTPUT} "${text}")

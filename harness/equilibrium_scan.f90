@@ -1,0 +1,176 @@
+!> Is there an equilibrium at all? A look at the free separations far around a point where none was found.
+!>
+!> One free separation: its traction at many values of it, the extreme refined. Several: the residual on a grid,
+!> Newton's method from the best of it. Both from the state of the point, in one increment.
+module equilibrium_scan
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use control_point, only: balance_type, control_type, evaluate, new_balance, point_type
+  use newton, only: newton_solve, newton_type
+  use snap_motion, only: farthest_rest
+  implicit none
+  private
+  public :: scan_equilibria
+
+  !> What a scan found.
+  type, public :: scan_type
+    integer :: n = 0                       !! free separations
+    integer :: free = 0                    !! the first of them, 1 to 3
+    integer :: samples = 0                 !! updates of the law
+    logical :: found = .false.             !! whether there is an equilibrium
+    real(wp) :: place(3) = 0.0_wp          !! separation of the equilibrium or of the extreme, length
+    real(wp) :: lower = 0.0_wp, upper = 0.0_wp   !! range of every free separation, length
+    logical :: short = .true.              !! one free: the traction is too small everywhere (false: too large)
+    real(wp) :: extreme = 0.0_wp           !! one free: largest (smallest) traction + spring*separation; several:
+                                           !! smallest residual; stress
+  end type scan_type
+
+contains
+
+  !> Look for equilibria under given values around a point.
+  pure subroutine scan_equilibria(interface, control, given, point, scan)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is held, at least one traction
+    real(wp), intent(in) :: given(3)                !! its values
+    type(point_type), intent(in) :: point           !! the last point found
+    type(scan_type), intent(out) :: scan            !! what was found
+    !> Range to each side: multiples of s_f, of the largest separation and slip so far, of the closure under what is
+    !> held.
+    real(wp), parameter :: around = 5.0_wp
+    !> Several separations: at most this share of where they count as running away.
+    real(wp), parameter :: share = 0.5_wp
+    type(balance_type) :: balance
+    real(wp) :: reach
+    balance = new_balance(control, given, point)
+    scan%n = balance%n
+    scan%free = balance%free(1)
+    if (scan%n == 0) return
+    associate (material => interface%rie%material)
+      reach = around*(material%s0/(1.0_wp - material%eta) + maxval(abs(point%s)) + &
+        maxval(merge(abs(given)/min(material%k_n, material%k_t), abs(given), control%traction)))
+    end associate
+    reach = min(reach, share*farthest_rest(interface, balance))
+    scan%upper = reach
+    scan%lower = -reach
+    if (scan%n == 1) then
+      call scan_line(interface, balance, point, scan)
+    else
+      call scan_grid(interface, balance, point, scan)
+    end if
+  end subroutine scan_equilibria
+
+  !> One free separation.
+  pure subroutine scan_line(interface, balance, point, scan)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equation
+    type(point_type), intent(in) :: point           !! where the search ended
+    type(scan_type), intent(inout) :: scan          !! range -> findings
+    integer, parameter :: steps = 20000, refinements = 60
+    real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
+    real(wp) :: a, b, best, f(2), here, sense, width, x(2)
+    integer :: i
+
+    sense = 1.0_wp
+    here = force(point%s(scan%free))
+    scan%short = here < 0.0_wp
+    sense = merge(1.0_wp, -1.0_wp, scan%short)
+    best = -huge(best)
+    width = (scan%upper - scan%lower)/real(steps, wp)
+    a = 0.0_wp
+    do i = 0, steps
+      x(1) = scan%lower + width*real(i, wp)
+      f(1) = force(x(1))
+      if (f(1) > best) then
+        best = f(1)
+        a = x(1)
+      end if
+    end do
+    scan%samples = steps + 2 + 2*refinements
+    x(1) = point%s(scan%free)
+    if (sense*here > best) a = x(1)
+    b = a + width
+    a = a - width
+    ! the extreme beside the best sample
+    do i = 1, refinements
+      x = [b - golden*(b - a), a + golden*(b - a)]
+      f = [force(x(1)), force(x(2))]
+      if (f(1) > f(2)) then
+        b = x(2)
+      else
+        a = x(1)
+      end if
+    end do
+    best = max(best, sense*here, maxval(f))
+    scan%place = point%s
+    scan%place(scan%free) = 0.5_wp*(a + b)
+    scan%extreme = balance%given(scan%free) + sense*best
+    scan%found = best >= 0.0_wp
+
+  contains
+
+    !> Surplus of the traction in the sense that is missing; far below zero where the law takes nothing.
+    pure function force(s) result(surplus)
+      real(wp), intent(in) :: s   !! free separation
+      real(wp) :: surplus
+      type(point_type) :: at
+      real(wp) :: r(1), scale
+      logical :: good
+      at = balance%old
+      call evaluate(interface, balance, [s], at, r, scale, good)
+      surplus = sense*r(1)
+      if (.not. good) surplus = -huge(surplus)
+    end function force
+
+  end subroutine scan_line
+
+  !> Several free separations.
+  pure subroutine scan_grid(interface, balance, point, scan)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations
+    type(point_type), intent(in) :: point           !! where the search ended
+    type(scan_type), intent(inout) :: scan          !! range -> findings
+    !> Values of each of two and of three separations; best ones that Newton's method starts from.
+    integer, parameter :: steps(3) = [0, 200, 40], starts = 20
+    type(point_type) :: at
+    type(newton_type) :: result
+    real(wp) :: best(starts), r(3), scale, seeds(3, starts), size_of, x(3)
+    integer :: i, j, k, n
+    logical :: good
+
+    n = balance%n
+    best = huge(best)
+    seeds = 0.0_wp
+    at = point
+    do i = 0, (steps(n) + 1)**n - 1
+      k = i
+      do j = 1, n
+        x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, steps(n) + 1), wp)/real(steps(n), wp)
+        k = k/(steps(n) + 1)
+      end do
+      call evaluate(interface, balance, x(:n), at, r(:n), scale, good)
+      if (.not. good) cycle
+      size_of = maxval(abs(r(:n)))
+      k = maxloc(best, 1)
+      if (size_of < best(k)) then
+        best(k) = size_of
+        seeds(:n, k) = x(:n)
+      end if
+    end do
+    scan%samples = (steps(n) + 1)**n
+    scan%extreme = minval(best)
+    scan%place = balance%given
+    scan%place(balance%free(:n)) = seeds(:n, minloc(best, 1))
+    do i = 1, starts
+      if (.not. best(i) < huge(best)) cycle
+      at%s = balance%given
+      at%s(balance%free(:n)) = seeds(:n, i)
+      call newton_solve(interface, balance, .true., at, result)
+      scan%samples = scan%samples + result%updates
+      if (.not. result%converged .or. maxval(abs(at%s(balance%free(:n)))) > scan%upper) cycle
+      scan%found = .true.
+      scan%place = at%s
+      exit
+    end do
+  end subroutine scan_grid
+
+end module equilibrium_scan

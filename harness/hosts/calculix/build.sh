@@ -1,0 +1,63 @@
+#!/bin/sh
+# build.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (a few minutes); nothing is installed.
+# What is missing of the machine (deb-src entries, headers, run-time libraries) is taken into FOLDER as well.
+# Exit codes: 0 ready, 77 this machine cannot get or build the source, with the reason in the last line.
+set -u
+[ $# = 1 ] || { echo "usage: build.sh FOLDER"; exit 2; }
+mkdir -p "$1" && folder=$(cd "$1" && pwd) || exit 2
+if [ -f "$folder/ready" ]; then
+  echo "CalculiX: $(cat "$folder/ready"), compiled before"
+  exit 0
+fi
+
+skip() {
+  echo "CalculiX: $1"
+  exit 77
+}
+
+for tool in apt-get dpkg-source dpkg-deb gcc gfortran make; do
+  command -v $tool >/dev/null || skip "$tool is not installed"
+done
+for library in lapack blas; do
+  printf 'end\n' >"$folder/probe.f90"
+  gfortran "$folder/probe.f90" -l$library -o "$folder/probe" 2>/dev/null || skip "lib$library is not installed"
+done
+
+# the machine's own sources as source packages too, in a private view of apt
+apt=$folder/apt
+mkdir -p "$apt/parts" "$apt/lists/partial" "$apt/cache/archives/partial"
+for list in /etc/apt/sources.list.d/*.sources; do
+  [ -f "$list" ] && sed 's/^Types: *deb *$/Types: deb deb-src/' "$list" >"$apt/parts/$(basename "$list")"
+done
+for list in /etc/apt/sources.list /etc/apt/sources.list.d/*.list; do
+  [ -f "$list" ] && sed -n 's/^deb /&/p; s/^deb /deb-src /p' "$list" >"$apt/parts/$(basename "$list")"
+done
+cat >"$apt/conf" <<END
+Dir::Etc::SourceList "/dev/null";
+Dir::Etc::SourceParts "$apt/parts";
+Dir::State::Lists "$apt/lists";
+Dir::Cache "$apt/cache";
+APT::Sandbox::User "";
+END
+export APT_CONFIG=$apt/conf
+
+echo "CalculiX: fetching Debian's source package"
+apt-get -q update >"$folder/apt.log" 2>&1
+mkdir -p "$folder/src" "$folder/deb"
+(cd "$folder/src" && apt-get -q source calculix-ccx >>"$folder/apt.log" 2>&1) ||
+  skip "no source package calculix-ccx in this machine's package sources ($folder/apt.log)"
+source=$(echo "$folder"/src/calculix-ccx-*/ccx_*/src)
+[ -d "$source" ] || skip "$source: not the folder expected in the source package"
+(cd "$folder/deb" && apt-get -q download libspooles-dev libarpack2 >>"$folder/apt.log" 2>&1 &&
+  for package in *.deb; do dpkg-deb -x "$package" . || exit 1; done) ||
+  skip "no packages libspooles-dev, libarpack2 ($folder/apt.log)"
+unset APT_CONFIG
+
+echo "CalculiX: compiling (log: $folder/make.log)"
+name=$(basename "$(dirname "$source")")
+make -C "$source" -j"${JOBS:-2}" "$name.a" "$name.o" CC=gcc FC=gfortran \
+  CFLAGS="-w -O2 -I$folder/deb/usr/include/spooles -DARCH=Linux -DSPOOLES -DARPACK -DMATRIXSTORAGE -DUSE_MT=1" \
+  FFLAGS="-w -O2 -fopenmp -fallow-argument-mismatch" >"$folder/make.log" 2>&1 || skip "make failed ($folder/make.log)"
+# without the UMAT that comes with it, an elastic one: a wrong link must not look right
+cp "$source/$name.a" "$folder/ccx.a" && ar d "$folder/ccx.a" umat.o && cp "$source/$name.o" "$folder/ccx.o" && echo "$name" >"$folder/ready"
+echo "CalculiX: $name compiled"

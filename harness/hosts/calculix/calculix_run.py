@@ -1,0 +1,98 @@
+"""Runs of CalculiX with the UMAT of libasperity: input pieces, the run, and what it printed."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+DIVERGED = 201
+"""Exit code of ccx for an error, an increment that became too small among them."""
+
+N, TX, TY = 2, 4, 5
+"""Positions of the components among 11, 22, 33, 12, 13, 23 (PROPS map 0)."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run: exit code, output, errors, tables of the .dat file by heading, what the .sta file tells.
+
+    increments: rows of numbers of those that converged (the fourth: iterations); attempts: their number, with
+    those given up.
+    """
+
+    code: int
+    output: str
+    errors: str
+    tables: dict[str, list[tuple[float, Floats]]]
+    increments: list[list[float]]
+    attempts: int
+    data: bytes
+
+    @property
+    def iterations(self) -> list[int]:
+        """Iterations of every increment that converged."""
+        return [int(row[3]) for row in self.increments]
+
+    def table(self, start: str) -> tuple[Floats, Floats]:
+        """Times (T,) and rows (T, rows, columns) of the table whose heading begins so."""
+        (name,) = [name for name in self.tables if name.startswith(start)]
+        times, rows = zip(*self.tables[name], strict=True)
+        return np.array(times), np.array(rows)
+
+
+def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
+    """Write an input and run it; the equation solver has one thread, so that its sums keep their order."""
+    (folder / "job.inp").write_text(text)
+    environment = os.environ | {
+        "OMP_NUM_THREADS": str(threads), "CCX_NPROC_RESULTS": str(threads),
+        "CCX_NPROC_STIFFNESS": str(threads), "CCX_NPROC_EQUATION_SOLVER": "1",
+    }  # fmt: skip
+    done = subprocess.run(
+        [program, "job"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    data, status = folder / "job.dat", folder / "job.sta"
+    rows = [line.split() for line in status.read_text().splitlines()] if status.is_file() else []
+    attempts = [row for row in rows if row and row[0].isdigit()]
+    converged = [row for row in attempts if not row[2].endswith("U")]  # U: given up
+    increments = [[float(cell) for cell in row] for row in converged]
+    content = data.read_bytes() if data.is_file() else b""
+    tables = _tables(content.decode())
+    return Run(done.returncode, done.stdout, done.stderr, tables, increments, len(attempts), content)
+
+
+def _tables(text: str) -> dict[str, list[tuple[float, Floats]]]:
+    """Tables of a .dat file: heading (components) for set X and time T, an empty line, rows of numbers."""
+    found: dict[str, list[tuple[float, Floats]]] = {}
+    pieces = re.split(r"^ (\S.*) for set (\S+) and time +(\S+)\n\n", text, flags=re.MULTILINE)
+    for heading, name, time, body in zip(*(pieces[i::4] for i in range(1, 5)), strict=True):
+        rows = [line.split() for line in body.splitlines() if line.strip()]
+        table = np.array([[float(cell) for cell in row] for row in rows])
+        found.setdefault(f"{name} {heading}", []).append((float(time), table))
+    return found
+
+
+def numbers(values: Iterable[int], per_line: int = 12) -> str:
+    """Lines of numbers, as a set holds them."""
+    texts = [str(int(value)) for value in values]
+    return "".join(", ".join(texts[i : i + per_line]) + ",\n" for i in range(0, len(texts), per_line))
+
+
+def nodes(points: Floats) -> str:
+    """All nodes, (n, 3), numbered from 1; CalculiX reads 20 characters of a number."""
+    rows = (f"{i}, {x:.12g}, {y:.12g}, {z:.12g}\n" for i, (x, y, z) in enumerate(points.tolist(), 1))
+    return "*NODE, NSET=NALL\n" + "".join(rows)
+
+
+def elements(kind: str, name: str, first: int, corners: Sequence[Sequence[int]]) -> str:
+    """Elements of eight nodes, numbered from `first`."""
+    rows = (f"{first + i}, {', '.join(map(str, nodes))}\n" for i, nodes in enumerate(corners))
+    return f"*ELEMENT, TYPE={kind}, ELSET={name}\n" + "".join(rows)

@@ -1,0 +1,217 @@
+"""Double cantilever beam under end moments in CalculiX: mixed-mode rupture of a rough joint.
+
+Two elastic arms (C3D8I) in plane strain, a thin layer (C3D8) between them, clamped at the far end.  The
+ends of the arms turn; their moments keep a given ratio.  The energy release rate of the two moments is known
+for any length of the crack, so the resistance of the joint can be read from them.  mm, N, MPa.
+
+Run as a script it draws the deformed mesh with the damage of the joint, and the resistance over the opening
+of the first point of the joint, beside the work of the law on the separations of that point.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from asperity import Interface, Material, Pattern
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import calculix_run
+import structure_picture
+from calculix_run import TX, TY, Floats, N, Run
+
+LENGTH, CRACK, HEIGHT, WIDTH = 60.0, 20.0, 4.0, 1.0
+YOUNG, POISSON = 70000.0, 0.3
+THICKNESS = 1.0e-3
+"""Of the layer: PROPS 9 divides by it."""
+
+ROUGH = Interface(Material(sigma0=20.0, Gc=0.3, eta=0.95, mu=0.5), Pattern.regular(4, theta=30.0))
+"""Five planes."""
+
+STIFFNESS = YOUNG / (1.0 - POISSON**2) * WIDTH**2 * HEIGHT**3
+"""Twelve times the bending stiffness of an arm, times its width."""
+
+ROWS = 2
+"""Elements over the height of an arm."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Histories, a row for each increment.
+
+    time (T,); moments (T, 2) of the upper and the lower arm; separation (T, 3) and work (T,) of the joint's
+    first point; damage of the joint (T, elements); displacement (T, nodes, 3); what ran; nodes; corners of
+    the elements.
+    """
+
+    time: Floats
+    moments: Floats
+    separation: Floats
+    work: Floats
+    damage: Floats
+    displacement: Floats
+    run: Run
+    points: Floats
+    solids: structure_picture.Integers
+    joints: structure_picture.Integers
+
+    @property
+    def release(self) -> Floats:
+        """Energy release rate of the end moments, N/mm: the energy of two arms less that of one beam."""
+        upper, lower = self.moments.T
+        rate: Floats = (21.0 * (upper**2 + lower**2) - 6.0 * upper * lower) / (4.0 * STIFFNESS)
+        return rate
+
+
+def deck(
+    interface: Interface, ratio: float, turn: float, n: int, increments: int
+) -> tuple[str, Floats, list[list[int]], list[list[int]]]:
+    """Input for n elements along the beam: lower moment = ratio times the upper, given the turn they work on.
+
+    Returns it with the nodes (n, 3) and the corners of the elements of arms and layer, from 1.
+    """
+    half = 0.5 * THICKNESS
+    upper = np.linspace(half, half + HEIGHT, ROWS + 1)
+    z = np.concatenate([-upper[::-1], upper])
+    grid = np.stack(np.meshgrid(np.linspace(0, LENGTH, n + 1), [0.0, WIDTH], z, indexing="ij"), axis=-1)
+    number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:3])
+
+    def corners(i: int, k: int) -> list[int]:
+        return [number[i + a, b, k + c] for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+
+    arms, layer = [], []
+    for i in range(n):  # column by column: a thread takes a range of elements
+        for k in range(2 * ROWS + 1):
+            if k != ROWS:
+                arms.append(corners(i, k))
+            elif LENGTH * (i + 0.5) / n > CRACK:
+                layer.append(corners(i, k))
+    points = grid.reshape(-1, 3)
+    last = len(points)
+    axial, turns = (last + 1, last + 2), (last + 3, last + 4)  # of the two ends; the last but one is the sum
+    extra = np.zeros((4, 3)) + [[-1.0 - i, 0.0, 0.0] for i in range(4)]
+    text = calculix_run.nodes(np.concatenate([points, extra]))
+    text += calculix_run.elements("C3D8I", "ARMS", 1, arms)
+    text += calculix_run.elements("C3D8", "ROUGH", len(arms) + 1, layer)
+    for name, members in (
+        ("SIDES", number.ravel()),
+        ("SHOWN", number.ravel()),
+        ("FAR", number[-1].ravel()),
+        ("ENDS", number[0].ravel()),
+        ("AXIAL", axial),
+    ):
+        text += f"*NSET, NSET={name}\n" + calculix_run.numbers(members)
+    # the ends stay plane: u_x = axial displacement + z' turn; upper turn = sum - ratio * lower turn
+    middle = half + 0.5 * HEIGHT
+    for arm, levels in enumerate((range(ROWS + 1, 2 * ROWS + 2), range(ROWS + 1))):
+        for k in levels:
+            lever = round(float(z[k] - (middle if arm == 0 else -middle)), 9)
+            for j in (0, 1):
+                terms = [(number[0, j, k], 1.0), (axial[arm], -1.0)]
+                terms += [(turns[0], -lever), (turns[1], ratio * lever)] if arm == 0 else [(turns[1], -lever)]
+                terms = [(node, factor) for node, factor in terms if factor != 0.0]
+                text += f"*EQUATION\n{len(terms)}\n"
+                text += "".join(f"{node}, 1, {factor:.12g}\n" for node, factor in terms)
+    text += f"*MATERIAL, NAME=ARM\n*ELASTIC\n{YOUNG}, {POISSON}\n"
+    text += interface.card("calculix", h=THICKNESS, name="ROUGH")
+    text += "*SOLID SECTION, ELSET=ARMS, MATERIAL=ARM\n"
+    unused = f"{turns[0]}, 2, 3\n{turns[1]}, 2, 3\nAXIAL, 2, 3\n"
+    text += f"*BOUNDARY\nFAR, 1, 3\nSIDES, 2\n{unused}"
+    text += f"*STEP, INC=1000\n*STATIC\n{1.0 / increments!r}, 1., 1e-5, {1.0 / increments!r}\n"
+    text += f"*BOUNDARY\n{turns[0]}, 1, 1, {turn!r}\n"
+    text += "*NODE PRINT, NSET=ENDS\nRF\n*NODE PRINT, NSET=SHOWN\nU\n"
+    text += "*EL PRINT, ELSET=ROUGH\nE, SDV\n*END STEP\n"
+    return text, points, arms, layer
+
+
+def run(
+    program: Path, folder: Path, interface: Interface, ratio: float, turn: float, n: int = 120,
+    increments: int = 50, threads: int = 1,
+) -> Result:  # fmt: skip
+    """Turn the ends; see `deck`."""
+    text, points, arms, layer = deck(interface, ratio, turn, n, increments)
+    done = calculix_run.run(program, folder, text, threads)
+    if done.code != 0:
+        raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
+    time, forces = done.table("ENDS forces")  # those of the equations: a node of equations alone shows none
+    _, u = done.table("SHOWN displacements")
+    _, strain = done.table("ROUGH strains")
+    _, state = done.table("ROUGH internal")
+    steps = len(forces)
+    # eight points an element; CalculiX prints tensor shears
+    strain = strain[:, :, 2:].reshape(steps, len(layer), 8, 6)
+    separation = THICKNESS * strain[..., [N, TX, TY]] * [1.0, 2.0, 2.0]
+    state = state[:, :, 2:].reshape(steps, len(layer), 8, -1)
+    height = points[forces[0, :, 0].astype(int) - 1, 2]
+    lever = height - np.sign(height) * 0.5 * (THICKNESS + HEIGHT)
+    moments = [(forces[:, arm, 1] * lever[arm]).sum(axis=1) for arm in (height > 0.0, height < 0.0)]
+    return Result(
+        time, np.stack(moments, axis=1), separation[:, 0, 0], state[:, 0, 0, 4],
+        state[..., 0].mean(axis=2), u[:, :, 1:], done, points,
+        np.array(arms) - 1, np.array(layer) - 1,
+    )  # fmt: skip
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="Mixed-mode beam in CalculiX, drawn.")
+    parser.add_argument("program", type=Path, help="ccx linked with libasperity")
+    parser.add_argument("-o", "--output", type=Path, default=Path("calculix-dcb.png"), metavar="FILE.png")
+    options = parser.parse_args()
+    ratio, turn = 0.5, 0.06
+    with tempfile.TemporaryDirectory() as folder:
+        result = run(options.program.resolve(), Path(folder), ROUGH, ratio, turn)
+    # the law of one point, by the library, on the separations that CalculiX found
+    state = ROUGH.replay(result.separation).state
+    work = state[:, 4]
+    bent = np.sqrt(work * 4.0 * STIFFNESS / (21.0 * (1.0 + ratio**2) - 6.0 * ratio))
+    grown = np.abs(result.damage - 0.5).argmin(axis=1)
+    shown = int(np.abs(grown - 20).argmin())
+    steady = result.release[result.time > 0.9]
+    iterations = sum(result.run.iterations)
+    print(f"{len(result.time)} increments, {iterations} iterations, {result.run.attempts} attempts")
+    print(f"energy release rate at the end {steady.min():.4f} to {steady.max():.4f} N/mm")
+    print(f"Gc {ROUGH.material.Gc:g} N/mm")
+    print(f"work of the law at the first point {work[-1]:.4f} N/mm, friction in it {state[-1, 3]:.4f}")
+    plane = [0, 2]
+    mesh = structure_picture.Mesh(
+        result.points[:, plane],
+        result.displacement[shown][:, plane],
+        result.solids[:, [0, 1, 5, 4]],
+        result.joints[:, [0, 1, 4, 5]],
+        np.repeat(result.damage[shown][:, None], 2, axis=1),
+        "z",
+    )
+    angle = turn * result.time
+    opening = np.linalg.norm(result.separation, axis=1)
+    point = "material point (work of the law)"
+    mark = f"turn {angle[shown]:.3f}, drawn above"
+    structure_picture.draw(
+        options.output,
+        f"CalculiX: end moments {ratio:g} to 1 on a beam with a rough joint, five planes",
+        mesh,
+        3.0,
+        [
+            structure_picture.Curves(
+                "turn of the ends [rad]",
+                "moment of the upper arm [N mm/mm]",
+                {"CalculiX": (angle, result.moments[:, 0]), point: (angle, bent)},
+                [(mark, angle[shown], result.moments[shown, 0])],
+            ),
+            structure_picture.Curves(
+                "separation of the first point |s| [mm]",
+                "energy release rate [N/mm]",
+                {"CalculiX": (opening, result.release), point: (opening, work)},
+                [(mark, opening[shown], result.release[shown])],
+            ),
+        ],
+    )
+    print(options.output)
+
+
+if __name__ == "__main__":
+    main()

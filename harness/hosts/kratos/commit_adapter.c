@@ -1,0 +1,127 @@
+/* Keeps the history that Kratos' interface elements drop: a UMAT between Kratos and the UMAT of libasperity.
+ *
+ * The elements Geo_U*InterfaceElement* of GeoMechanicsApplication 10.4 never commit a step. Every call of every step
+ * comes with STRAN = 0, the total separation in DSTRAN, and the initial STRESS and STATEV. Here each integration point
+ * has a record of its last committed state; the last answer of a step is committed by the first call of another KSTEP.
+ * The law then gets what the interface of a UMAT promises. A repair of that host, so no part of the library.
+ *
+ * What a script must do: raise ProcessInfo[STEP] with every step, and build the strategy with compute_reactions, so
+ * that the last call of a step is at the converged displacements. A step solved again with the same number starts
+ * from the same committed state. A number that falls begins another analysis: its points are virgin.
+ *
+ * Points are known by the address of STRESS, which stays with a law object (that of STATEV does not; NOEL and NPT are
+ * 0). Threads may call for different points at once: the table is locked, a record has one owner. */
+#define _GNU_SOURCE
+#include <asperity.h>
+#include <dlfcn.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct record {
+  struct record *next;   /* in its bucket */
+  const double *key;     /* address of STRESS */
+  size_t values;         /* in either state below */
+  int step;              /* KSTEP of the trial state; NONE: no call yet */
+  double *committed;     /* STRESS, strain, STATEV at the start of the step */
+  double *trial;         /* the same after the last call */
+} record;
+
+enum {
+  BUCKETS = 1 << 16,
+  ADDRESS_BITS = 4, /* that are 0 in an aligned address */
+  MOST = 6,         /* components of a host */
+  NONE = -1
+};
+
+static record *table[BUCKETS];
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static __typeof__(&umat_) law;
+static int symmetric;
+
+/* The UMAT of the next library: libasperity, which this one is linked with. */
+static __attribute__((constructor)) void find_law(void) { *(void **)&law = dlsym(RTLD_NEXT, "umat_"); }
+
+/* Hand out the symmetric part of the tangent instead, to see what it costs; returns what was set before. */
+int asperity_kratos_symmetrise(int on) {
+  const int before = symmetric;
+  symmetric = on;
+  return before;
+}
+
+/* Forget all points, for an analysis whose step numbers go on from another's; not while one runs. */
+void asperity_kratos_reset(void) {
+  pthread_mutex_lock(&lock);
+  for (int i = 0; i < BUCKETS; i++) {
+    for (record *r = table[i]; r != NULL; r = r->next) r->step = NONE;
+  }
+  pthread_mutex_unlock(&lock);
+}
+
+/* The record of a point, with room for as many values; NULL: no memory. */
+static record *find(const double *key, size_t values) {
+  record **bucket = &table[((uintptr_t)key >> ADDRESS_BITS) % BUCKETS], *r;
+  pthread_mutex_lock(&lock);
+  for (r = *bucket; r != NULL && r->key != key; r = r->next) continue;
+  if (r == NULL && (r = calloc(1, sizeof *r)) != NULL) {
+    r->key = key;
+    r->step = NONE;
+    r->next = *bucket;
+    *bucket = r;
+  }
+  if (r != NULL && r->values != values) { /* new, or another law where one was before */
+    double *room = realloc(r->committed, 2 * values * sizeof *room);
+    if (room == NULL) {
+      r = NULL;
+    } else {
+      r->committed = room;
+      r->trial = room + values;
+      r->values = values;
+      r->step = NONE;
+    }
+  }
+  pthread_mutex_unlock(&lock);
+  return r;
+}
+
+void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
+           double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,
+           const double *time, const double *dtime, const double *temp, const double *dtemp, const double *predef,
+           const double *dpred, const char *cmname, const int *ndi, const int *nshr, const int *ntens,
+           const int *nstatv, const double *props, const int *nprops, const double *coords, const double *drot,
+           double *pnewdt, const double *celent, const double *dfgrd0, const double *dfgrd1, const int *noel,
+           const int *npt, const int *layer, const int *kspt, const int *kstep, const int *kinc) {
+  const size_t n = (size_t)*ntens, m = (size_t)*nstatv, values = 2 * n + m;
+  record *r = law == NULL || n > MOST ? NULL : find(stress, values);
+  if (r == NULL) {
+    for (size_t i = 0; i < n; i++) stress[i] = NAN; /* the solver stops */
+    return;
+  }
+  if (r->step == NONE || *kstep < r->step) {
+    memcpy(r->committed, stress, n * sizeof *stress);
+    memcpy(r->committed + n, stran, n * sizeof *stran);
+    memcpy(r->committed + 2 * n, statev, m * sizeof *statev);
+  } else if (*kstep > r->step) {
+    memcpy(r->committed, r->trial, values * sizeof *r->trial);
+  }
+  r->step = *kstep;
+
+  double increment[MOST];
+  for (size_t i = 0; i < n; i++) increment[i] = stran[i] + dstran[i] - r->committed[n + i];
+  memcpy(stress, r->committed, n * sizeof *stress);
+  memcpy(statev, r->committed + 2 * n, m * sizeof *statev);
+  law(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, r->committed + n, increment, time, dtime,
+      temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0,
+      dfgrd1, noel, npt, layer, kspt, kstep, kinc);
+  memcpy(r->trial, stress, n * sizeof *stress);
+  for (size_t i = 0; i < n; i++) r->trial[n + i] = stran[i] + dstran[i];
+  memcpy(r->trial + 2 * n, statev, m * sizeof *statev);
+
+  for (size_t i = 0; symmetric && i < n; i++) {
+    for (size_t j = 0; j < i; j++) {
+      ddsdde[i * n + j] = ddsdde[j * n + i] = 0.5 * (ddsdde[i * n + j] + ddsdde[j * n + i]);
+    }
+  }
+}

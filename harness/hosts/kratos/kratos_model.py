@@ -1,0 +1,249 @@
+"""A structure of elastic solids and asperity interfaces in Kratos, and its Newton iterations in the open.
+
+Elements: SmallDisplacementElement of StructuralMechanicsApplication, zero-thickness Geo_U*InterfaceElement of
+GeoMechanicsApplication 10.4.  Units are the user's; 2D is plane strain of thickness 1.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import KratosMultiphysics as Kratos
+import KratosMultiphysics.GeoMechanicsApplication as Geo
+import KratosMultiphysics.LinearSolversApplication
+import KratosMultiphysics.python_linear_solver_factory as solvers
+import KratosMultiphysics.StructuralMechanicsApplication as Structural
+import numpy as np
+from asperity import Interface
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
+
+SOLID = {2: ("SmallDisplacementElement2D4N", "LinearElasticPlaneStrain2DLaw"),
+         3: ("SmallDisplacementElement3D8N", "LinearElastic3DLaw")}  # fmt: skip
+"""Element and law of the solids."""
+
+INTERFACE = {
+    2: "Geo_ULineInterfacePlaneStrainElement2Plus2N",
+    3: "Geo_USurfaceInterfaceElement4Plus4N",
+}
+"""Element of the interfaces; its law is that of the card, another pair runs and swaps normal with shear."""
+
+DISPLACEMENTS = (Kratos.DISPLACEMENT_X, Kratos.DISPLACEMENT_Y, Kratos.DISPLACEMENT_Z)
+REACTIONS = (Kratos.REACTION_X, Kratos.REACTION_Y, Kratos.REACTION_Z)
+MOST_ITERATIONS = 30
+
+
+class Lost(RuntimeError):
+    """Newton's iterations did not converge."""
+
+
+class Structure:
+    """Nodes, solids and interfaces; then steps of prescribed displacements and loads."""
+
+    def __init__(self, dimension: int) -> None:
+        """An empty structure in 2 or 3 dimensions."""
+        self.dimension = dimension
+        self._model = Kratos.Model()
+        self.part = part = self._model.CreateModelPart("Main", 2)
+        for variable in (
+            Kratos.DISPLACEMENT, Kratos.REACTION, Kratos.VELOCITY, Kratos.ACCELERATION,
+            Kratos.VOLUME_ACCELERATION, Kratos.WATER_PRESSURE, Kratos.REACTION_WATER_PRESSURE,
+            Geo.DT_WATER_PRESSURE, Structural.POINT_LOAD,
+        ):  # fmt: skip
+            part.AddNodalSolutionStepVariable(variable)
+        part.ProcessInfo[Kratos.DOMAIN_SIZE] = dimension
+        part.ProcessInfo[Geo.VELOCITY_COEFFICIENT] = 1.0
+        part.ProcessInfo[Geo.DT_PRESSURE_COEFFICIENT] = 1.0
+        self.interfaces: list[Kratos.Element] = []
+        self.solids: list[list[int]] = []
+        self._loads = 0
+        self._strategy: Kratos.ResidualBasedNewtonRaphsonStrategy | None = None
+
+    # --- model ---------------------------------------------------------------
+
+    def add_nodes(self, points: Floats) -> NDArray[np.int64]:
+        """Nodes at points (..., dimension); returns their numbers (...)."""
+        flat = np.zeros((points.size // self.dimension, 3))
+        flat[:, : self.dimension] = points.reshape(-1, self.dimension)
+        first = self.part.NumberOfNodes() + 1
+        for i, (x, y, z) in enumerate(flat.tolist()):
+            self.part.CreateNewNode(first + i, x, y, z)
+        return np.arange(first, first + len(flat)).reshape(points.shape[:-1])
+
+    def elastic(self, young: float, poisson: float) -> Kratos.Properties:
+        """Properties of an elastic solid."""
+        properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
+        properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(SOLID[self.dimension][1]))
+        properties.SetValue(Kratos.YOUNG_MODULUS, young)
+        properties.SetValue(Kratos.POISSON_RATIO, poisson)
+        properties.SetValue(Kratos.DENSITY, 0.0)
+        return properties
+
+    def umat(self, library: Path, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
+        """Properties of an interface as its card has them, but for the library and what else is given."""
+        card = json.loads(interface.card("kratos", dimension=self.dimension))
+        material = card["properties"][0]["Material"]
+        material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]
+        properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
+        properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
+        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | other).items():
+            value = _vector(value) if isinstance(value, list) else value
+            properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
+        return properties
+
+    def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
+        """A quadrilateral or hexahedron."""
+        self.solids.append([int(node) for node in nodes])
+        self._add(SOLID[self.dimension][0], nodes, properties)
+
+    def add_interface(
+        self, lower: Sequence[int], upper: Sequence[int], properties: Kratos.Properties
+    ) -> None:
+        """An interface from side 1 to side 2, node on node; it opens when upper leaves lower.
+
+        Its axes: n the right-hand normal of side 1 (2D: the edge 1-2 turned to the left), s along 1-2,
+        t = n x s.
+        """
+        nodes = [*lower, *upper]
+        self.interfaces.append(self._add(INTERFACE[self.dimension], nodes, properties))
+
+    def _add(self, name: str, nodes: Sequence[int], properties: Kratos.Properties) -> Kratos.Element:
+        number = self.part.NumberOfElements() + 1
+        return self.part.CreateNewElement(name, number, [int(node) for node in nodes], properties)
+
+    # --- conditions ------------------------------------------------------------
+
+    def fix(self, nodes: Sequence[int], *axes: int) -> None:
+        """Hold displacements of nodes along axes (0, 1, 2); `move` prescribes them."""
+        for node in np.ravel(nodes).tolist():
+            for axis in axes:
+                self.part.Nodes[node].Fix(DISPLACEMENTS[axis])
+
+    def move(self, nodes: Sequence[int], axis: int, value: float | Callable[[Kratos.Node], float]) -> None:
+        """Prescribe displacements of fixed nodes for the step that comes."""
+        for number in np.ravel(nodes).tolist():
+            node = self.part.Nodes[number]
+            node.SetSolutionStepValue(DISPLACEMENTS[axis], value(node) if callable(value) else value)
+
+    def load(self, forces: Mapping[int, Sequence[float]]) -> None:
+        """Loads on nodes (force vectors of three components), to be called once before the first step."""
+        properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
+        for number, force in forces.items():
+            self._loads += 1
+            name = f"PointLoadCondition{self.dimension}D1N"
+            self.part.CreateNewCondition(name, self._loads, [int(number)], properties)
+            self.set_load(number, force)
+
+    def set_load(self, number: int, force: Sequence[float]) -> None:
+        """Change the load on a node that has one."""
+        self.part.Nodes[int(number)].SetSolutionStepValue(Structural.POINT_LOAD, Kratos.Array3(list(force)))
+
+    # --- steps -------------------------------------------------------------------
+
+    def step(self, tolerance: float, again: bool = False) -> list[float]:
+        """Solve a step to a norm of the residual force; returns the norm after every iteration.
+
+        Kratos' norm: root of the mean square over the free components; 0 here where there are none.  again:
+        solve the last step once more, with what is prescribed now.
+
+        Raises Lost, with the displacements of the last step, where the iterations do not converge.
+        """
+        strategy = self._solver()
+        information = self.part.ProcessInfo
+        if not again:
+            self.part.CloneTimeStep(information[Kratos.TIME] + 1.0)
+            information[Kratos.STEP] += 1
+        strategy.InitializeSolutionStep()
+        strategy.Predict()
+        free = any(
+            not node.IsFixed(axis) for node in self.part.Nodes for axis in DISPLACEMENTS[: self.dimension]
+        )
+        norms: list[float] = []
+        while not norms or norms[-1] > tolerance:
+            strategy.SolveSolutionStep()  # one iteration, then the residual and the reactions
+            norms.append(float(information[Kratos.RESIDUAL_NORM]) if free else 0.0)
+            if len(norms) == MOST_ITERATIONS or not np.isfinite(norms[-1]):
+                number = information[Kratos.STEP]
+                raise Lost(f"step {number}: residuals {norms}, expected at most {tolerance:g}")
+        strategy.FinalizeSolutionStep()
+        return norms
+
+    def _solver(self) -> Kratos.ResidualBasedNewtonRaphsonStrategy:
+        if self._strategy is None:
+            utilities = Kratos.VariableUtils()
+            for axis in range(3):
+                utilities.AddDof(DISPLACEMENTS[axis], REACTIONS[axis], self.part)
+            utilities.AddDof(Kratos.WATER_PRESSURE, Kratos.REACTION_WATER_PRESSURE, self.part)
+            for node in self.part.Nodes:
+                node.Fix(Kratos.WATER_PRESSURE)
+                if self.dimension == 2:
+                    node.Fix(Kratos.DISPLACEMENT_Z)
+            solver = solvers.ConstructSolver(
+                Kratos.Parameters('{"solver_type": "LinearSolversApplication.sparse_lu"}')
+            )
+            compute_reactions, reform, move_mesh = True, False, False
+            self._strategy = Kratos.ResidualBasedNewtonRaphsonStrategy(
+                self.part, Kratos.ResidualBasedIncrementalUpdateStaticScheme(),
+                Kratos.ResidualCriteria(0.0, 0.0), Kratos.ResidualBasedBlockBuilderAndSolver(solver),
+                1, compute_reactions, reform, move_mesh,
+            )  # fmt: skip
+            self._strategy.SetEchoLevel(0)
+            self._strategy.Initialize()
+            self._strategy.Check()
+        return self._strategy
+
+    # --- results -------------------------------------------------------------------
+
+    def displacements(self) -> Floats:
+        """Displacements of all nodes (n, dimension), in the order of their numbers."""
+        values = [list(node.GetSolutionStepValue(Kratos.DISPLACEMENT)) for node in self.part.Nodes]
+        return np.array(values)[:, : self.dimension]
+
+    def coordinates(self) -> Floats:
+        """Positions of all nodes (n, dimension) before the deformation."""
+        return np.array([[node.X0, node.Y0, node.Z0] for node in self.part.Nodes])[:, : self.dimension]
+
+    def reaction(self, nodes: Sequence[int]) -> Floats:
+        """Sum of the reactions of nodes (dimension,)."""
+        found = (self.part.Nodes[node] for node in np.ravel(nodes).tolist())
+        values = [list(node.GetSolutionStepValue(Kratos.REACTION)) for node in found]
+        total: Floats = np.sum(values, axis=0)[: self.dimension]
+        return total
+
+    def points(self) -> tuple[Floats, Floats]:
+        """Separations and tractions (points, 3) of all interface points, (N, Tx, Ty); Ty is 0 in 2D."""
+        separation = self._output(Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR)
+        return separation, self._output(Geo.GEO_EFFECTIVE_TRACTION_VECTOR)
+
+    def matrix_values(self) -> Floats:
+        """Entries of the last system matrix."""
+        return np.array(self._solver().GetSystemMatrix().value_data())
+
+    def _output(self, variable: object) -> Floats:
+        rows = [
+            list(value)
+            for element in self.interfaces
+            for value in element.CalculateOnIntegrationPoints(variable, self.part.ProcessInfo)
+        ]
+        out = np.zeros((len(rows), 3))
+        out[:, : self.dimension] = np.array(rows)
+        return out
+
+
+def _law(name: str) -> Kratos.ConstitutiveLaw:
+    return Kratos.KratosGlobals.Kernel.GetConstitutiveLaw(name).Clone()
+
+
+def _vector(values: Sequence[float]) -> Kratos.Vector:
+    vector = Kratos.Vector(len(values))
+    for i, value in enumerate(values):
+        vector[i] = value
+    return vector

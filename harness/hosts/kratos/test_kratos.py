@@ -1,0 +1,225 @@
+"""Kratos' interface elements with libasperity: run by `make hosts`, which installs asperity[kratos] first.
+
+ASPERITY_KRATOS names libasperity_kratos.so, the commit adapter; ASPERITY_LIBRARY libasperity.so itself.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import subprocess
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern
+from asperity.installed import driver
+from asperity.results import read_rows
+
+pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
+
+import blocks
+import triplet
+from kratos_model import Floats, Structure
+
+ADAPTER = Path(os.environ["ASPERITY_KRATOS"]).resolve()
+LIBRARY = Path(os.environ["ASPERITY_LIBRARY"]).resolve()
+
+ROUNDING = 1.0e-12
+"""Tractions, relative to K times the largest separation so far."""
+
+CASE = """&case title = 'one element' /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 3.0 /
+&pattern sides = {sides}, theta = 30.0 /
+&step s_N = -0.01, increments = 4 /
+&step s_Tx = 0.08, s_Ty = {s_Ty}, s_N = -0.005, increments = 16 /
+&step s_Tx = -0.1, increments = 30 /
+&step s_Tx = 0.05, s_N = 0.06, increments = 20 /
+&step s_N = 0.002, increments = 10 /
+&step s_N = 0.3, s_Tx = 0.3, increments = 20 /
+&step s_N = -0.02, s_Tx = -0.1, increments = 30 /
+"""
+"""Pressing, sliding there and back, opening, unloading, complete rupture, closing again."""
+
+MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
+STIFFNESS = MATERIAL.kc * MATERIAL.sigma0**2 / ((1.0 - MATERIAL.eta) * 2.0 * MATERIAL.Gc)
+
+CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]])
+"""Of one element, 2 x 3; the first two those of a plane one."""
+
+
+def one_element(library: Path, interface: Interface, path: Floats, plane: bool) -> tuple[Floats, Floats]:
+    """Tractions of the element (T, 3) and reactions by its area, where path (T, 3) is imposed."""
+    s = Structure(2 if plane else 3)
+    corners = CORNERS[:2, :2] if plane else CORNERS
+    area = 2.0 if plane else 6.0
+    lower, upper = s.add_nodes(corners), s.add_nodes(corners)
+    s.add_interface(lower, upper, s.umat(library, interface))
+    axes = (1, 0) if plane else (2, 0, 1)  # of N, Tx, Ty
+    s.fix([*lower, *upper], *axes)
+    tractions, reactions = [], []
+    for row in path:
+        for axis, value in zip(axes, row.tolist(), strict=False):
+            s.move(upper, axis, value)
+        s.step(0.0)
+        separation, traction = s.points()
+        assert np.allclose(separation, row, rtol=0, atol=1e-15)
+        assert np.array_equal(traction, np.broadcast_to(traction[0], traction.shape))
+        tractions.append(traction[0])
+        reactions.append(s.reaction(upper)[list(axes)] / area)
+    return np.array(tractions), np.array(reactions)
+
+
+@pytest.fixture(params=[2, 4], ids=["2D RT", "3D RP-4"])
+def driven(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Interface, Floats, Floats, bool]:
+    """An interface, the driver's separations and tractions on the case, and whether the element is plane."""
+    case = tmp_path / "case.nml"
+    plane = request.param == 2
+    case.write_text(CASE.format(sides=request.param, s_Ty=0.0 if plane else 0.05))
+    subprocess.run([driver(), case, "-o", tmp_path / "out.csv", "--quiet"], check=True)
+    rows = read_rows(tmp_path / "out.csv")
+    assert rows.damage[-1] == 1.0
+    return Interface(MATERIAL, Pattern.regular(request.param, 30.0)), rows.separation, rows.traction, plane
+
+
+def scale(path: Floats) -> Floats:
+    """K times the largest separation so far, (T, 1)."""
+    return STIFFNESS * np.maximum.accumulate(np.linalg.norm(path, axis=1))[:, None]
+
+
+def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool]) -> None:
+    """Tractions and reactions of an element are the driver's, through loading, unloading and cycles."""
+    interface, path, expected, plane = driven
+    traction, reaction = one_element(ADAPTER, interface, path, plane)
+    worst = float((np.abs(traction - expected) / scale(path)).max())
+    print(f"{len(path)} steps, difference of tractions {worst:.1e} K |s|")
+    assert worst <= ROUNDING
+    # the reactions are sums over nodes
+    assert np.all(np.abs(reaction - expected[:, : reaction.shape[1]]) <= 10 * ROUNDING * scale(path))
+
+
+def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:
+    """The smallest case that shows what Kratos does wrong: every step starts from the virgin state.
+
+    The tractions are those of a virgin point at the separation of the step, whatever went before.
+    """
+    interface, path, expected, plane = driven
+    traction, _ = one_element(LIBRARY, interface, path, plane)
+    virgin = interface.update(path).traction
+    assert np.all(np.abs(traction - virgin) <= ROUNDING * scale(path))
+    worst = float(np.abs(traction - expected).max())
+    print(f"without the adapter tractions are wrong by up to {worst:.2f}, sigma0 is {MATERIAL.sigma0:g}")
+    assert worst > MATERIAL.sigma0
+
+
+def test_another_law_swaps_normal_and_shear() -> None:
+    """The smallest case of a wrong pair: a new element with the law of the older ones converges and is wrong.
+
+    Opening is answered as the slip along t would be.
+    """
+    s = Structure(3)
+    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    s.add_interface(lower, upper, s.umat(ADAPTER, interface, law="SmallStrainUMAT3DInterfaceLaw"))
+    s.fix([*lower, *upper], 0, 1, 2)
+    s.move(upper, 2, 0.05)
+    s.step(0.0)
+    separation, traction = s.points()
+    right, shear = interface.update([separation[0], [0.0, 0.0, 0.05]]).traction
+    assert separation[0] == pytest.approx([0.05, 0.0, 0.0], abs=1e-15)
+    print(f"opening 0.05: t_N = {traction[0, 0]:.3f}, expected {right[0]:.3f}, slip 0.05: {shear[2]:.3f}")
+    assert traction[0] == pytest.approx(shear[[2, 1, 0]], abs=1e-12)
+    assert abs(traction[0, 0] - right[0]) > 0.1 * MATERIAL.sigma0
+
+
+@pytest.mark.parametrize("ignored", [False, True])
+def test_rows_of_the_water_pressure(ignored: bool) -> None:
+    """Without IGNORE_UNDRAINED, which the card sets, the rows of the water pressure hold 0/0."""
+    s = Structure(3)
+    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    s.add_interface(lower, upper, s.umat(ADAPTER, interface, IGNORE_UNDRAINED=ignored))
+    s.fix([*lower, *upper], 0, 1, 2)
+    s.step(0.0)
+    assert np.isnan(s.matrix_values()).any() != ignored
+
+
+def test_analyses_in_one_process() -> None:
+    """Analyses one after the other, on addresses that come again, do not know of each other."""
+    path = np.array([[0.0, 0.05, 0.0], [0.1, 0.0, 0.0], [0.01, 0.01, 0.0]])
+    for sides in (4, 64, 2, 4):
+        interface = Interface(MATERIAL, Pattern.regular(sides, 30.0))
+        expected = interface.replay(path).traction
+        traction, _ = one_element(ADAPTER, interface, path, False)
+        assert np.all(np.abs(traction - expected) <= ROUNDING * scale(path))
+
+
+def test_a_step_solved_again_starts_from_the_same_state() -> None:
+    """A step taken too far and then with less, as after a cut, leaves no trace of the first try."""
+    s = Structure(3)
+    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    s.add_interface(lower, upper, s.umat(ADAPTER, interface))
+    s.fix([*lower, *upper], 0, 1, 2)
+    tried = [(0.04, False), (0.2, False), (0.06, True), (0.01, False)]
+    for opening, again in tried:
+        s.move(upper, 2, opening)
+        s.step(0.0, again)
+    path = np.array([[0.04, 0.0, 0.0], [0.06, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    expected = interface.replay(path).traction[-1]
+    assert s.points()[1][0] == pytest.approx(expected, abs=ROUNDING * STIFFNESS * 0.06)
+
+
+def assert_law_is_kept(interface: Interface, separation: Floats, traction: Floats, tolerance: float) -> None:
+    """Every interface point has the tractions of the library on the history of its own separations."""
+    for path, found in zip(separation.transpose(1, 0, 2), traction.transpose(1, 0, 2), strict=True):
+        expected = interface.replay(path).traction
+        assert np.abs(found - expected).max() <= tolerance
+
+
+def test_blocks_converge_quadratically() -> None:
+    """Two blocks in shear under compression: Newton's ratios, and what a symmetrised tangent costs."""
+    norms, separation, traction = blocks.run(ADAPTER)
+    assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
+    assert np.ptp(separation[-1, :, 0]) > 0.01  # not a material point in disguise
+    quadratic = 0
+    for step, found in enumerate(norms):
+        ratios = [b / a**2 for a, b in pairwise(found)]
+        print(
+            f"step {step + 1}:", *(f"{norm:.1e}" for norm in found), " ratios", *(f"{r:.1e}" for r in ratios)
+        )
+        # the last is rounding: the reactions have 1e-16 of some N
+        quadratic += sum(ratio < 100.0 for ratio, norm in zip(ratios, found[1:], strict=True) if norm > 1e-15)
+    assert quadratic >= 10
+    assert max(map(len, norms)) <= 6
+
+    library = ctypes.CDLL(str(ADAPTER))
+    assert library.asperity_kratos_symmetrise(1) == 0
+    try:
+        slow, same, _ = blocks.run(ADAPTER)
+    finally:
+        library.asperity_kratos_symmetrise(0)
+    counts = [sum(map(len, n)) for n in (norms, slow)]
+    print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
+    assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, not elsewhere
+    assert counts[1] > 2 * counts[0]
+
+
+def test_triplet() -> None:
+    """Cyclic shear of a masonry triplet: the law in every point, residual strength and dilation predicted."""
+    result = triplet.run(ADAPTER, [0.3, -0.3, 0.3], 0.01, nx=12, ny=3)
+    assert_law_is_kept(triplet.JOINT, result.separation, result.traction, 1e-11)
+    assert max(map(len, result.norms)) <= 10
+    theta, mu = np.radians(10.0), triplet.JOINT.material.mu
+    sliding = 2.0 * triplet.LENGTH * triplet.PRESSURE
+    up = sliding * (mu + np.tan(theta)) / (1.0 - mu * np.tan(theta))
+    print(f"residual force {result.force[-1]:.3f} N, closed form of a facing plane {up:.3f} N")
+    assert result.force[-1] == pytest.approx(up, rel=1e-3)
+    rise = result.rise[-1] - result.rise[triplet.PRELOAD_STEPS - 1]
+    slope = (result.rise[-1] - result.rise[-6]) / (result.slip[-1] - result.slip[-6])
+    print(f"rise {rise:.4f} mm, its slope {slope:.4f}, of two facing planes {2.0 * np.tan(theta):.4f}")
+    assert slope == pytest.approx(2.0 * np.tan(theta), rel=2e-2)
+    # the whole joint does not break at once: the peak is below that of one material point
+    force, _ = triplet.prediction(result.slip[triplet.PRELOAD_STEPS :])
+    assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()

@@ -1,0 +1,16 @@
+#!/bin/sh
+# pictures.sh PYTHON FOLDER: the structural results of docs/hosts-*.md, drawn into FOLDER, of the hosts that are there.
+# Needs ASPERITY_KRATOS, ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
+set -eu
+python=$1 folder=$2 here=$(dirname "$0")
+drawn=""
+if "$python" -c "import KratosMultiphysics.GeoMechanicsApplication" >/dev/null 2>&1; then
+  "$python" "$here/kratos/triplet.py" "$ASPERITY_KRATOS" -o "$folder/kratos-triplet.png"
+  drawn="$drawn $folder/kratos-triplet.png"
+fi
+if [ -f "$ASPERITY_CALCULIX/ready" ]; then
+  "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ASPERITY_CALCULIX/ccx"
+  "$python" "$here/calculix/dcb.py" "$ASPERITY_CALCULIX/ccx" -o "$folder/calculix-dcb.png"
+  drawn="$drawn $folder/calculix-dcb.png"
+fi
+echo "${drawn:-none: no host is there}"

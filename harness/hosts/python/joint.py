@@ -1,0 +1,167 @@
+"""Interfaces of `asperity` in a finite element code written with scikit-fem: all points in one call."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from asperity import Interface
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from skfem import FacetBasis
+
+Floats = NDArray[np.float64]
+
+COMPONENTS = 2
+"""Normal (y) and tangential (x) in the plane; Ty is held at 0."""
+
+
+class Joint:
+    """Zero-thickness interface between two faces that lie on y = 0, or one face and a rigid base.
+
+    Its points are the integration points of the faces.  `jump` takes displacements to separations, point by
+    point; `state` is that of the last accepted step.
+    """
+
+    def __init__(
+        self,
+        interface: Interface,
+        n_unknowns: int,
+        upper: FacetBasis,
+        lower: FacetBasis | None = None,
+        offset: int = 0,
+    ) -> None:
+        """`offset` is the first unknown of the lower body."""
+        self.interface = interface
+        self.x, self.weights, self.jump = _operator(upper, n_unknowns, 0, 1.0)
+        if lower is not None:
+            x, _, below = _operator(lower, n_unknowns, offset, -1.0)
+            if not np.allclose(x, self.x):
+                raise ValueError("points of the two faces differ: expected faces with the same mesh")
+            self.jump = (self.jump + below).tocsr()
+        n = len(self.x)
+        self.state = np.zeros((n, interface.nstatv))
+        self.trial = self.state
+        self.separation = np.zeros((n, 3))
+        self.seconds = 0.0
+
+    def assemble(self, u: Floats) -> tuple[Floats, sparse.csr_array]:
+        """Forces of the interface on the bodies, reversed, and their consistent tangent (unsymmetric)."""
+        started = time.perf_counter()
+        result = self.interface.update(self._separation(u), self.state, self.separation)
+        self.seconds += time.perf_counter() - started
+        self.trial = result.state
+        traction = result.traction[:, :COMPONENTS] * self.weights[:, None]
+        tangent = result.tangent[:, :COMPONENTS, :COMPONENTS] * self.weights[:, None, None]
+        n = len(self.x)
+        blocks = sparse.bsr_array(
+            (tangent, np.arange(n), np.arange(n + 1)), shape=(COMPONENTS * n, COMPONENTS * n)
+        )
+        return self.jump.T @ traction.ravel(), (self.jump.T @ blocks @ self.jump).tocsr()
+
+    def accept(self, u: Floats) -> None:
+        """Make the last trial state the state."""
+        self.state = self.trial
+        self.separation = self._separation(u)
+
+    def _separation(self, u: Floats) -> Floats:
+        s = np.zeros((len(self.x), 3))
+        s[:, :COMPONENTS] = (self.jump @ u).reshape(-1, COMPONENTS)
+        return s
+
+
+def _operator(
+    face: FacetBasis, n_unknowns: int, offset: int, sign: float
+) -> tuple[Floats, Floats, sparse.csr_array]:
+    """Places and weights of the points of a face, along x, and what takes displacements to (N, Tx) there."""
+    x = np.asarray(face.global_coordinates())[0].ravel()
+    n = len(x)
+    order = np.argsort(x)
+    rank = np.empty(n, dtype=int)
+    rank[order] = np.arange(n)
+    rows, columns, values = [], [], []
+    for i, (shape, *_) in enumerate(face.basis):
+        components = np.asarray(shape)  # (2, facets, points of a facet): x, y
+        unknowns = np.repeat(face.element_dofs[i], components.shape[2]) + offset
+        for row, component in enumerate((1, 0)):
+            rows.append(COMPONENTS * rank + row)
+            columns.append(unknowns)
+            values.append(sign * components[component].ravel())
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    operator = sparse.coo_array(entries, shape=(COMPONENTS * n, n_unknowns)).tocsr()
+    return x[order], np.asarray(face.dx).ravel()[order], operator
+
+
+class NotConverged(RuntimeError):
+    """No equilibrium within the iterations allowed."""
+
+
+@dataclass
+class Newton:
+    """Equilibrium of elastic bodies and a joint, some displacements given.
+
+    symmetric: only the symmetric part of the joint's tangent is used.  norms: residuals of the last
+    step over the largest force.  halvings: of a correction, at most.
+    """
+
+    stiffness: sparse.csr_array
+    joint: Joint
+    fixed: NDArray[np.int64]
+    symmetric: bool = False
+    tolerance: float = 1e-10
+    most: int = 20
+    halvings: int = 4
+    iterations: int = 0
+    norms: list[float] = field(default_factory=list)
+
+    def step(self, u: Floats, given: Floats, load: Floats) -> tuple[Floats, Floats]:
+        """Displacements and reactions for given displacements (of `fixed`) and loads; accepts the state.
+
+        A correction is halved where it makes the residual larger: points may open or be damaged anew.
+        """
+        free = np.setdiff1d(np.arange(len(u)), self.fixed)
+        correction = np.zeros(len(u))
+        correction[self.fixed] = given - u[self.fixed]
+        out, tangent, norm = self._residual(u, load, free)
+        self.norms = []
+        for _ in range(self.most):
+            total = (self.stiffness + tangent).tocsc()
+            right = -out[free] - total[free][:, self.fixed] @ correction[self.fixed]
+            correction[free] = splu(total[free][:, free]).solve(right)
+            self.iterations += 1
+            factor = 1.0
+            # the first correction moves the given displacements: whole
+            for _ in range(self.halvings if self.norms else 0):
+                if self._residual(u + factor * correction, load, free)[2] < norm:
+                    break
+                factor /= 2
+            u = u + factor * correction
+            correction[self.fixed] = 0.0
+            out, tangent, norm = self._residual(u, load, free)
+            self.norms.append(norm)
+            if norm <= self.tolerance:
+                self.joint.accept(u)
+                return u, out
+        raise NotConverged(f"residuals {', '.join(f'{norm:.1e}' for norm in self.norms)}")
+
+    def _residual(
+        self, u: Floats, load: Floats, free: NDArray[np.int64]
+    ) -> tuple[Floats, sparse.csr_array, float]:
+        """Forces out of balance, tangent of the joint, and their size over that of the largest force."""
+        force, tangent = self.joint.assemble(u)
+        if self.symmetric:
+            tangent = 0.5 * (tangent + tangent.T)
+        out = self.stiffness @ u + force - load
+        scale = max(
+            np.abs(force).max(), np.abs(out[self.fixed]).max(), np.abs(load).max(), np.finfo(float).tiny
+        )
+        return out, tangent, float(np.abs(out[free]).max() / scale)
+
+
+def progress(text: str) -> None:
+    """One line that is written over, where somebody looks on."""
+    if sys.stderr.isatty():
+        print(f"\r{text}\033[K", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,300 @@
+!> Where no neighbouring equilibrium is left: the overdamped motion under what is held, to the first rest or away for
+!> good.
+!>
+!> One free separation moves in the sense of the missing traction, in steps that are halved where two roots may hide
+!> between; several move by damped implicit Euler steps (pseudo-transient continuation). The law keeps its history on
+!> the way.
+module snap_motion
+  use asperity_contract, only: plane_statev
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_kinds, only: wp
+  use asperity_pattern, only: plane_normal
+  use control_point, only: balance_type, control_type, dead_and_open, evaluate, free_matrix, new_balance, point_type, &
+    residual_tolerance, unstable
+  use newton, only: newton_solve, newton_type, stiffness_scale
+  implicit none
+  private
+  public :: move_on, settle, cannot_soften, farthest_rest
+
+  !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be
+  !> passed.
+  real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step*2.0_wp**(-20)
+  !> Growth of the step: slow where planes may break, fast where all are broken and the law is monotone.
+  real(wp), parameter :: growth = 1.02_wp, fast_growth = 2.0_wp
+
+contains
+
+  !> Move under held values to the first rest.
+  pure subroutine move_on(interface, control, given, budget, point, updates, iterations, found)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is held, at least one traction
+    real(wp), intent(in) :: given(3)                !! its values
+    integer, intent(in) :: budget                   !! most updates of the law
+    type(point_type), intent(inout) :: point        !! start -> rest, or the last point of a motion that does not end
+    integer, intent(out) :: updates                 !! of the law
+    integer, intent(out) :: iterations              !! tangent solves
+    logical, intent(out) :: found                   !! whether there is a rest
+    iterations = 0
+    updates = 0
+    if (count(control%traction) == 1) then
+      call march(interface, control, given, budget, point, updates, found)
+    else
+      call creep(interface, control, given, budget, point, updates, iterations, found)
+    end if
+  end subroutine move_on
+
+  !> Whether the residual of a single held t_N only grows with s_N, and the derivative of several has no softening:
+  !> every plane broken, mu tan(theta) < 1.
+  pure function cannot_soften(interface, point) result(yes)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(point_type), intent(in) :: point           !! the point
+    logical :: yes
+    integer :: k
+    yes = .true.
+    associate (rie => interface%rie)
+      do k = 1, rie%pattern%n
+        yes = yes .and. point%state(plane_statev(k)) >= 1.0_wp .and. &
+          rie%material%mu*rie%pattern%sin_theta(k) < rie%pattern%cos_theta(k)
+      end do
+    end associate
+  end function cannot_soften
+
+  !> Separation beyond which several free ones are taken to run away, length: a thousand times s_f and what is given, or
+  !> that at the start.
+  pure function farthest_rest(interface, balance) result(far)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations
+    real(wp) :: far
+    real(wp), parameter :: times = 1000.0_wp
+    far = huge(far)
+    if (balance%n < 2) return
+    associate (material => interface%rie%material)
+      far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
+        balance%control%traction))
+      far = max(maxval(abs(balance%old%s)), times*(material%s0/(1.0_wp - material%eta) + far))
+      far = min(far, 0.5_wp*separation_bound(interface))
+    end associate
+  end function farthest_rest
+
+  !> One free separation.
+  pure subroutine march(interface, control, given, budget, point, updates, found)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is held: one traction
+    real(wp), intent(in) :: given(3)                !! its value, the separations
+    integer, intent(in) :: budget                   !! most updates of the law
+    type(point_type), intent(inout) :: point        !! start -> rest
+    integer, intent(inout) :: updates               !! of the law
+    logical, intent(out) :: found                   !! whether there is a rest
+    type(balance_type) :: balance
+    type(point_type) :: far, start
+    real(wp) :: r(1), r_far(1), scale, sense, step, x(1)
+    logical :: good
+    integer :: free
+
+    start = point
+    balance = new_balance(control, given, start)
+    free = balance%free(1)
+    x = point%s(free)
+    call evaluate(interface, balance, x, point, r, scale, good)
+    updates = updates + 1
+    found = good .and. abs(r(1)) <= residual_tolerance*scale
+    if (found .or. .not. good) return
+    sense = -sign(1.0_wp, r(1))
+    step = first_step*interface%rie%material%s0
+    far = point
+    do while (updates < budget)
+      balance%old = point
+      call evaluate(interface, balance, x + sense*step, far, r_far, scale, good)
+      updates = updates + 1
+      if (.not. good) return
+      if (sense*r_far(1) >= -residual_tolerance*scale) then
+        call close_in(interface, balance, sense, x(1), x(1) + sense*step, far, updates, found)
+        point = far
+        return
+      end if
+      if (step > smallest_step*interface%rie%material%s0) then
+        if (may_hide(sense*r(1), derivative(point), sense*r_far(1), derivative(far), step)) then
+          step = 0.5_wp*step
+          cycle
+        end if
+      end if
+      point = far
+      x = point%s(free)
+      r = r_far
+      if (control%spring(free) <= 0.0_wp .and. free == 1 .and. sense > 0.0_wp .and. dead_and_open(point)) return
+      step = step*merge(fast_growth, growth, step < first_step*interface%rie%material%s0 .or. &
+        (free == 1 .and. cannot_soften(interface, point)))
+    end do
+
+  contains
+
+    !> Derivative of the residual by the separation.
+    pure function derivative(at) result(slope)
+      type(point_type), intent(in) :: at   !! the point
+      real(wp) :: slope
+      slope = at%tangent(free, free) + control%spring(free)
+    end function derivative
+
+  end subroutine march
+
+  !> Whether a function below zero at both ends of a step may reach zero between: where it rises, then falls, by the
+  !> crossing of its tangents.
+  pure function may_hide(f_0, slope_0, f_1, slope_1, step) result(yes)
+    real(wp), intent(in) :: f_0, f_1           !! values, < 0
+    real(wp), intent(in) :: slope_0, slope_1   !! derivatives
+    real(wp), intent(in) :: step               !! > 0
+    logical :: yes
+    real(wp) :: way
+    yes = slope_0 > 0.0_wp .and. slope_1 < 0.0_wp
+    if (.not. yes) return
+    way = min(max((f_1 - slope_1*step - f_0)/(slope_0 - slope_1), 0.0_wp), step)
+    yes = f_0 + slope_0*way >= 0.0_wp
+  end function may_hide
+
+  !> The equilibrium between two separations, the residual being short of it at the first: Newton's method, kept inside
+  !> the bracket by bisection.
+  pure subroutine close_in(interface, balance, sense, first, last, point, updates, found)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equation, the point at its start
+    real(wp), intent(in) :: sense                   !! of the motion, +1 or -1
+    real(wp), intent(in) :: first, last             !! free separation short of the equilibrium and beyond it, length
+    type(point_type), intent(inout) :: point        !! the point at `last` -> at rest
+    integer, intent(inout) :: updates               !! of the law
+    logical, intent(out) :: found                   !! whether the residual is small enough
+    !> Newton's step is taken twice, then the interval is halved.
+    integer, parameter :: turn = 3
+    real(wp) :: a(3, 3), far, guess, near, r(1), scale, x(1)
+    logical :: good
+    integer :: i
+    near = first
+    far = last
+    x = last
+    i = 0
+    do
+      i = i + 1
+      call evaluate(interface, balance, x, point, r, scale, good)
+      updates = updates + 1
+      found = good .and. abs(r(1)) <= residual_tolerance*scale
+      if (found .or. .not. good) exit
+      if (sense*r(1) < 0.0_wp) then
+        near = x(1)
+      else
+        far = x(1)
+      end if
+      a = free_matrix(balance, point)
+      x = near + 0.5_wp*(far - near)
+      ! exhausted: near and far are neighbours
+      if (.not. (abs(x(1) - near) > 0.0_wp .and. abs(x(1) - far) > 0.0_wp)) exit
+      if (a(1, 1) > 0.0_wp .and. modulo(i, turn) > 0) then
+        guess = point%s(balance%free(1)) - r(1)/a(1, 1)
+        if ((guess - near)*(guess - far) < 0.0_wp) x = guess
+      end if
+    end do
+    if (found) call settle(interface, balance, point, updates)
+  end subroutine close_in
+
+  !> Several free separations: implicit Euler steps of the overdamped motion.
+  pure subroutine creep(interface, control, given, budget, point, updates, iterations, found)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(control_type), intent(in) :: control       !! what is held
+    real(wp), intent(in) :: given(3)                !! its values
+    integer, intent(in) :: budget                   !! most updates of the law
+    type(point_type), intent(inout) :: point        !! start -> rest
+    integer, intent(inout) :: updates               !! of the law
+    integer, intent(inout) :: iterations            !! tangent solves
+    logical, intent(out) :: found                   !! whether there is a rest
+    !> Change of the damping after a step that went well, and after one that did not; least that is used, of K.
+    real(wp), parameter :: less = 0.5_wp, more = 4.0_wp, least = 1.0e-13_wp
+    type(balance_type) :: balance
+    type(newton_type) :: result
+    type(point_type) :: trial
+    real(wp) :: damping, drift(3), far, limit, move, stiffness
+
+    found = .false.
+    stiffness = stiffness_scale(interface)
+    limit = first_step*interface%rie%material%s0
+    damping = stiffness
+    drift = 0.0_wp
+    balance = new_balance(control, given, point)
+    far = farthest_rest(interface, balance)
+    trial = point
+    do while (updates < budget .and. damping < stiffness/residual_tolerance)
+      balance%old = point
+      trial%s = point%s
+      ! at rest from here?
+      call newton_solve(interface, balance, .true., trial, result)
+      updates = updates + result%updates
+      iterations = iterations + result%iterations
+      move = maxval(abs(trial%s - point%s))
+      if (result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far) then
+        point = trial
+        found = .true.
+        return
+      end if
+      ! as the last step went: on the right side of a plane that slides
+      trial%s = point%s + drift
+      call newton_solve(interface, balance, .true., trial, result, damping)
+      updates = updates + result%updates
+      iterations = iterations + result%iterations
+      move = maxval(abs(trial%s - point%s))
+      if (.not. (result%converged .and. result%stable) .or. move > limit) then
+        damping = more*damping
+        trial = point
+        cycle
+      end if
+      drift = trial%s - point%s
+      point = trial
+      if (flies(interface, balance, point)) return
+      damping = max(less*damping, least*stiffness)
+      limit = min(far, limit*merge(fast_growth, growth, cannot_soften(interface, point)))
+      if (maxval(abs(point%s)) > far) return
+    end do
+  end subroutine creep
+
+  !> Whether all is open and broken and what is held drives every plane further apart: there is no rest.
+  pure function flies(interface, balance, point) result(yes)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! what is held
+    type(point_type), intent(in) :: point           !! the point
+    logical :: yes
+    real(wp) :: force(3)
+    integer :: k
+    yes = dead_and_open(point) .and. .not. any(balance%control%spring > 0.0_wp)
+    if (.not. yes) return
+    force = merge(balance%given, 0.0_wp, balance%control%traction)
+    do k = 1, interface%rie%pattern%n
+      yes = yes .and. dot_product(plane_normal(interface%rie%pattern, k), force) >= 0.0_wp
+    end do
+    yes = yes .and. any(abs(force) > 0.0_wp)
+  end function flies
+
+  !> Where all is open and dead and t_N alone is held, every larger opening is an equilibrium, too: go to the one with
+  !> the smallest |s_N|. Nothing is done elsewhere.
+  pure subroutine settle(interface, balance, point, updates)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations, the point at their start
+    type(point_type), intent(inout) :: point        !! an equilibrium -> that one
+    integer, intent(inout) :: updates               !! of the law
+    real(wp) :: edge(1), normal(3), r(1), scale, step
+    logical :: good
+    integer :: k
+    if (balance%n /= 1 .or. .not. balance%control%traction(1)) return
+    if (abs(point%tangent(1, 1) + balance%control%spring(1)) > 0.0_wp .or. abs(point%traction(1)) > 0.0_wp) return
+    ! where the last plane begins to touch
+    edge = 0.0_wp
+    do k = 1, interface%rie%pattern%n
+      normal = plane_normal(interface%rie%pattern, k)
+      edge = max(edge, -dot_product(normal(2:3), balance%given(2:3))/normal(1))
+    end do
+    step = spacing(max(edge(1), interface%rie%material%s0))
+    do
+      call evaluate(interface, balance, edge, point, r, scale, good)
+      updates = updates + 1
+      ! exact: every plane is dead and open
+      if (.not. good .or. .not. abs(point%traction(1)) > 0.0_wp) exit
+      edge = edge + step
+      step = 2.0_wp*step
+    end do
+  end subroutine settle
+
+end module snap_motion

@@ -1,0 +1,116 @@
+!> Fuzz run over the UMAT, the VUMATs and the C API: fuzz [SEED [CALLS]], or fuzz SEED 1 TARGET CASE for one case alone.
+!>
+!> No crash, no result that is not finite from input that is, nothing written beyond what the caller owns, every
+!> rejection with a message. Exit code 1 with the seed, the case and its input where something is wrong.
+program fuzz
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
+  use fuzz_c, only: try_c
+  use fuzz_umat, only: try_umat
+  use fuzz_vumat_double, only: try_double => try_vumat
+  use fuzz_vumat_single, only: try_single => try_vumat
+  implicit none
+
+  character(len=6), parameter :: targets(4) = ["umat  ", "vumat ", "single", "c     "]
+  !> Calls of the UMAT in the long run; shares of calls of the other targets, which take blocks of points.
+  integer(int64), parameter :: long_run = 10000000_int64
+  integer(int64), parameter :: shares(4) = [1_int64, 20_int64, 20_int64, 10_int64]
+  !> Complaints shown in full before the run ends, and cases between two looks at the clock.
+  integer, parameter :: most_shown = 5
+  integer(int64), parameter :: often = 2000_int64
+  integer(int64) :: number, seed, wanted
+  integer :: failed, passed, target
+
+  seed = argument(1, 1_int64)
+  wanted = argument(2, long_run)
+  ! rejected calls tell why on standard error: millions of lines
+  if (command_argument_count() < 4) open (unit=error_unit, file="/dev/null", action="write")
+  failed = 0
+  passed = 0
+  if (command_argument_count() == 4) then
+    number = argument(4, 0_int64)
+    target = int(argument(3, 1_int64))
+    call one_case(target, number, .true.)
+    passed = 1 - failed
+  else
+    do target = 1, size(targets)
+      call run(target, max(1_int64, wanted/shares(target)))
+    end do
+  end if
+  print "(i0, a, i0, a)", passed, " passed, ", failed, " failed"
+  if (failed > 0) stop 1
+
+contains
+
+  !> Whole number of the command line.
+  function argument(i, default) result(value)
+    integer, intent(in) :: i                 !! which
+    integer(int64), intent(in) :: default    !! where there is none
+    integer(int64) :: value
+    character(len=32) :: text
+    integer :: status
+    value = default
+    if (command_argument_count() < i) return
+    call get_command_argument(i, text)
+    read (text, *, iostat=status) value
+    if (status /= 0 .or. value < 0) stop "usage: fuzz [SEED [CALLS [TARGET CASE]]]: whole numbers from 0 on"
+  end function argument
+
+  !> All cases of a target.
+  subroutine run(target, wanted)
+    integer, intent(in) :: target            !! index of targets
+    integer(int64), intent(in) :: wanted     !! calls
+    integer(int64) :: done, rate, rejections, start, last, now
+    integer :: earlier
+    call system_clock(start, rate)
+    last = start
+    done = 0_int64
+    rejections = 0_int64
+    number = 0_int64
+    earlier = failed
+    do while (done < wanted .and. failed - earlier < most_shown)
+      call one_case(target, number, .false., done, rejections)
+      number = number + 1_int64
+      if (mod(number, often) /= 0_int64) cycle
+      call system_clock(now)
+      if (now - last < 10_int64*rate) cycle
+      last = now
+      print "(a, i0, a, i0, a, i0, a)", "fuzz " // trim(targets(target)) // ": ", done, " of ", wanted, " calls, ", &
+        rejections, " rejected"
+      flush (output_unit)
+    end do
+    print "(a, i0, a, i0, a, i0, a, i0)", "fuzz " // trim(targets(target)) // ", seed ", seed, ": ", number, &
+      " cases, ", done, " calls, rejected: ", rejections
+    if (failed == earlier) passed = passed + 1
+  end subroutine run
+
+  !> One case; a failure is told with what repeats it.
+  subroutine one_case(target, number, verbose, done, rejections)
+    integer, intent(in) :: target                             !! index of targets
+    integer(int64), intent(in) :: number                      !! case
+    logical, intent(in) :: verbose                            !! show the input in any case
+    integer(int64), intent(inout), optional :: done           !! calls so far
+    integer(int64), intent(inout), optional :: rejections     !! rejected calls so far
+    character(len=:), allocatable :: complaint, inputs
+    logical :: rejected
+    integer :: n
+    select case (target)
+    case (1)
+      call try_umat(seed, number, n, rejected, complaint, inputs)
+    case (2)
+      call try_double(seed, number, n, rejected, complaint, inputs)
+    case (3)
+      call try_single(seed, number, n, rejected, complaint, inputs)
+    case default
+      call try_c(seed, number, n, rejected, complaint, inputs)
+    end select
+    if (present(done)) done = done + int(n, int64)
+    if (present(rejections) .and. rejected) rejections = rejections + 1_int64
+    if (len(complaint) == 0 .and. .not. verbose) return
+    if (len(complaint) > 0) failed = failed + 1
+    print "(3a)", "fuzz " // trim(targets(target)), ": ", complaint
+    print "(a, i0, a, i0, a, i0)", "  again: fuzz ", seed, " 1 ", target, " ", number
+    print "(a)", inputs
+    flush (output_unit)
+  end subroutine one_case
+
+end program fuzz

@@ -1,0 +1,192 @@
+!> Fuzz of the C API: arrays of points of any number, one argument of which may be spoilt.
+module fuzz_c
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_c, only: asperity_nstatv, asperity_update, asperity_update_with
+  use asperity_checks, only: all_bounded, append, integer_text, to_text
+  use asperity_contract, only: p_tau_v, status_ok, status_time
+  use asperity_interface, only: interface_type, new_interface, separation_bound, state_status
+  use asperity_kinds, only: wp
+  use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
+  implicit none
+  private
+  public :: try_c
+
+  integer, parameter :: most_points = 200, most_message = 300
+  !> What holds the end of a message buffer.
+  character(kind=c_char), parameter :: fence = "#"
+
+contains
+
+  !> One case: what is wrong, empty if nothing is; and whether its last call was rejected.
+  subroutine try_c(seed, number, calls, rejected, complaint, inputs)
+    integer(int64), intent(in) :: seed, number                  !! of the run, of the case
+    integer, intent(out) :: calls                               !! of asperity_update or asperity_update_with
+    logical, intent(out) :: rejected                            !! whether the last call was
+    character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
+    character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
+    type(stream_type) :: stream
+    type(interface_type) :: interface
+    real(wp) :: props(most_props), dt, scale
+    real(wp), allocatable :: s(:, :), state(:, :), before(:, :), traction(:, :)
+    real(wp), allocatable, target :: s_old(:, :), tangent(:, :, :)
+    character(kind=c_char), target :: message(most_message + 1)
+    type(c_ptr) :: from, slope, text
+    integer(c_int) :: length, n, nprops, nstatv, status
+    integer :: i, increment, increments, j
+    logical :: good, guarded, spoil, timed
+
+    complaint = ""
+    inputs = ""
+    calls = 1
+    rejected = .false.
+    call start(stream, seed, number)
+    call draw_props(stream, props, i)
+    nprops = int(i, c_int)
+    call new_interface(props(:nprops), interface, i)
+    call pick(stream, merge(most_points, 4, mod(number, 4_int64) == 0_int64), i)
+    n = int(i - 1, c_int)
+    nstatv = asperity_nstatv(props, nprops, c_null_ptr, 0_c_int)
+    if (nstatv /= interface%n_statev) call append(complaint, "asperity_nstatv = " // integer_text(int(nstatv)))
+    call chance(stream, 0.1_wp, good)
+    if (good) nstatv = nstatv + 1_c_int
+    allocate (s(3, n), s_old(3, n), state(nstatv, n), before(nstatv, n), traction(3, n), tangent(3, 3, n))
+    s_old = 0.0_wp
+    state = 0.0_wp
+    call log_uniform(stream, -2.0_wp, 3.0_wp, scale)
+    scale = scale*separation_bound(interface)*1.0e-50_wp
+    call chance(stream, 0.5_wp, guarded)
+    call pick(stream, 3, increments)
+    call chance(stream, 0.4_wp, spoil)
+    do increment = 1, increments
+      do i = 1, n
+        do j = 1, 3
+          call uniform(stream, s(j, i))
+          s(j, i) = scale*(s(j, i) - 0.5_wp)
+        end do
+      end do
+      call log_uniform(stream, -6.0_wp, 6.0_wp, dt)
+      timed = props(p_tau_v) > 0.0_wp
+      if (.not. timed) call chance(stream, 0.5_wp, timed)
+      if (spoil .and. increment == increments) call spoil_input()
+      before = state
+      traction = 7.0_wp
+      call choose(c_loc(s_old), from)
+      call choose(c_loc(tangent), slope)
+      call choose(c_loc(message), text)
+      call pick(stream, most_message, i)
+      length = int(i, c_int)
+      message = fence
+      calls = increment
+      if (timed) then
+        status = asperity_update_with(props, nprops, dt, merge(1_c_int, 0_c_int, guarded), n, from, s, nstatv, state, &
+          traction, slope, text, length)
+      else
+        status = asperity_update(props, nprops, n, from, s, nstatv, state, traction, slope, text, length)
+      end if
+      call judge()
+      if (rejected .or. len(complaint) > 0) exit
+      s_old = s
+    end do
+    if (len(complaint) > 0) call describe()
+
+  contains
+
+    !> A pointer, or NULL every fourth time.
+    subroutine choose(given, chosen)
+      type(c_ptr), intent(in) :: given    !! pointer
+      type(c_ptr), intent(out) :: chosen  !! that, or NULL
+      call pick(stream, 4, i)
+      chosen = given
+      if (i == 1) chosen = c_null_ptr
+    end subroutine choose
+
+    !> Spoil one of the arguments.
+    subroutine spoil_input()
+      integer :: p, where_to
+      call pick(stream, 6, where_to)
+      if (n < 1) where_to = 1
+      call pick(stream, max(1, int(n)), p)
+      select case (where_to)
+      case (1)
+        call pick(stream, int(nprops), i)
+        call any_value(stream, props(i))
+      case (2)
+        call pick(stream, 3, i)
+        call any_value(stream, s(i, p))
+      case (3)
+        call pick(stream, int(nstatv), i)
+        call any_value(stream, state(i, p))
+      case (4)
+        call any_value(stream, dt)
+      case (5)
+        nprops = nprops - 1_c_int
+      case default
+        if (p > n/2) then
+          n = -n
+        else
+          nstatv = nstatv - 1_c_int
+          deallocate (state, before)
+          allocate (state(nstatv, n), before(nstatv, n))
+          state = 0.0_wp
+        end if
+      end select
+    end subroutine spoil_input
+
+    !> Whether the answer is one of the two that may be.
+    subroutine judge()
+      rejected = status /= status_ok
+      if (.not. all(message(length + 1:) == fence)) call append(complaint, "a message beyond its buffer")
+      if (rejected) then
+        if (.not. all(transfer(state, [0_int64]) == transfer(before, [0_int64]))) call append(complaint, &
+          "a rejected call wrote the state")
+        if (any(abs(traction - 7.0_wp) > 0.0_wp)) call append(complaint, "a rejected call wrote the traction")
+        if (.not. spoil .and. .not. (status == status_time .and. .not. timed)) call append(complaint, &
+          "admissible input was rejected with status " // integer_text(int(status)))
+        call check_message()
+      else
+        if (n < 1) return
+        if (.not. all_bounded(size(traction), traction, huge(1.0_wp))) call append(complaint, &
+          "a traction is not finite")
+        call new_interface(props(:nprops), interface, i)
+        do i = 1, n
+          if (state_status(interface, state(:, i)) == status_ok) cycle
+          call append(complaint, "its own state would be rejected")
+          exit
+        end do
+      end if
+    end subroutine judge
+
+    !> Every rejection says why, as far as the buffer goes; the buffer is closed.
+    subroutine check_message()
+      call choose(c_loc(message), text)
+      message = fence
+      if (timed) then
+        status = asperity_update_with(props, nprops, dt, 0_c_int, n, from, s, nstatv, state, traction, slope, &
+          c_loc(message), int(most_message, c_int))
+      else
+        status = asperity_update(props, nprops, n, from, s, nstatv, state, traction, slope, c_loc(message), &
+          int(most_message, c_int))
+      end if
+      do i = 1, most_message
+        if (message(i) == c_null_char) exit
+      end do
+      if (i > most_message) then
+        call append(complaint, "a message that is not closed")
+      else if (i < 10) then
+        call append(complaint, "a message of " // integer_text(i - 1) // " characters")
+      end if
+    end subroutine check_message
+
+    !> The last call in short.
+    subroutine describe()
+      call append(inputs, "increment " // integer_text(increment) // ", n " // integer_text(int(n)) // ", nstatv " // &
+        integer_text(int(nstatv)) // ", dt " // to_text(dt))
+      do i = 1, nprops
+        call append(inputs, "props[" // integer_text(i - 1) // "] " // to_text(props(i)))
+      end do
+    end subroutine describe
+
+  end subroutine try_c
+
+end module fuzz_c

@@ -1,0 +1,256 @@
+!> Fuzz of the UMAT: a short history of a point with admissible input, whose last call may be spoilt anywhere.
+module fuzz_umat
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_checks, only: all_bounded, append, integer_text, to_text
+  use asperity_contract, only: n_statev, p_dalpha, p_tau_v, status_ok, v_status
+  use asperity_host, only: explain_call, least_pnewdt, largest_pnewdt, rejected_pnewdt
+  use asperity_interface, only: interface_type, new_interface, separation_bound, state_status
+  use asperity_kinds, only: wp
+  use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
+  use host_routines, only: umat
+  implicit none
+  private
+  public :: try_umat
+
+  !> Entries beyond what the host owns, which must stay as they are, and what they hold.
+  integer, parameter :: margin = 4, most_ntens = 8, most_statev = 220
+  real(wp), parameter :: marker = -7.7e77_wp
+  integer(int64), parameter :: marker_bits = transfer(marker, 0_int64)
+
+contains
+
+  !> One case: what is wrong, empty if nothing is; and whether its last call was rejected.
+  subroutine try_umat(seed, number, calls, rejected, complaint, inputs)
+    integer(int64), intent(in) :: seed, number                  !! of the run, of the case
+    integer, intent(out) :: calls                               !! of the UMAT
+    logical, intent(out) :: rejected                            !! whether the last call was
+    character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
+    character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
+    type(stream_type) :: stream
+    type(interface_type) :: interface
+    character(len=80), parameter :: name = "FUZZ"
+    real(wp), dimension(most_ntens + margin) :: stran, dstran, stress
+    real(wp) :: props(most_props + margin), statev(most_statev + margin), ddsdde((most_ntens + margin)**2), &
+      before(most_statev + margin), energies(3), dtime, pnewdt, wanted, scale
+    character(len=:), allocatable :: message
+    integer :: i, increment, increments, nprops, nstatv, ntens, status
+    logical :: good, has_dtime, has_pnewdt, spoil
+
+    call start(stream, seed, number)
+    props = marker
+    call draw_props(stream, props(:most_props), nprops)
+    props(nprops + 1:) = marker
+    call new_interface(props(:nprops), interface, status)
+    complaint = ""
+    inputs = ""
+    calls = 0
+    rejected = .false.
+    if (status /= status_ok) then
+      complaint = "admissible PROPS are refused"
+      call describe()
+      return
+    end if
+    nstatv = interface%n_statev
+    call pick(stream, 3, i)
+    ntens = merge(6, i + 1, i == 3)
+    statev = marker
+    statev(:nstatv) = 0.0_wp
+    stran = marker
+    stran(:ntens) = 0.0_wp
+    dstran = marker
+    call log_uniform(stream, -2.0_wp, 3.0_wp, scale)
+    call chance(stream, 0.02_wp, good)
+    if (good) scale = 1.0e49_wp
+    scale = scale*separation_bound(interface)*1.0e-50_wp/interface%h
+    call pick(stream, 4, increments)
+    call chance(stream, 0.4_wp, spoil)
+    do increment = 1, increments
+      do i = 1, ntens
+        call uniform(stream, dstran(i))
+        dstran(i) = scale*(dstran(i) - 0.5_wp)
+      end do
+      call log_uniform(stream, -6.0_wp, 6.0_wp, dtime)
+      call chance(stream, 0.1_wp, good)
+      if (good) dtime = 0.0_wp
+      call chance(stream, 0.9_wp, has_dtime)
+      has_dtime = has_dtime .or. props(p_tau_v) > 0.0_wp
+      call chance(stream, 0.8_wp, has_pnewdt)
+      call pick(stream, 4, i)
+      pnewdt = real(i - 2, wp)   ! -1, 0, 1, 2
+      if (spoil .and. increment == increments) call spoil_input()
+      stress = marker
+      ddsdde = marker
+      energies = marker
+      before = statev
+      wanted = pnewdt
+      calls = calls + 1
+      call call_umat()
+      call judge()
+      if (rejected .or. len(complaint) > 0) exit
+      stran(:ntens) = stran(:ntens) + dstran(:ntens)
+    end do
+    if (len(complaint) > 0) call describe()
+
+  contains
+
+    !> Spoil one to three of the arguments.
+    subroutine spoil_input()
+      integer :: k, n, where_to
+      call pick(stream, 3, n)
+      do k = 1, n
+        call pick(stream, 9, where_to)
+        select case (where_to)
+        case (1, 2)
+          call pick(stream, nprops, i)
+          call any_value(stream, props(i))
+        case (3)
+          call pick(stream, max(ntens, 1), i)
+          call any_value(stream, stran(i))
+        case (4)
+          call pick(stream, max(ntens, 1), i)
+          call any_value(stream, dstran(i))
+        case (5, 6)
+          call pick(stream, max(nstatv, 1), i)
+          call any_value(stream, statev(i))
+        case (7)
+          call any_value(stream, dtime)
+          call chance(stream, 0.5_wp, has_dtime)
+        case (8)
+          call pick(stream, 3, i)
+          nprops = min(max(nprops + i - 2, 0), most_props)
+          call pick(stream, 3, i)
+          nstatv = min(max(nstatv + i - 2, 0), most_statev)
+        case default
+          call pick(stream, most_ntens + 1, i)
+          ntens = i - 1
+          where (transfer(stran, [0_int64]) == marker_bits) stran = 0.0_wp
+          where (transfer(dstran, [0_int64]) == marker_bits) dstran = 0.0_wp
+        end select
+      end do
+    end subroutine spoil_input
+
+    !> The call, arguments left out as the case says.
+    subroutine call_umat()
+      if (has_dtime .and. has_pnewdt) then
+        call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), stran=stran, dstran=dstran, &
+          dtime=dtime, cmname=name, ndi=1, nshr=2, ntens=ntens, nstatv=nstatv, props=props, nprops=nprops, &
+          pnewdt=pnewdt)
+      else if (has_dtime) then
+        call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), stran=stran, dstran=dstran, &
+          dtime=dtime, cmname=name, ndi=1, nshr=2, ntens=ntens, nstatv=nstatv, props=props, nprops=nprops)
+      else if (has_pnewdt) then
+        call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), stran=stran, dstran=dstran, &
+          cmname=name, ndi=1, nshr=2, ntens=ntens, nstatv=nstatv, props=props, nprops=nprops, pnewdt=pnewdt)
+      else
+        call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), stran=stran, dstran=dstran, &
+          cmname=name, ndi=1, nshr=2, ntens=ntens, nstatv=nstatv, props=props, nprops=nprops)
+      end if
+    end subroutine call_umat
+
+    !> Whether the answer is one of the two that may be.
+    subroutine judge()
+      rejected = .true.
+      if (ntens > 0) rejected = any(is_nan(stress(:ntens)))
+      allocate (character(len=0) :: message)
+      ! an explanation takes longer than the call: of those that were accepted some
+      if (rejected .or. mod(number, 16_int64) == 0_int64) then
+        if (has_dtime) then
+          call explain_call(nprops, props(:nprops), ntens, stran(:ntens), dstran(:ntens), nstatv, &
+            before(:nstatv), message, dtime)
+        else
+          call explain_call(nprops, props(:nprops), ntens, stran(:ntens), dstran(:ntens), nstatv, &
+            before(:nstatv), message)
+        end if
+        if (rejected .neqv. len(message) > 0) call blame("answer and explanation disagree: " // message)
+      end if
+      if (.not. same(stress(ntens + 1:)) .or. .not. same(ddsdde(ntens**2 + 1:)) .or. &
+        .not. same(statev(max(nstatv, 0) + 1:), before(max(nstatv, 0) + 1:))) call blame("wrote beyond its arguments")
+      if (rejected) then
+        if (.not. same(statev, before)) call blame("a rejected call wrote STATEV")
+        if (.not. all(is_nan(stress(:ntens))) .or. .not. all(is_nan(ddsdde(:ntens**2)))) call blame( &
+          "a rejected call left stress or tangent")
+        if (index(message, ": expected ") == 0) call blame("a message without what was expected: " // message)
+        if (wanted > 0.0_wp) then
+          wanted = min(wanted, rejected_pnewdt)
+        else
+          wanted = rejected_pnewdt
+        end if
+        if (has_pnewdt .and. .not. same([pnewdt], [wanted])) call blame("PNEWDT = " // to_text(pnewdt))
+      else
+        if (any(transfer([stress(:ntens), ddsdde(:ntens**2), energies], [0_int64]) == marker_bits)) call blame( &
+          "something is left undefined")
+        if (.not. all_bounded(ntens, stress, huge(1.0_wp))) call blame("a stress is not finite")
+        if (.not. all_bounded(ntens**2, ddsdde, huge(1.0_wp))) call blame("a tangent is not finite")
+        if (.not. all_bounded(3, energies, huge(1.0_wp))) call blame("an energy is not finite")
+        call new_interface(props(:nprops), interface, status)
+        if (state_status(interface, statev(:nstatv)) /= status_ok) then
+          call blame("its own STATEV would be rejected")
+        else if (abs(statev(v_status) - 1.0_wp) > 0.0_wp) then
+          call blame("the status is not 1")
+        end if
+        good = .not. has_pnewdt .or. same([pnewdt], [wanted])
+        if (.not. good .and. props(min(p_dalpha, nprops)) > 0.0_wp) good = pnewdt <= largest_pnewdt .and. &
+          pnewdt >= least_pnewdt
+        if (.not. good) call blame("PNEWDT = " // to_text(pnewdt))
+      end if
+      deallocate (message)
+    end subroutine judge
+
+    !> Add to the complaint.
+    subroutine blame(text)
+      character(len=*), intent(in) :: text   !! what is wrong
+      call append(complaint, text)
+    end subroutine blame
+
+    !> All that the last call was given, in full.
+    subroutine describe()
+      call append(inputs, "increment " // integer_text(increment) // ", NTENS " // integer_text(ntens) // &
+        ", NPROPS " // integer_text(nprops) // ", NSTATV " // integer_text(nstatv))
+      call append(inputs, "PROPS" // list(props(:nprops)))
+      call append(inputs, "STRAN" // list(stran(:ntens)))
+      call append(inputs, "DSTRAN" // list(dstran(:ntens)))
+      call append(inputs, "STATEV" // list(before(:nstatv)))
+      if (has_dtime) call append(inputs, "DTIME" // list([dtime]))
+      call append(inputs, "out: STRESS" // list(stress(:ntens)))
+      call append(inputs, "out: DDSDDE" // list(ddsdde(:ntens**2)))
+      call append(inputs, "out: STATEV" // list(statev(:nstatv)))
+      call append(inputs, "out: SSE, SPD, SCD" // list(energies))
+    end subroutine describe
+
+  end subroutine try_umat
+
+  !> Numbers in a line.
+  function list(x) result(text)
+    real(wp), intent(in) :: x(:)   !! any bits
+    character(len=:), allocatable :: text
+    integer :: i
+    text = ""
+    do i = 1, size(x)
+      text = text // " " // to_text(x(i))
+    end do
+  end function list
+
+  !> Whether the bits are those of other numbers, or of the marker.
+  pure function same(x, y) result(yes)
+    real(wp), intent(in) :: x(:)             !! any bits
+    real(wp), intent(in), optional :: y(:)   !! any bits, absent: the marker
+    logical :: yes
+    integer :: i
+    yes = .true.
+    do i = 1, size(x)
+      if (present(y)) then
+        yes = yes .and. transfer(x(i), 0_int64) == transfer(y(i), 0_int64)
+      else
+        yes = yes .and. transfer(x(i), 0_int64) == marker_bits
+      end if
+    end do
+  end function same
+
+  !> Whether the bits are those of a NaN.
+  elemental function is_nan(x) result(yes)
+    real(wp), intent(in) :: x   !! any bits
+    logical :: yes
+    yes = iand(transfer(x, 0_int64), huge(0_int64)) > int(z"7FF0000000000000", int64)
+  end function is_nan
+
+end module fuzz_umat

@@ -1,0 +1,192 @@
+!> Soak run of the mixed solver: drawn interfaces, loads and increments, each by Newton's method alone, with halved
+!> increments, and by the full solver; what is solved, at which cost, and whether what is not solved has no equilibrium.
+program solver_soak
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
+  use asperity_checks, only: integer_text
+  use asperity_kinds, only: wp
+  use mixed_control, only: full_solver
+  use solver_sample, only: describe, draw_sample, outcome_type, run_sample, sample_type
+  implicit none
+
+  integer, parameter :: n_methods = 3
+  character(len=*), parameter :: names(n_methods) = [character(len=14) :: "plain Newton", "halved Newton", &
+    "full solver"]
+  !> Complaints that are printed; seconds between two progress lines.
+  integer, parameter :: most_complaints = 50
+  real(wp), parameter :: period = 1.0_wp
+  !> Sums over the samples, by method.
+  type :: sum_type
+    integer(int64) :: completed = 0, proven = 0, increments = 0, all_increments = 0, updates = 0, snaps = 0, &
+      missed = 0, wrong = 0, unexplained = 0
+    integer :: most_updates = 0
+  end type sum_type
+  type(sum_type) :: total(n_methods)
+  type(sample_type) :: sample
+  type(outcome_type) :: outcome(n_methods)
+  integer(int64) :: now, rate, seed, shown, started
+  integer :: complaints, failed, i, method, samples
+  logical :: quiet
+  integer, parameter :: longest_path = 1000
+  character(len=longest_path) :: csv
+
+  call read_options()
+  call system_clock(started, rate)
+  shown = started
+  complaints = 0
+  do i = 1, samples
+    call draw_sample(seed, sample)
+    do method = 1, n_methods
+      call run_sample(sample, method, outcome(method))
+    end do
+    do method = 1, n_methods
+      call add(total(method), outcome(method), method, outcome(full_solver)%snaps)
+    end do
+    if (outcome(full_solver)%wrong .or. len_trim(outcome(full_solver)%why) > 0) then
+      complaints = complaints + 1
+      if (complaints <= most_complaints) then
+        call end_progress()
+        write (error_unit, "(a)") "solver_soak: sample " // integer_text(i) // ": " // describe(sample) // ": " // &
+          trim(outcome(full_solver)%why)
+      end if
+    end if
+    call show_progress()
+  end do
+  call end_progress()
+  call write_table(output_unit, "    ")
+  if (len_trim(csv) > 0) call write_csv()
+  failed = int(min(int(samples, int64), total(full_solver)%wrong + total(full_solver)%unexplained))
+  if (failed > 0) write (error_unit, "(a)") &
+    "solver_soak: FAILED: rows that are no equilibrium, or losses that are not explained"
+  ! a sample is a test
+  write (output_unit, "(i0, a, i0, a)") samples - failed, " passed, ", failed, " failed"
+  if (failed > 0) stop 1
+
+contains
+
+  !> Options of the command.
+  subroutine read_options()
+    character(len=*), parameter :: usage = "usage: solver_soak [--samples N] [--seed S] [--csv FILE] [--quiet]"
+    integer, parameter :: longest = 1000
+    character(len=longest) :: argument
+    integer :: a, status
+    samples = 10000
+    seed = 1_int64
+    quiet = .false.
+    csv = ""
+    a = 1
+    do while (a <= command_argument_count())
+      call get_command_argument(a, argument)
+      status = 0
+      select case (argument)
+      case ("--help")
+        write (output_unit, "(a)") usage
+        stop
+      case ("--quiet")
+        quiet = .true.
+      case ("--samples")
+        a = a + 1
+        call get_command_argument(a, argument)
+        read (argument, *, iostat=status) samples
+      case ("--seed")
+        a = a + 1
+        call get_command_argument(a, argument)
+        read (argument, *, iostat=status) seed
+      case ("--csv")
+        a = a + 1
+        call get_command_argument(a, argument)
+        csv = argument
+      case default
+        status = 1
+      end select
+      if (status /= 0 .or. samples < 1 .or. seed < 1_int64 .or. seed > 2147483646_int64) then
+        write (error_unit, "(a)") "solver_soak: " // trim(argument) // ": " // usage // &
+          ", N >= 1 (10000), S from 1 to 2147483646 (1)"
+        stop 1
+      end if
+      a = a + 1
+    end do
+  end subroutine read_options
+
+  !> Count an outcome.
+  subroutine add(sums, one, by, folds)
+    type(sum_type), intent(inout) :: sums      !! of a method
+    type(outcome_type), intent(in) :: one      !! of a sample
+    integer, intent(in) :: by                  !! the method
+    integer, intent(in) :: folds               !! snaps that the full solver met
+    sums%completed = sums%completed + merge(1, 0, one%completed)
+    sums%proven = sums%proven + merge(1, 0, one%proven)
+    sums%increments = sums%increments + one%increments
+    sums%all_increments = sums%all_increments + one%all_increments
+    sums%updates = sums%updates + one%updates
+    sums%snaps = sums%snaps + one%snaps
+    sums%missed = sums%missed + merge(1, 0, by /= full_solver .and. one%completed .and. folds > 0)
+    sums%wrong = sums%wrong + merge(1, 0, one%wrong)
+    sums%unexplained = sums%unexplained + merge(1, 0, by == full_solver .and. .not. (one%completed .or. one%proven))
+    sums%most_updates = max(sums%most_updates, one%most_updates)
+  end subroutine add
+
+  !> Progress on standard error.
+  subroutine show_progress()
+    if (quiet) return
+    call system_clock(now)
+    if (real(now - shown, wp) < period*real(rate, wp)) return
+    shown = now
+    write (error_unit, "(a)", advance="no") achar(13) // "solver_soak: " // integer_text(i) // " of " // &
+      integer_text(samples) // " samples, " // integer_text(int((now - started)/rate)) // " s"
+    flush (error_unit)
+  end subroutine show_progress
+
+  !> End the progress line, if there is one.
+  subroutine end_progress()
+    if (.not. quiet .and. shown > started) write (error_unit, "(a)") ""
+  end subroutine end_progress
+
+  !> What came out, for people.
+  subroutine write_table(unit, indent)
+    integer, intent(in) :: unit                !! connected
+    character(len=*), intent(in) :: indent     !! before the lines
+    integer :: k
+    write (unit, "(a, i0, a)") "solver_soak: ", samples, " samples"
+    write (unit, "(a, a14, 7a14)") indent, "", "paths done", "proven lost", "increments", "updates/incr", &
+      "most updates", "snaps", "folds missed"
+    do k = 1, n_methods
+      associate (s => total(k))
+        write (unit, "(a, a14, 2(f13.3, 1x), f13.3, 1x, f14.3, 3i14)") indent, names(k), percent(s%completed), &
+          percent(s%proven), 100.0_wp*real(s%increments, wp)/real(s%all_increments, wp), &
+          real(s%updates, wp)/real(max(s%increments, 1_int64), wp), s%most_updates, s%snaps, s%missed
+      end associate
+    end do
+    write (unit, "(2a, 2(a, i0))") indent, "(per cent of the samples, of the increments); full solver: ", &
+      "rows that are no equilibrium ", total(full_solver)%wrong, ", losses not explained ", &
+      total(full_solver)%unexplained
+  end subroutine write_table
+
+  !> Share of the samples.
+  pure function percent(n) result(share)
+    integer(int64), intent(in) :: n   !! samples
+    real(wp) :: share
+    share = 100.0_wp*real(n, wp)/real(samples, wp)
+  end function percent
+
+  !> What came out, for programs.
+  subroutine write_csv()
+    integer, parameter :: longest = 200
+    character(len=longest) :: reason
+    integer :: k, status, unit
+    open (newunit=unit, file=trim(csv), status="replace", action="write", iostat=status, iomsg=reason)
+    if (status /= 0) then
+      write (error_unit, "(a)") "solver_soak: " // trim(csv) // ": " // trim(reason)
+      stop 1
+    end if
+    write (unit, "(a)") "method,samples,completed,proven_lost,unexplained,wrong,increments,all_increments,updates," // &
+      "most_updates_of_an_increment,snaps,folds_missed"
+    do k = 1, n_methods
+      associate (s => total(k))
+        write (unit, "(a, 11(',', i0))") trim(names(k)), samples, s%completed, s%proven, s%unexplained, s%wrong, &
+          s%increments, s%all_increments, s%updates, s%most_updates, s%snaps, s%missed
+      end associate
+    end do
+    close (unit)
+  end subroutine write_csv
+
+end program solver_soak

@@ -1,0 +1,138 @@
+/* Eight threads against one, bit for bit: threads [POINTS]. UMAT, VUMAT and C API, viscous damage and cut requests on.
+ *
+ * Points are taken through a random increment after another in rounds, first by one thread, then by all. */
+#define _POSIX_C_SOURCE 200809L
+#include <pthread.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "asperity.h"
+
+enum { THREADS = 8, ROUND = 40000, STEPS = 3, NSTATV = 24, NPROPS = 19, ENTRIES = 3, BLOCK = 137 };
+/* Table 2 of the paper, RP-4, 30 degrees, turned; tau_v = 0.5, dalpha = 0.05 */
+static const double props[NPROPS] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0, 1.0 / 3.0, 10.0, 1.0, 0.0,
+                                     0.0, 0.0, 0.5, 0.05, 0.0, 1.0, 0.0, 0.0, 0.0};
+static const double dt = 0.1;
+static const char *const names[ENTRIES] = {"umat", "vumat", "asperity_update_with"};
+
+/* What comes out for every point; the stress of a VUMAT has its own order. */
+typedef struct {
+  double state[NSTATV][ROUND]; /* as a VUMAT has it */
+  double rows[ROUND][NSTATV];  /* as a UMAT has it */
+  double stress[ROUND][3], tangent[ROUND][9], pnewdt[ROUND];
+} result_type;
+
+static double strain[STEPS][ROUND][3];
+static result_type serial, parallel;
+
+/* Points first..last - 1 by one of the entries. */
+typedef struct {
+  int entry, first, last;
+  result_type *out;
+} work_type;
+
+/* xorshift64: a number from -1 to 1. */
+static double draw(uint64_t *x) {
+  *x ^= *x << 13;
+  *x ^= *x >> 7;
+  *x ^= *x << 17;
+  return (double)(*x >> 11) * 0x1p-52 - 1.0;
+}
+
+static void by_umat(int p, result_type *out) {
+  double from[3] = {0}, sse, spd, scd;
+  const int ndi = 1, nshr = 2, ntens = 3, nstatv = NSTATV, nprops = NPROPS;
+  memset(out->rows[p], 0, sizeof out->rows[p]);
+  for (int step = 0; step < STEPS; step++) {
+    out->pnewdt[p] = 1.0;
+    umat_(out->stress[p], out->rows[p], out->tangent[p], &sse, &spd, &scd, NULL, NULL, NULL, NULL, from,
+          strain[step][p], NULL, &dt, NULL, NULL, NULL, NULL, "A", &ndi, &nshr, &ntens, &nstatv, props, &nprops, NULL,
+          NULL, &out->pnewdt[p], NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL);
+    for (int i = 0; i < 3; i++) from[i] += strain[step][p][i];
+  }
+}
+
+static void by_vumat(int first, int last, result_type *out) {
+  const double zero[9 * BLOCK] = {0};
+  const int nblock = last - first, ndir = 1, nshr = 2, nstatev = NSTATV, nfieldv = 0, nprops = NPROPS, lanneal = 0;
+  const double total = 1.0;
+  double state_old[NSTATV * BLOCK] = {0}, state_new[NSTATV * BLOCK], inc[3 * BLOCK], s_new[3 * BLOCK], e[2][BLOCK];
+  for (int step = 0; step < STEPS; step++) {
+    for (int i = 0; i < 3; i++)
+      for (int p = 0; p < nblock; p++) inc[i * nblock + p] = strain[step][first + p][i];
+    vumat_(&nblock, &ndir, &nshr, &nstatev, &nfieldv, &nprops, &lanneal, &total, &total, &dt, "A", zero, zero, props,
+           zero, inc, zero, zero, zero, zero, zero, zero, state_old, zero, zero, zero, zero, zero, zero, s_new,
+           state_new, e[0], e[1]);
+    memcpy(state_old, state_new, sizeof state_old);
+  }
+  for (int j = 0; j < NSTATV; j++)
+    for (int p = 0; p < nblock; p++) out->state[j][first + p] = state_new[j * nblock + p];
+  for (int i = 0; i < 3; i++)
+    for (int p = 0; p < nblock; p++) out->stress[first + p][i] = s_new[i * nblock + p];
+}
+
+static void by_points(int first, int last, result_type *out) {
+  memset(out->rows[first], 0, sizeof out->rows[0] * (size_t)(last - first));
+  for (int step = 0; step < STEPS; step++)
+    asperity_update_with(props, NPROPS, dt, 0, last - first, NULL, strain[step][first], NSTATV, out->rows[first],
+                         out->stress[first], out->tangent[first], NULL, 0);
+}
+
+static void *work(void *argument) {
+  const work_type *w = argument;
+  if (w->entry == 2) by_points(w->first, w->last, w->out);
+  for (int p = w->first; p < w->last && w->entry < 2; p += w->entry == 0 ? 1 : BLOCK) {
+    int end = p + BLOCK < w->last ? p + BLOCK : w->last;
+    if (w->entry == 0)
+      by_umat(p, w->out);
+    else
+      by_vumat(p, end, w->out);
+  }
+  return NULL;
+}
+
+int main(int argc, char **argv) {
+  const long wanted = argc > 1 ? atol(argv[1]) : 10000000;
+  uint64_t seed = 20150917;
+  long differences = 0, done[ENTRIES] = {0};
+  int failed = 0;
+  time_t last = time(NULL);
+  for (int entry = 0; entry < ENTRIES; entry++) {
+    long before = differences;
+    while (done[entry] < wanted) {
+      for (int step = 0; step < STEPS; step++)
+        for (int p = 0; p < ROUND; p++)
+          for (int i = 0; i < 3; i++) strain[step][p][i] = 0.15 * draw(&seed);
+      memset(&serial, 0, sizeof serial);
+      memset(&parallel, 0, sizeof parallel);
+      work_type alone = {entry, 0, ROUND, &serial}, share[THREADS];
+      pthread_t thread[THREADS];
+      work(&alone);
+      for (int k = 0; k < THREADS; k++) {
+        share[k] = (work_type){entry, (int)((long)ROUND * k / THREADS), (int)((long)ROUND * (k + 1) / THREADS), &parallel};
+        if (pthread_create(&thread[k], NULL, work, &share[k]) != 0) {
+          puts("threads: a thread could not be started");
+          return 1;
+        }
+      }
+      for (int k = 0; k < THREADS; k++) pthread_join(thread[k], NULL);
+      differences += memcmp(&serial, &parallel, sizeof serial) != 0;
+      done[entry] += ROUND;
+      if (time(NULL) - last >= 10) {
+        last = time(NULL);
+        printf("threads %s: %ld of %ld points\n", names[entry], done[entry], wanted);
+        fflush(stdout);
+      }
+    }
+    double damaged = 0.0;
+    for (int p = 0; p < ROUND; p++) damaged += entry == 1 ? serial.state[0][p] : serial.rows[p][0];
+    printf("threads %s: %ld points by %d threads, mean damage %.3f, rounds that differ from one thread: %ld\n",
+           names[entry], done[entry], THREADS, damaged / ROUND, differences - before);
+    failed += differences > before || !(damaged > 0.1 * ROUND && damaged < 0.95 * ROUND);
+  }
+  printf("%d passed, %d failed\n", ENTRIES - failed, failed);
+  return failed != 0;
+}

@@ -1,0 +1,135 @@
+"""What a model should respect that uses an interface: locking, soft contact, snap-back, mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import contract
+from .material import Material
+from .pattern import Pattern
+
+SMALL_CLOSURE = 0.1
+"""Closure of the facing planes under a normal traction, as a share of s_f, above which a warning is given."""
+
+FEWEST_ELEMENTS = 3
+"""Elements in the cohesive zone below which the softening is not resolved (Turon et al. 2007, Section 3)."""
+
+
+@dataclass(frozen=True)
+class Remark:
+    """A sentence with its numbers, and whether the model is fine in this respect."""
+
+    text: str
+    good: bool
+
+
+def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float, float]:
+    """Closure of a plane that carries sigma_N (< 0, stress) alone, as a share of s_f, and its weight gamma.
+
+    The plane is the inclined one of the least weight; the flat one if there is no other.
+    """
+    inclined = _slopes(pattern) > 0.0
+    gamma = float(pattern.weights[inclined].min() if inclined.any() else pattern.weights.min())
+    kc = material.kc or contract.default("kc")
+    return -sigma_N * (1.0 - material.eta) / (gamma * material.sigma0 * kc), gamma
+
+
+def remarks(
+    material: Material,
+    pattern: Pattern,
+    stress: float | None = None,
+    modulus: float | None = None,
+    size: float | None = None,
+) -> list[Remark]:
+    """What there is to say of an interface in a model.
+
+    stress: largest compression it carries, sigma_N < 0.  modulus: Young's modulus E of the solid beside it,
+    stress; size: length L of its elements, length; these two go together.  Raises ValueError for values out
+    of range.
+    """
+    if stress is not None and not (np.isfinite(stress) and stress < 0.0):
+        raise ValueError(f"stress = {stress:g}: expected the normal traction in compression, < 0")
+    if (modulus is None) != (size is None):
+        raise ValueError("modulus and size: expected both or none")
+    for name, value in (("modulus", modulus), ("size", size)):
+        if value is not None and not (np.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} = {value:g}: expected > 0")
+    found = [_locking(material, pattern)]
+    if stress is not None:
+        found.append(_contact(material, pattern, stress))
+    if modulus is not None and size is not None:
+        found += [_snap_back(material, modulus, size), _zone(material, modulus, size)]
+        found.append(_compliance(material, modulus, size))
+    return [remark for remark in found if remark is not None]
+
+
+def _slopes(pattern: Pattern) -> contract.Floats:
+    """Tangent of the inclination of every plane."""
+    normals = pattern.normals
+    return np.hypot(normals[:, 1], normals[:, 2]) / normals[:, 0]
+
+
+def _locking(material: Material, pattern: Pattern) -> Remark | None:
+    """A dead interface slides up a plane at (mu + tan theta)/(1 - mu tan theta) of the normal traction."""
+    steepest = float(_slopes(pattern).max())
+    if steepest == 0.0:
+        return None
+    product = material.mu * steepest
+    if product >= 1.0:
+        text = (
+            f"mu tan(theta) = {product:.3g}: expected < 1 for the steepest plane, beyond it the interface "
+            "locks where it slides up this plane"
+        )
+        return Remark(text, good=False)
+    strength = (material.mu + steepest) / (1.0 - product)
+    text = f"mu tan(theta) = {product:.3g} < 1: the residual strength up the steepest plane is {strength:.3g}"
+    return Remark(f"{text} times the normal traction", good=True)
+
+
+def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:
+    """The contact is as soft as the bond."""
+    share, gamma = closure(material, pattern, stress)
+    text = (
+        f"sigma_N = {stress:g} closes a plane that carries it alone by {share:.2g} s_f "
+        f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g})"
+    )
+    if share > SMALL_CLOSURE:
+        return Remark(f"{text}: expected at most {SMALL_CLOSURE:g} s_f, raise kc", good=False)
+    return Remark(text, good=True)
+
+
+def _snap_back(material: Material, modulus: float, size: float) -> Remark:
+    """In series with an element the joint unloads it: the slopes compare as sigma0/(s_f - s0) and E/L."""
+    limit = 2.0 * material.eta * _zone_length(material, modulus)
+    text = f"element size {size:g}, limit 2 eta E Gc/sigma0^2 = {limit:.4g} in mode I"
+    if size >= limit:
+        return Remark(
+            f"{text}: expected a smaller size, beyond the limit the joint snaps back (it softens faster, "
+            "sigma0/(s_f - s0), than the element beside it unloads, E/L)",
+            good=False,
+        )
+    return Remark(f"{text}: the joint does not snap back in front of one element", good=True)
+
+
+def _zone(material: Material, modulus: float, size: float) -> Remark:
+    """Elements in the cohesive zone, whose length is that of Hillerborg et al. (1976)."""
+    length = _zone_length(material, modulus)
+    text = f"cohesive zone E Gc/sigma0^2 = {length:.4g}, {length / size:.3g} elements long"
+    if length < FEWEST_ELEMENTS * size:
+        return Remark(f"{text}: expected at least {FEWEST_ELEMENTS}, better 5", good=False)
+    return Remark(text, good=True)
+
+
+def _compliance(material: Material, modulus: float, size: float) -> Remark:
+    """Elastic opening of the unbroken joint beside that of an element."""
+    share = modulus * (1.0 - material.eta) * 2.0 * material.Gc / (material.sigma0**2 * size)
+    return Remark(
+        f"unbroken, the joint opens by {share:.3g} times the stretch of an element: E/(K L)", good=True
+    )
+
+
+def _zone_length(material: Material, modulus: float) -> float:
+    """Length E Gc/sigma0^2."""
+    return modulus * material.Gc / material.sigma0**2

@@ -1,0 +1,42 @@
+! Many confined slip tests in one call, in the shape f2py reads (see asperity_f2py.f90): what charts need of each row.
+
+!> Curves of confined slip tests, one for each pair of direction and normal traction; the slips are shared.
+!>
+!> The arguments are checked by the caller, finite and within the bound of the separation.
+subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, n, slips, preload, rows, n_done, &
+                                 iterations)
+  use asperity_contract, only: status_ok, v_damage, v_work
+  use asperity_interface, only: interface_type, new_interface
+  use mixed_control, only: confined_slip
+  implicit none
+  integer, intent(in) :: nprops                               !! number of constants
+  double precision, intent(in) :: props(nprops)               !! admissible PROPS
+  integer, intent(in) :: n_curves                             !! number of curves
+  double precision, intent(in) :: direction(n_curves)         !! from Tx towards Ty, degrees
+  double precision, intent(in) :: sigma_n(n_curves)           !! normal traction that is held, stress
+  integer, intent(in) :: n                                    !! slips of a curve
+  double precision, intent(in) :: slips(n)                    !! slips in their order, length
+  integer, intent(in) :: preload                              !! increments of the preload, >= 1
+  double precision, intent(inout) :: rows(6, n, n_curves)     !! s_N, t_N, t_Tx, t_Ty, damage, work; 0 beyond n_done
+  integer, intent(out) :: n_done(n_curves)                    !! rows that converged, -1: the preload did not
+  integer, intent(out) :: iterations(n_curves)                !! Newton iterations of these rows
+  !f2py threadsafe
+  type(interface_type) :: interface
+  double precision, allocatable :: separation(:, :), traction(:, :), state(:, :)
+  integer, allocatable :: used(:)
+  integer :: i, status
+  n_done = -1
+  iterations = 0
+  rows = 0.0d0
+  call new_interface(props, interface, status)
+  if (status /= status_ok) return
+  allocate (separation(3, n), traction(3, n), state(interface%n_statev, n), used(n))
+  do i = 1, n_curves
+    call confined_slip(interface, direction(i), slips, sigma_n(i), preload, separation, traction, state, used, n_done(i))
+    rows(1, :, i) = separation(1, :)
+    rows(2:4, :, i) = traction
+    rows(5, :, i) = state(v_damage, :)
+    rows(6, :, i) = state(v_work, :)
+    iterations(i) = sum(used)
+  end do
+end subroutine interface_slip_curves

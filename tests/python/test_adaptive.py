@@ -1,0 +1,178 @@
+"""Adaptive increments in driver and Python: errors against dense runs, rows no denser than needed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import asperity
+import numpy as np
+import pytest
+from test_driver import MATERIAL, RP_4, S_0, driver, run  # noqa: F401  (fixtures)
+
+pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+
+SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
+S_F = 2 * GC / SIGMA0
+
+# The estimate is one of a parabola through three points: a hidden transient may be worse by this factor.
+ESTIMATE = 1.5
+
+
+def scene(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
+    """Random interface, direction, turning points and normal traction."""
+    rng = np.random.default_rng(seed)
+    eta, mu, kc = rng.uniform(0.5, 0.95), rng.uniform(0.0, 0.8), float(rng.choice([1, 10]))
+    material = asperity.Material(SIGMA0, GC, eta, mu, kc=kc)
+    sides = int(rng.choice([2, 3, 4, 5, 8]))
+    pattern = asperity.Pattern.regular(sides, rng.uniform(5, 40), rng.uniform(0, 0.6), rng.uniform(0, 90))
+    turns = [0.3] if seed % 2 else [0.25, -0.2, 0.3]
+    interface = asperity.Interface(material, pattern)
+    return interface, rng.uniform(0, 360), turns, -float(rng.choice([0.0, 0.5, 2.0, 8.0]))
+
+
+def travelled(history: asperity.History, direction: float) -> np.ndarray:
+    """Slip path length at every row."""
+    e = [np.cos(np.radians(direction)), np.sin(np.radians(direction))]
+    return np.cumsum(np.abs(np.diff(history.separation[:, 1:] @ e, prepend=0.0)))
+
+
+def dense(
+    interface: asperity.Interface, direction: float, turns: list[float], sigma_N: float
+) -> asperity.History:
+    """The same path in 4000 increments from turn to turn, 1000 in the preload."""
+    ways = [np.linspace(a, b, 4001)[1:] for a, b in zip([0.0, *turns], turns, strict=False)]
+    return interface.confined_slip(direction, np.concatenate(ways), sigma_N, preload=1000)
+
+
+def curve_error(
+    rows: asperity.History, reference: asperity.History, direction: float, every: int = 1
+) -> float:
+    """Largest distance of straight lines between rows from the reference, as a tolerance counts it."""
+    x, x_reference = travelled(rows, direction)[every - 1 :: every], travelled(reference, direction)
+    inside = x_reference >= x[0]
+    errors = []
+    for values, exact, scale in (
+        (rows.traction, reference.traction, SIGMA0),
+        (rows.separation[:, :1], reference.separation[:, :1], S_F),
+    ):
+        largest = max(scale, np.linalg.norm(exact, axis=1).max())
+        for column, true in zip(values.T, exact.T, strict=True):
+            line = np.interp(x_reference[inside], x, column[every - 1 :: every])
+            errors.append(np.abs(line - true[inside]).max() / largest)
+    return max(errors)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
+    """Lines between the rows and the energies are within the tolerance; without the middles they are not."""
+    interface, direction, turns, sigma_N = scene(seed)
+    reference = dense(interface, direction, turns, sigma_N)
+    names = asperity.contract.statev_names(interface.n_planes)
+    for tolerance in (1e-2, 1e-3):
+        rows = interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
+        assert curve_error(rows, reference, direction) < ESTIMATE * tolerance
+        work = reference.state[-1, names.index("work")]
+        for name in ("stored", "rupture", "friction", "work"):
+            error = abs(rows.state[-1, names.index(name)] - reference.state[-1, names.index(name)])
+            assert error < tolerance * work, name
+    assert curve_error(rows, reference, direction, every=2) > tolerance
+
+
+@pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])
+def test_fracture_energy_of_rp_4(direction: float, converged: float):
+    """The converged area to 1e-4 in at most 60 rows."""
+    interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(4, 30.0))
+    history = interface.confined_slip(direction, [0.25], 0.0, tolerance=1e-3)
+    assert len(history.damage) <= 60
+    work = asperity.contract.statev_names(interface.n_planes).index("work")
+    assert history.state[-1, work] == pytest.approx(converged, rel=1e-4)
+
+
+def test_turning_points_are_rows():
+    """Every turning point is hit exactly, along the axes."""
+    interface, _, turns, sigma_N = scene(4)
+    history = interface.confined_slip(0.0, turns, sigma_N, tolerance=1e-2)
+    for turn in turns:
+        assert turn in history.separation[:, 1]
+    assert interface.confined_slip(0.0, [], sigma_N, tolerance=1e-2).damage.size == 0
+
+
+def test_more_rows_than_expected_are_kept():
+    """A fine tolerance needs more rows than are set aside at first."""
+    interface, direction, turns, sigma_N = scene(4)
+    history = interface.confined_slip(direction, turns, sigma_N, tolerance=1e-6)
+    assert len(history.damage) > 512
+    assert np.all(history.state[:, 5] == 1.0)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-3, 0.2, 1e-9, float("nan")])
+def test_bad_tolerance_in_python(tolerance: float):
+    """Out of range or no number."""
+    interface, direction, turns, sigma_N = scene(4)
+    with pytest.raises(ValueError, match=r"tolerance = .*: expected 1e-8 to 0\.1"):
+        interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
+
+
+def test_lost_equilibrium_in_python():
+    """The rows up to there come with the error."""
+    flat = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(0, 0.0))
+    with pytest.raises(asperity.EquilibriumLost, match=r"slip 0\.6, sigma_N = 2") as caught:
+        flat.confined_slip(0.0, [0.6], 2.0, tolerance=1e-3)
+    assert caught.value.history.separation[-1, 1] == pytest.approx(0.031, abs=5e-5)
+    with pytest.raises(asperity.EquilibriumLost, match="preload"):
+        flat.confined_slip(0.0, [0.6], 4.0, tolerance=1e-3)
+
+
+def test_driver_takes_a_tolerance(run):  # noqa: F811
+    """Rows end at the targets, switches have rows of their own, the history is that of Python."""
+    steps = "&step t_N = -5.0, tolerance = 1e-3 /\n&step slip = 0.4, -0.2, tolerance = 1e-3, time = 2.0 /\n"
+    result = run(MATERIAL + RP_4 + steps)
+    slip = result["step"] == 2
+    assert 0.4 in result["s_Tx"] and result["s_Tx"][-1] == -0.2
+    assert result["time"][-1] == 3.0 and np.all(np.diff(result["time"]) > 0.0)
+    assert np.all(np.diff(result["increment"][slip]) == 1)
+    assert {"onset", "slip", "open", "close", "damaged"} <= set().union(*result.events)
+    interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(4, 30.0))
+    history = interface.confined_slip(0.0, [0.4, -0.2], -5.0, tolerance=1e-3)
+    assert result["t_Tx"][-1] == pytest.approx(history.traction[-1, 1], rel=1e-3)
+    assert len(history.damage) == pytest.approx(np.sum(slip), rel=0.2)
+
+
+def test_driver_lands_on_the_onset(run):  # noqa: F811
+    """The first damaged row is just beyond s0 and says onset."""
+    result = run(MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25, tolerance = 1e-4 /\n")
+    onset = next(i for i, events in enumerate(result.events) if "onset" in events)
+    assert S_0 < result["s_Tx"][onset] < S_0 + 1e-4 * S_F
+
+
+def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
+    """The last row is the last state found."""
+    steps = "&step t_N = 2.0, tolerance = 1e-3 /\n&step slip = 0.6, tolerance = 1e-3 /\n"
+    result = run(MATERIAL + "&pattern sides = 0 /\n" + steps + "&expect end = 'lost' /\n")
+    assert result["s_Tx"][-1] == pytest.approx(0.031, abs=5e-5)
+    assert result.events[-1] >= {"lost"}
+
+
+@pytest.mark.parametrize("tolerance", ["0.0", "0.3", "-1e-3"])
+def test_bad_tolerance_in_a_case(run, tolerance: str):  # noqa: F811
+    """File, line, group, value and range."""
+    result = run(MATERIAL + RP_4 + f"&step slip = 0.4, tolerance = {tolerance} /\n", code=1)
+    assert f"case.nml:3: &step: tolerance = {tolerance}: expected 1e-8 to 0.1" in result.messages
+    assert not Path("case.csv").exists()
+
+
+def test_viscous_damage_takes_its_time():
+    """A way takes the time between its turning points, each increment its share."""
+    material = asperity.Material(SIGMA0, GC, ETA, MU, tau_v=0.3)
+    interface = asperity.Interface(material, asperity.Pattern.regular(4, 30.0))
+    slips = np.concatenate([np.linspace(0.0, 0.2, 4001)[1:], np.linspace(0.2, 0.1, 2001)[1:]])
+    times = np.concatenate([np.linspace(0.0, 1.0, 4001)[1:], np.linspace(1.0, 3.0, 2001)[1:]])
+    reference = interface.confined_slip(20.0, slips, -2.0, preload=500, times=times, preload_time=0.5)
+    for tolerance in (1e-2, 1e-3):
+        rows = interface.confined_slip(
+            20.0, [0.2, 0.1], -2.0, times=[1.0, 3.0], preload_time=0.5, tolerance=tolerance
+        )
+        assert curve_error(rows, reference, 20.0) < ESTIMATE * tolerance
+        assert rows.damage[-1] == pytest.approx(reference.damage[-1], abs=tolerance)
+    with pytest.raises(ValueError, match="times"):
+        interface.confined_slip(20.0, [0.2], -2.0, tolerance=1e-2)

@@ -1,0 +1,310 @@
+"""Material blocks: what each host takes, the checks of a model, the command, the decks that ship."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
+from asperity.card_command import read_interface
+from asperity.cli import main
+from asperity.installed import cases, driver
+
+ROOT = Path(__file__).parents[2]
+DECKS = ROOT / "harness" / "hosts" / "abaqus"
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+RT = Interface(TABLE_2, Pattern.regular(2, 30.0))
+FLAT = Pattern.regular(0, 0.0)
+CASE = """&case title = 'joint' /
+&material SIGMA0 = 3.0d0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 2, theta = 30.0 /
+&step t_N = -1.0, increments = 100 /
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(text: str) -> str:
+    """A case file in the current folder."""
+    Path("case.nml").write_text(text, encoding="utf-8")
+    return "case.nml"
+
+
+def keywords(card: str) -> dict[str, list[str]]:
+    """Data lines of an input file by keyword line, comments left out."""
+    found: dict[str, list[str]] = {}
+    for line in card.splitlines():
+        if line.startswith("**"):
+            continue
+        if line.startswith("*"):
+            found[line] = data = []
+        else:
+            data.append(line)
+    return found
+
+
+# --- blocks ---------------------------------------------------------------
+
+
+def test_abaqus_standard() -> None:
+    """Section and material of the same name, names for the state variables, nothing that deletes points."""
+    card = RT.card("abaqus", name="JOINT", h=0.5)
+    found = keywords(card)
+    assert list(found) == [
+        "*Material, name=JOINT",
+        "*User Material, constants=19, unsymm",
+        "*Depvar",
+        "*Cohesive Section, elset=JOINT, material=JOINT, response=TRACTION SEPARATION, thickness=SPECIFIED",
+    ]
+    names = contract.statev_names(3)
+    assert found["*Depvar"] == ["18,", *(f"{i}, {name}, {name}" for i, name in enumerate(names, 1))]
+    assert found[list(found)[-1]] == ["0.5,"]
+    assert "COH3D8" in card and "COH2D4" not in card
+    assert "COH2D4" in RT.card("abaqus", dimension=2)
+    assert max(map(len, card.splitlines())) < 256
+
+
+def test_abaqus_explicit() -> None:
+    """A density, no unsymmetric solver, double precision; state variables 7 to 9 are the separation."""
+    card = RT.card("abaqus", explicit=True, density=2.5e-9)
+    found = keywords(card)
+    assert found["*Density"] == ["2.5e-09,"]
+    assert "*User Material, constants=19" in found and "unsymm" not in card
+    assert "double=both" in card
+    assert found["*Depvar"][7] == "7, separation_N, separation_N"
+    with pytest.raises(ValueError, match=r"density is missing: expected a density"):
+        RT.card("abaqus", explicit=True)
+
+
+def test_calculix_section() -> None:
+    """A solid section of the same material; the thickness is said."""
+    card = RT.card("calculix", name="joint", h=0.01)
+    found = keywords(card)
+    assert found["*SOLID SECTION, ELSET=JOINT, MATERIAL=ABAQUSJOINT"] == []
+    assert found["*DEPVAR"] == ["18"]
+    assert "thickness h = 0.01" in card and "C3D8R" in card
+    # the trap: a full last line of constants
+    assert len(found["*USER MATERIAL, CONSTANTS=19"][-1].split(",")) < 8
+
+
+@pytest.mark.parametrize(
+    ("dimension", "law", "element"),
+    [
+        (3, "SmallStrainUMAT3DSurfaceInterfaceLaw", "Geo_USurfaceInterfaceElement4Plus4N"),
+        (2, "SmallStrainUMAT2DLineInterfaceLaw", "Geo_ULineInterfacePlaneStrainElement2Plus2N"),
+    ],
+)
+def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
+    """Law and elements that go together."""
+    block = json.loads(RT.card("kratos", dimension=dimension))
+    material = block["properties"][0]["Material"]
+    assert material["constitutive_law"]["name"] == law
+    assert material["Variables"]["IGNORE_UNDRAINED"] is True  # see harness/hosts/kratos
+    assert element in block["elements"]
+    assert block["remarks"][0].startswith("mu tan(theta) = 0.289 < 1")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (dict(host="kratos", map=1), r"map = 1: expected 0 for kratos' interface laws"),
+        (dict(host="kratos", h=0.1), r"h = 0.1: expected 1 for kratos"),
+        (dict(host="calculix", dimension=2), "dimension = 2: expected 3 for calculix"),
+        (dict(host="abaqus", dimension=1), "dimension = 1: expected 2 or 3"),
+        (dict(host="kratos", density=1.0), "explicit, density: expected for abaqus only, not for kratos"),
+        (dict(host="calculix", explicit=True), "explicit, density: expected for abaqus only"),
+        (dict(host="abaqus", density=0.0), "density = 0: expected > 0"),
+        (dict(host="abaqus", density=float("nan")), "density = nan: expected > 0"),
+        (dict(host="abaqus", stress=0.0), "stress = 0: expected the normal traction in compression, < 0"),
+        (dict(host="abaqus", modulus=1.0), "modulus and size: expected both or none"),
+        (dict(host="abaqus", modulus=-1.0, size=1.0), "modulus = -1: expected > 0"),
+        (dict(host="abaqus", modulus=1.0, size=float("inf")), "size = inf: expected > 0"),
+    ],
+)
+def test_refused(arguments: dict[str, object], message: str) -> None:
+    """What a host cannot take, and checks without sense."""
+    with pytest.raises(ValueError, match=message):
+        RT.card(**arguments)
+
+
+# --- checks ---------------------------------------------------------------
+
+
+def texts(found: list[remarks.Remark]) -> list[tuple[bool, str]]:
+    """What was found good, and its first words."""
+    return [(remark.good, remark.text.split(":")[0]) for remark in found]
+
+
+def test_locking() -> None:
+    """At mu tan(theta) = 1; the residual strength below is (mu + tan)/(1 - mu tan)."""
+    tan = 3.0**-0.5
+    (remark,) = remarks.remarks(TABLE_2, RT.pattern)
+    assert remark.good
+    assert f"{(0.5 + tan) / (1 - 0.5 * tan):.3g} times" in remark.text
+    locking = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=1.001 / tan)
+    assert texts(remarks.remarks(locking, RT.pattern)) == [(False, "mu tan(theta) = 1")]
+    # the steepest of listed planes counts
+    steep = Pattern.planes([[1, 0, 0], [1, 0, -3]], [0.9, 0.1])
+    assert not remarks.remarks(TABLE_2, steep)[0].good
+    assert remarks.remarks(TABLE_2, FLAT) == []
+
+
+def test_contact() -> None:
+    """Closure |sigma_N| (1 - eta)/(gamma sigma0 kc) in s_f, as the law has it for the flat plane."""
+    flat = Interface(TABLE_2, FLAT)
+    s_f, s_N = 2 * 0.3 / 3.0, -0.01
+    sigma_N = float(flat.update([[s_N, 0, 0]]).traction[0, 0])
+    share, gamma = remarks.closure(TABLE_2, FLAT, sigma_N)
+    assert (share * s_f, gamma) == (pytest.approx(-s_N, rel=1e-14), 1.0)
+    assert remarks.closure(TABLE_2, RT.pattern, -1.0)[0] == pytest.approx(0.1 / (3.0 / 3.0), rel=1e-14)
+    stiff = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
+    assert not remarks.remarks(TABLE_2, RT.pattern, stress=-10.0)[1].good
+    assert remarks.remarks(stiff, RT.pattern, stress=-10.0)[1].good
+
+
+@pytest.mark.parametrize("eta", [0.5, 0.9, 0.99])
+def test_snap_back(eta: float) -> None:
+    """The limit is the size at which stretching element and joint together turns back, found with the law."""
+    material = Material(sigma0=3.0, Gc=0.3, eta=eta, mu=0.5)
+    modulus, s_f = 30000.0, 0.2
+    opening = np.linspace((1 - eta) * s_f, s_f, 50)
+    path = np.column_stack([opening, np.zeros((50, 2))])
+    traction = Interface(material, RT.pattern).replay(path).traction[:, 0]
+
+    def turns_back(size: float) -> bool:
+        return bool(np.any(np.diff(opening + traction * size / modulus) < 0))
+
+    limit = 2 * eta * modulus * 0.3 / 9.0
+    for share in (0.999, 1.001):
+        found = remarks.remarks(material, RT.pattern, modulus=modulus, size=share * limit)
+        assert found[1].good is not turns_back(share * limit)
+        assert turns_back(share * limit) is (share > 1)
+        assert f"{limit:.4g} in mode I" in found[1].text
+
+
+def test_cohesive_zone_and_compliance() -> None:
+    """E Gc/sigma0^2 over the size of an element, at least 3; E/(K L) with K the slope of the law."""
+    stiffness = float(RT.update([[0.0, 0, 0]]).tangent[0, 0, 0])
+    for size, good in ((333.0, True), (334.0, False)):
+        found = remarks.remarks(TABLE_2, RT.pattern, modulus=30000.0, size=size)
+        assert found[2].good is good
+        assert f"= 1000, {1000 / size:.3g} elements" in found[2].text
+        assert f" {30000 / (stiffness * size):.3g} times" in found[3].text
+
+
+def test_what_is_not_fine_is_a_warning() -> None:
+    """In the block and as a ModelWarning; what is fine is in the block alone."""
+    with pytest.warns(ModelWarning) as caught:
+        card = RT.card("abaqus", stress=-10.0, modulus=30000.0, size=2000.0)
+    assert [str(w.message).split()[0] for w in caught] == ["sigma_N", "element", "cohesive"]
+    assert card.count("** WARNING: ") == 3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "WARNING" not in RT.card("calculix", stress=-0.1, modulus=30000.0, size=20.0)
+
+
+# --- the command ----------------------------------------------------------
+
+
+def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The block of Interface.card, on standard output or in a file; warnings go elsewhere."""
+    path = write(CASE)
+    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--stress", "-10"]) == 0
+    out, err = capsys.readouterr()
+    with pytest.warns(ModelWarning):
+        assert out == RT.card("abaqus", name="JOINT", stress=-10.0)
+    assert err.startswith("asperity: warning: sigma_N = -10 closes") and err.count("\n") == 1
+    assert main(["card", "--host", "calculix", path, "--h", "0.1", "--r", "1e-9", "-o", "card.inp"]) == 0
+    assert capsys.readouterr().out == ""
+    assert Path("card.inp").read_text(encoding="utf-8") == RT.card("calculix", h=0.1, r=1e-9)
+
+
+def test_interface_of_a_case(folder: Path) -> None:
+    """Regular and listed planes, the thickness of a replay, the value of a sweep where it matters."""
+    assert read_interface(Path(write(CASE))) == (RT, {})
+    listed = "&pattern normals = 1.0, 0.0, 0.0, 1.0, 0.5, 0.0, weights = 0.25, 0.75 /"
+    replay = "&replay file = 'a.csv', through = 'umat', ntens = 3, h = 0.5, map = 1 /"
+    text = CASE.replace("&pattern sides = 2, theta = 30.0 /", listed).replace("&step", replay + "&step")
+    interface, found = read_interface(Path(write(text)))
+    assert interface.pattern == Pattern.planes([[1, 0, 0], [1, 0.5, 0]], [0.25, 0.75])
+    assert found == {"h": 0.5, "map": 1}
+    swept = CASE.replace("theta = 30.0", "theta = Angle") + "&sweep name = 'angle', values = 0.0, 30.0 /"
+    assert read_interface(Path(write(swept)), "30") == (RT, {})
+    for path in cases():
+        texts = path.read_text(encoding="utf-8")
+        if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
+            assert read_interface(path)[0].n_planes >= 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "value", "message"),
+    [
+        ("mu = 0.5", "mu = -0.5", None, r"PROPS\(4\) mu = -0.5"),
+        ("mu = 0.5", "nu = 0.5", None, "&material: nu: unknown name, expected one of sigma0, Gc"),
+        (", mu = 0.5", "", None, "&material: expected mu"),
+        ("theta = 30.0", "theta = steep", None, "&pattern: theta = steep: expected numbers"),
+        ("sides = 2, ", "", None, "&pattern: expected sides, or normals and weights"),
+        ("sides = 2", "sides = 2.5", None, "&pattern: sides = 2.5: expected a whole number"),
+        ("sides = 2", "sides = 2, weights = 1.0", None, "&pattern: expected sides, or normals and weights"),
+        ("sides = 2, theta = 30.0", "normals = 1.0, 0.0, weights = 1.0", None, "2 values of normals"),
+        ("mu = 0.5", "mu = 0.5", "3", "--value 3: expected where a constant is the name of a sweep only"),
+        ("0 /\n&step", "0 /\n&sweep name = 'x', values = 1, 2 /\n&step", "1", "--value 1: expected where"),
+    ],
+)
+def test_bad_cases(old: str, new: str, value: str | None, message: str, folder: Path) -> None:
+    """The file, the group and the name are told."""
+    with pytest.raises(ValueError, match=message):
+        read_interface(Path(write(CASE.replace(old, new))), value)
+
+
+def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Exit code 1 and one line."""
+    swept = CASE.replace("mu = 0.5", "mu = m") + "&sweep name = 'm', values = 0.1, 0.2 /"
+    assert main(["card", "--host", "abaqus", write(swept)]) == 1
+    message = "asperity: case.nml: --value is missing: expected one for m, as 0.1, 0.2\n"
+    assert capsys.readouterr().err == message
+    assert main(["card", "--host", "kratos", write(CASE), "--map", "1"]) == 1
+    assert capsys.readouterr().err.startswith("asperity: map = 1: expected 0 for kratos")
+
+
+# --- decks ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["standard.inp", "explicit.inp"])
+def test_deck_has_the_card(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Between the markers stands what the command there prints."""
+    deck = (DECKS / name).read_text(encoding="utf-8")
+    m = re.search(r"^\*\* begin: asperity (card .*)\n((?:.*\n)*?)\*\* end$", deck, re.MULTILINE)
+    assert m
+    (folder / "joint.nml").write_bytes((DECKS / "joint.nml").read_bytes())
+    assert main(shlex.split(m[1])) == 0
+    assert m[2] == capsys.readouterr().out, f"{name}: run the command of its 'begin' line and paste"
+    assert max(map(len, deck.splitlines())) < 256
+    # every set and amplitude that is used is there
+    used = set(re.findall(r"(?:nset|elset|amplitude)=(\w+)", deck)) | set(
+        re.findall(r"^([A-Z]+), \d", deck, re.MULTILINE)
+    )
+    given = set(re.findall(r"^\*(?:Nset, nset|Element, .*elset|Amplitude, name)=(\w+)", deck, re.MULTILINE))
+    assert used <= given
+
+
+def test_case_of_the_decks(folder: Path) -> None:
+    """It ends at the strength that the decks state: (mu + tan)/(1 - mu tan), 30 degrees."""
+    tan = 3.0**-0.5
+    expected = f"{(0.5 + tan) / (1 - 0.5 * tan):.6f}"
+    assert f"t_Tx = {expected}" in (DECKS / "joint.nml").read_text(encoding="utf-8")
+    for name in ("standard.inp", "explicit.inp"):
+        assert f"= {expected} N" in (DECKS / name).read_text(encoding="utf-8")
+    done = subprocess.run([driver(), DECKS / "joint.nml"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

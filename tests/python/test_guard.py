@@ -1,0 +1,112 @@
+"""The guard in package and driver: the reference, what changes, and where it cannot go."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern, reference
+from asperity.installed import driver
+
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+RP_4 = Pattern.regular(4, 30.0)
+S_0, K = 0.02, 150.0
+
+ROUNDING = 1e-12
+"""Of K |s|, |s|, K |s|^2 and 1: sums over five planes after tens of increments."""
+
+CASE = """\
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, guard = GUARD /
+&pattern sides = 0 /
+&step s_Tx = 0.03, increments = 50 /
+&step s_N = -0.2, increments = 50 /
+&step s_Tx = -0.05, increments = 200 /
+"""
+
+
+def clamped_path(seed: int, rows: int) -> np.ndarray:
+    """A first slip in the open, then slips to and fro under clamping: Y of either sign, damage that grows."""
+    rng = np.random.default_rng([18, seed])
+    S = np.cumsum(S_0 * rng.standard_normal((rows, 3)), axis=0) * np.linspace(0.3, 1.2, rows)[:, None]
+    S[:, 0] = -20 * S_0 - 2 * np.abs(S[:, 0])
+    S[0] = S_0 * np.array([0.1, 2.0, 1.0])
+    return S
+
+
+@pytest.mark.parametrize("sides", [0, 4])
+def test_guard_is_the_reference(sides: int) -> None:
+    """Histories with the guard: traction, state and tangent of the reference; it blocks often."""
+    pattern, planes = Pattern.regular(sides, 30.0), reference.regular_pattern(sides, 30.0)
+    p = reference.Parameters(**TABLE_2.values())
+    guarded, plain = Interface(TABLE_2, pattern, guarded=True), Interface(TABLE_2, pattern)
+    differ = 0
+    for seed in range(20):
+        S = clamped_path(seed, 40)
+        ours, theirs = guarded.replay(S), reference.replay(p, planes, S, guarded=True)
+        np.testing.assert_allclose(ours.traction, theirs.traction, rtol=0, atol=ROUNDING * K)
+        np.testing.assert_allclose(ours.state, theirs.state, rtol=0, atol=ROUNDING * K)
+        np.testing.assert_allclose(
+            guarded.update(S[1:], ours.state[:-1], S[:-1]).tangent, theirs.tangent[1:], rtol=0, atol=1e-8 * K
+        )
+        assert np.all(np.diff(ours.state[:, 2]) >= 0.0)
+        differ += int(np.any(plain.replay(S).state != ours.state))
+    assert differ >= 5
+
+
+def test_guard_is_part_of_the_interface() -> None:
+    """It counts in comparisons; no PROPS vector and no card can carry it."""
+    guarded = Interface(TABLE_2, RP_4, guarded=True)
+    assert guarded != Interface(TABLE_2, RP_4) and not Interface(TABLE_2, RP_4).guarded
+    for call in (guarded.props, lambda: guarded.card("abaqus")):
+        with pytest.raises(ValueError, match="guarded = True: expected False for a host"):
+            call()
+
+
+def test_guard_under_a_held_traction() -> None:
+    """Confined slip with the guard lies on the guarded law."""
+    guarded = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0), RP_4, guarded=True)
+    slips = np.concatenate([np.linspace(0, 0.1, 60), np.linspace(0.1, -0.1, 120)])
+    history = guarded.confined_slip(0.0, slips, -0.5)
+    again = guarded.update(history.separation[1:], history.state[:-1], history.separation[:-1])
+    np.testing.assert_allclose(again.traction, history.traction[1:], rtol=0, atol=ROUNDING * K)
+    assert np.all(np.diff(history.state[:, 2]) >= 0.0)
+
+
+def run(folder: Path, case: str) -> subprocess.CompletedProcess[str]:
+    """Run a case."""
+    (folder / "case.nml").write_text(case, encoding="utf-8")
+    return subprocess.run([driver(), "case.nml"], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def rupture(folder: Path) -> np.ndarray:
+    """Column of the rupture energy."""
+    header, *rows = [
+        line.split(",") for line in (folder / "case.csv").read_text(encoding="utf-8").splitlines()
+    ]
+    return np.array([float(row[header.index("rupture")]) for row in rows])
+
+
+def test_driver(tmp_path: Path) -> None:
+    """&material guard: rupture falls to -0.0544 without it (to the digits of theory.md), nowhere with it."""
+    for guard, falls in ((".false.", True), (".true.", False)):
+        assert run(tmp_path, CASE.replace("GUARD", guard)).returncode == 0
+        energy = rupture(tmp_path)
+        assert (np.diff(energy).min() < 0.0) == falls
+        assert energy[-1] == pytest.approx(-0.0544 if falls else 0.0167, abs=1e-3)
+
+
+def test_driver_replay_has_no_guard(tmp_path: Path) -> None:
+    """A replay goes through PROPS: refused, with the reason."""
+    (tmp_path / "r.csv").write_text("0,0,0\n", encoding="utf-8")
+    head = CASE.split("&step")[0].replace("GUARD", ".true.")
+    done = run(tmp_path, head + "&replay file = 'r.csv' /\n")
+    assert done.returncode == 1
+    assert "case.nml:1: &material: guard = .true.: expected .false. with &replay" in done.stderr
+    assert (
+        run(tmp_path, CASE.replace("GUARD", "maybe")).stderr.count(
+            "guard = maybe: expected .true. or .false."
+        )
+        == 1
+    )

@@ -1,0 +1,249 @@
+"""The gallery of the paper: Table 5, converged energies, and the committed files come out again."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from asperity import Interface, Material, ModelWarning, Pattern, gallery, paper
+from asperity.cli import main
+from asperity.fracture_energy import (
+    DIRECTIONS,
+    MATERIAL,
+    PATTERNS,
+    SAMPLING,
+    TABLE_5,
+    distinct,
+    fracture_energy,
+    pattern,
+    printed,
+    sampled,
+    table_5_curves,
+)
+from asperity.slip_curves import slip_curves
+
+GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
+
+LAW_MD = {
+    "RT": (0.352453, 0.300000),
+    "RP-3": (0.344260, 0.327335),
+    "RP-4": (0.338649, 0.335964),
+    "RP-6": (0.337899, 0.336878),
+    "RP-32": (0.33742, 0.33742),
+}
+"""Converged energies of an independent implementation, as many digits as it gave."""
+
+CONVERGED = 2.0e-6
+"""The paths here are halved to 3e-7; the references are rounded to 5e-7."""
+
+SNAP = 2.0e-6
+"""Excess of RP-32 over Gc: it ends in a snap (m >= 12), a jump that releases energy."""
+
+FIVE_DIGITS = 5.0e-6
+"""Rounding of the references of RP-32, which comes on top."""
+
+RELATIVE = 2.0e-5
+"""Of a number written with six digits (5e-6), twice, on the largest of its column, and other compilers."""
+
+
+@pytest.mark.parametrize("name", PATTERNS)
+def test_converged_energies(name: str) -> None:
+    """Largest and smallest energy over 64 directions, and an error estimate that is kept."""
+    found = fracture_energy(MATERIAL, pattern(name))
+    tolerance = CONVERGED + (FIVE_DIGITS if name == "RP-32" else 0.0)
+    assert [found.largest, found.smallest] == pytest.approx(LAW_MD[name], rel=0.0, abs=tolerance)
+    assert 0.0 < found.error.max() < 1e-6 * MATERIAL.Gc
+
+
+@pytest.mark.parametrize("name", TABLE_5)
+def test_table_5(name: str) -> None:
+    """The three printed numbers of a pattern, to the last digit."""
+    assert printed(*sampled(table_5_curves(name), *SAMPLING)) == TABLE_5[name]
+
+
+def test_order_is_the_quadrature_s() -> None:
+    """RP-4 spreads less than RP-6 by the sampling of Table 5, and more by all points."""
+
+    def spread(name: str, first: int, interval: int) -> float:
+        largest, smallest = sampled(table_5_curves(name), first, interval)
+        return largest / smallest - 1.0
+
+    assert spread("RP-4", *SAMPLING) < 0.5 * spread("RP-6", *SAMPLING)
+    assert spread("RP-4", 1, 1) > 2.0 * spread("RP-6", 1, 1)
+
+
+@pytest.mark.parametrize("name", PATTERNS)
+def test_energy_without_friction_is_gc(name: str) -> None:
+    """mu = 0: Gc for any direction."""
+    found = fracture_energy(Material(3.0, 0.3, 0.9, 0.0), pattern(name), np.array([0.0, 7.0, 33.0]))
+    excess = found.values - 0.3
+    snap = SNAP if name == "RP-32" else 0.0
+    assert np.all(np.abs(excess - 0.5 * snap) < CONVERGED + 0.5 * snap)
+
+
+def test_energy_along_a_trough_is_gc() -> None:
+    """RT along Ty, the direction in which no plane slopes."""
+    assert fracture_energy(MATERIAL, pattern("RT"), np.array([90.0])).largest == pytest.approx(0.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("sides", [0, 2, 3, 4, 6, 32])
+def test_symmetric_directions_are_the_same(sides: int) -> None:
+    """The curves that are left out are those that are computed."""
+    planes = Pattern.regular(sides, 30.0, turn=10.0)
+    angles, place = distinct(planes, DIRECTIONS)
+    assert sides == 3 or len(angles) < 40  # 64 directions and 120 degrees have no common turn by 10
+    slips = np.linspace(0.0, 0.15, 31)[1:]
+    interface = Interface(MATERIAL, planes)
+    every = slip_curves(interface, DIRECTIONS, slips, -1.0).tau_L
+    folded = slip_curves(interface, angles, slips, -1.0).tau_L[place]
+    np.testing.assert_allclose(folded, every, rtol=0.0, atol=1e-10)
+
+
+def test_listed_planes_have_no_symmetry() -> None:
+    """No direction of a free list is left out."""
+    planes = Pattern.planes([(1.0, 0.2, 0.1), (1.0, 0.0, 0.0)], [0.5, 0.5])
+    angles, place = distinct(planes, DIRECTIONS)
+    np.testing.assert_array_equal(angles[place], DIRECTIONS)
+
+
+def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A traction that is left at the end, and steps that become too many, are errors."""
+    monkeypatch.setattr("asperity.fracture_energy.SPAN", 0.5)
+    with pytest.raises(ValueError, match="expected a broken, open interface"):
+        fracture_energy(MATERIAL, pattern("RP-4"))
+    monkeypatch.undo()
+    with pytest.raises(ValueError, match=r"G_T changes by .* expected less than 1e-17"):
+        monkeypatch.setattr("asperity.fracture_energy.FINEST", 840)
+        fracture_energy(MATERIAL, pattern("RP-4"), np.array([3.0]), 1e-17)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_slip_curves_are_the_single_tests(threads: int) -> None:
+    """Many tests in one call are those of `confined_slip`, one by one; a lost one ends with NaN."""
+    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
+    slips = np.concatenate([np.linspace(0.0, 0.1, 21)[1:], np.linspace(0.1, -0.1, 41)[1:]])
+    angles = np.arange(0.0, 90.0, 7.0)
+    found = slip_curves(interface, angles, slips, -1.0, threads=threads)
+    for i, angle in enumerate(angles):
+        with pytest.warns(ModelWarning, match="closes an inclined plane"):
+            single = interface.confined_slip(angle, slips, -1.0)
+        e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+        np.testing.assert_array_equal(found.s_N[i], single.separation[:, 0])
+        np.testing.assert_array_equal(found.damage[i], single.damage)
+        np.testing.assert_array_equal(found.work[i], single.state[:, 4])
+        np.testing.assert_allclose(found.tau_L[i], single.traction[:, 1:] @ e, rtol=0.0, atol=1e-14)
+        across = single.traction[:, 1:] @ np.array([-e[1], e[0]])
+        np.testing.assert_allclose(found.tau_across[i], across, rtol=0.0, atol=1e-14)
+    lost = slip_curves(Interface(MATERIAL, Pattern.regular(0, 0.0)), 0.0, slips, [2.0, 0.0], threads=threads)
+    assert lost.rows.tolist() == [6, 60]  # equilibrium ends at .031, row 6 is .030
+    assert np.isfinite(lost.tau_L[0, :6]).all() and np.isnan(lost.tau_L[0, 6:]).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ((np.nan, [0.1]), "direction_deg"),
+        ((0.0, []), "slips"),
+        ((0.0, [0.1], np.inf), "sigma_N"),
+        ((0.0, [0.1], 0.0, 0), "preload = 0"),
+    ],
+)
+def test_wrong_curves(arguments: tuple, expected: str) -> None:
+    """What is no list of finite numbers is named."""
+    with pytest.raises(ValueError, match=expected):
+        slip_curves(Interface(MATERIAL, pattern("RT")), *arguments)
+
+
+# --- the committed gallery --------------------------------------------------------------------------
+
+
+def numbers(text: str) -> tuple[str, list[float]]:
+    """A text without its numbers, and the numbers."""
+    pattern = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
+    found = [float(m.replace("−", "-")) for m in pattern.findall(text)]
+    return pattern.sub("#", text), found
+
+
+def table(path: Path) -> tuple[str, list[list[str]]]:
+    """Header and cells of a CSV."""
+    header, *lines = path.read_text(encoding="utf-8").splitlines()
+    return header, [line.split(",") for line in lines]
+
+
+@pytest.fixture(scope="module")
+def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The gallery, made again by the command."""
+    folder = tmp_path_factory.mktemp("gallery")
+    assert main(["paper", "-o", str(folder)]) == 0
+    return folder
+
+
+def test_files_are_the_committed_ones(again: Path) -> None:
+    """Every entry has its picture and its numbers, and nothing else is there."""
+    names = {f"{entry.stem}.{kind}" for entry in gallery.ENTRIES for kind in ("png", "csv")} | {"README.md"}
+    assert {path.name for path in again.iterdir()} == names
+    assert {path.name for path in GALLERY.iterdir()} == names
+    assert sum(path.stat().st_size for path in GALLERY.iterdir()) < 3_000_000
+    for picture in again.glob("*.png"):
+        image = matplotlib.image.imread(picture)
+        assert image.shape == matplotlib.image.imread(GALLERY / picture.name).shape
+        assert image[..., :3].min() < 0.3 and image[..., :3].max() == 1.0
+
+
+def test_numbers_are_the_committed_ones(again: Path) -> None:
+    """Cell by cell, relative to the largest of the column."""
+    for path in sorted(again.glob("*.csv")):
+        (header, ours), (committed_header, committed) = table(path), table(GALLERY / path.name)
+        assert header == committed_header and len(ours) == len(committed) > 0, path.name
+        for name, a, b in zip(
+            header.split(","), zip(*ours, strict=True), zip(*committed, strict=True), strict=True
+        ):
+            try:
+                x, y = np.array(a, dtype=float), np.array(b, dtype=float)
+            except ValueError:
+                assert a == b, f"{path.name}, {name}"
+                continue
+            scale = 1.0 if name == "error" else np.abs(y).max()
+            np.testing.assert_allclose(x, y, rtol=0.0, atol=RELATIVE * scale, err_msg=f"{path.name}, {name}")
+
+
+def test_page_is_the_committed_one(again: Path) -> None:
+    """The page has the same words; numbers that are rounding errors or error estimates stay small."""
+    words, values = numbers((again / "README.md").read_text(encoding="utf-8"))
+    committed_words, committed = numbers((GALLERY / "README.md").read_text(encoding="utf-8"))
+    assert words == committed_words
+    for ours, theirs in zip(values, committed, strict=True):
+        assert ours == pytest.approx(theirs, rel=1e-3, abs=1e-6)
+
+
+def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """--figure leaves out the others and the page, --pdf adds vector pictures."""
+    assert main(["paper", "-o", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'new'}\n"
+    names = [f"figure{number}.{kind}" for number in ("02", "04a") for kind in ("csv", "pdf", "png")]
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
+    assert (tmp_path / "new" / "figure02.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("number", "expected"),
+    [("4", ["4a", "4b"]), ("4b", ["4b"]), ("13", ["13a", "13b"]), ("table5", ["Table 5"]), ("1", ["1"])],
+)
+def test_figures_by_number(number: str, expected: list[str]) -> None:
+    """A number without letter is all its parts."""
+    assert [entry.number for entry in paper.select([number])] == expected
+
+
+def test_unknown_figure(capsys: pytest.CaptureFixture[str]) -> None:
+    """A figure that the paper does not have is named."""
+    assert main(["paper", "--figure", "17"]) == 1
+    assert "--figure 17: expected one of 1, 2, 3, 4a" in capsys.readouterr().err
+
+
+def test_every_figure_is_there() -> None:
+    """What the paper has, and what the project promises."""
+    promised = [*"1 2 3 4a 4b 5a 5b 6 7 8 9 10 11 12 13a 13b 14 15 16".split(), "Table 5"]
+    assert [entry.number for entry in gallery.ENTRIES] == promised

@@ -1,0 +1,227 @@
+"""Every entry of the catalogue fails and survives as it says, with the numbers it should have."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Pattern
+from asperity.cli import main
+from asperity.stability import EDGES, Trial, find, shown, table
+from asperity.stability.catalogue import agree
+from asperity.stability.edges import TABLE_2, drive
+from asperity.stability.explicit import Vumat
+from asperity.stability.law_edges import clamped_reversal, denominator, facing_angle
+
+ROOT = Path(__file__).parents[2]
+NAMES = [edge.name for edge in EDGES]
+
+
+@functools.cache
+def trials_of(name: str) -> Sequence[Trial]:
+    """Trials of an entry, run once."""
+    return find([name])[0].run()
+
+
+def measured(name: str, method: str) -> str:
+    """What was measured by the one method whose label holds a text."""
+    (trial,) = (trial for trial in trials_of(name) if method in trial.method)
+    return trial.measured
+
+
+def numbers(text: str) -> list[float]:
+    """Numbers of a text."""
+    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", text)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_failure_and_survival(name: str) -> None:
+    """What should fail fails, what should survive survives, and the entry has both."""
+    trials = trials_of(name)
+    assert [trial for trial in trials if not trial.holds] == []
+    assert any(trial.survives for trial in trials)
+    assert not all(trial.survives for trial in trials)
+    assert shown(trials)
+
+
+def test_an_entry_that_does_not_show_is_found() -> None:
+    """A trial that goes otherwise, or one side alone, is not shown."""
+    good, bad = Trial("a", True, True, ""), Trial("b", False, False, "")
+    assert shown([good, bad])
+    assert not shown([good, good])
+    assert not shown([good, Trial("b", False, True, "")])
+    assert not shown([good, bad, Trial("c", True, False, "")])
+
+
+# --- numbers that come from elsewhere ----------------------------------------------------------------
+
+
+def test_snap_is_where_the_fold_is() -> None:
+    """RP-16: s_N .0926 to .1002 at .1736 for steps to 1e-4 (fold found with the independent reference)."""
+    slip, before, after, energy = numbers(measured("snap", "solver"))
+    assert slip == pytest.approx(0.1736, abs=2e-4)
+    assert before == pytest.approx(0.0926, abs=2e-4)
+    assert after == pytest.approx(slip * np.tan(np.radians(30.0)), abs=1e-4)
+    assert energy > 0.0
+
+
+def test_dead_states_of_the_snap() -> None:
+    """Beyond the fold the smallest dead opening, s_N = s_L tan(theta), without traction."""
+    run = drive("snap")
+    row = run.rows_with("snap")[-1]
+    for later in (row, -1):
+        slip, opening = (run.columns[name][later] for name in ("s_Tx", "s_N"))
+        assert opening == pytest.approx(slip * np.tan(np.radians(30.0)), rel=1e-9)
+        assert run.columns["t_N"][later] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_limit_of_the_step_back() -> None:
+    """One plane carries: p = |sigma_N|/(gamma (cos - mu sin)); its closure p/(kc K), over sin(theta)."""
+    gamma, c, s, mu, stiffness = 1.0 / 6.0, np.cos(np.radians(30.0)), 0.5, 0.5, 100.0 * 150.0
+    pressure = 1.0 / (gamma * (c - mu * s))
+    limit = numbers(measured("unloading", "back by 0.004 mm"))[-1]
+    assert limit == pytest.approx(pressure / stiffness / s, abs=5e-5)
+
+
+def test_second_law_numbers() -> None:
+    """Rupture .0167 to -.0544 N/mm, and nothing given back without the clamp."""
+    assert numbers(measured("second-law", "as printed")) == pytest.approx([0.0167, -0.0544], abs=5e-5)
+    assert numbers(measured("second-law", "guarded = True")) == pytest.approx([0.0167, 0.0167], abs=5e-5)
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    assert clamped_reversal(flat, [0.0, 0.05], [0.1, 0.1], 0.03).max() < 1e-12
+    assert clamped_reversal(flat, [0.2], [0.05], 0.03) == pytest.approx([0.0711], abs=5e-4)
+
+
+def test_boundary_of_locking() -> None:
+    """The denominator vanishes straight up at mu tan(theta) = 1; across the slope friction has no part."""
+    slope = np.tan(np.radians(30.0))
+    assert denominator(1.0 / slope, 30.0, 0.0) == pytest.approx(0.0, abs=1e-15)
+    assert denominator(5.0, 30.0, np.pi / 2.0) == pytest.approx(np.cos(np.radians(30.0)))
+    assert np.degrees(facing_angle(4, np.array([0.0, 45.0, 100.0, 350.0]))) == pytest.approx([0, 45, 10, 10])
+
+
+def test_energies_of_one_step() -> None:
+    """One step of 10 s_f from the sound bond: rupture is half Y of the end, K s_L^2/4 = 150 N/mm and more."""
+    _, rupture = numbers(
+        measured("steps", "in 1 step: energies").replace("work - stored - rupture - friction", "")
+    )
+    assert rupture > 150.0
+
+
+def test_energy_bound_of_central_differences() -> None:
+    """1/(1 - 0.99^2) of the start's energy for both springs, to 1 %."""
+    for method in ("bond, dt = 0.99 ", "of the VUMAT's probe"):
+        assert numbers(measured("explicit", method))[0] == pytest.approx(1.0 / (1.0 - 0.99**2), rel=0.01)
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_vumat_is_the_law(single: bool) -> None:
+    """The point driven through the VUMAT has the traction of `replay`."""
+    rough = Interface(TABLE_2, Pattern.regular(4, 30.0))
+    steps = np.random.default_rng(5).normal(scale=0.01, size=(50, 3))
+    point = Vumat(rough, single)
+    expected = rough.replay(np.cumsum(steps, axis=0))
+    for ds, traction in zip(steps, expected.traction, strict=True):
+        tolerance = 1e-4 if single else 1e-12
+        assert point.step(ds) == pytest.approx(traction, abs=tolerance * TABLE_2.sigma0)
+    assert point.value("damage") == pytest.approx(expected.damage[-1], rel=1e-5)
+
+
+# --- maps --------------------------------------------------------------------------------------------
+
+
+def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Pictures and CSV; cells agree with the closed forms, the solver gets through where there is a way."""
+    assert main(["stability", "map", "-o", str(tmp_path), "--size", "4", "--pdf"]) == 0
+    names = {
+        f"map_{name}{suffix}" for name in ("tangents", "steps", "law") for suffix in (".csv", ".png", ".pdf")
+    }
+    assert {path.name for path in tmp_path.iterdir()} == names
+    assert capsys.readouterr().out.split() == sorted((str(tmp_path / name) for name in names), key=_written)
+    assert all(
+        (tmp_path / name).read_bytes()[:4] in (b"\x89PNG", b"%PDF") for name in names if "csv" not in name
+    )
+    law = _read(tmp_path / "map_law.csv")
+    for row in law:
+        x, y, value = (float(row[name]) for name in ("x", "y", "value"))
+        if row["map"] == "locking":
+            angles = facing_angle(4, np.array([0.0, 15.0, 30.0, 45.0]))
+            assert value == np.sum(denominator(x, y, angles) <= 0.0)
+        else:
+            assert (value > 1e-9) == (y > 0.15 and TABLE_2.mu * x > 0.15)
+    tangents = _read(tmp_path / "map_tangents.csv")
+    assert {row["consistent"] == "nan" for row in tangents} <= {True, False}
+    assert sum(row["consistent"] != "nan" for row in tangents) > sum(
+        row["symmetrised"] != "nan" for row in tangents
+    )
+    without_friction = [row for row in tangents if float(row["mu"]) == 0.0 and float(row["theta"]) == 0.0]
+    assert float(without_friction[0]["determinant"]) < 0.0  # the bond softens
+    for row in _read(tmp_path / "map_steps.csv"):
+        assert (row["solver"] == "lost") == (float(row["sigma_N/sigma0"]) > 0.0)
+        assert row["solver"] == "lost" or float(row["solver_iterations"]) > 0.0
+    assert main(["stability", "map", "-o", str(tmp_path), "--size", "1"]) == 1
+
+
+def _written(path: str) -> tuple[int, int]:
+    """Order in which the files of the maps are written."""
+    name, suffix = Path(path).stem.removeprefix("map_"), Path(path).suffix
+    return ("tangents", "steps", "law").index(name), (".csv", ".png", ".pdf").index(suffix)
+
+
+def _read(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+# --- command -----------------------------------------------------------------------------------------
+
+
+def test_list(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every entry with what to do."""
+    assert main(["stability", "list"]) == 0
+    out = capsys.readouterr().out
+    assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES
+    assert out.count("\n  -> ") == len(NAMES)
+
+
+def test_run(capsys: pytest.CaptureFixture[str]) -> None:
+    """One entry with its measured numbers; an unknown name is named with those that are."""
+    assert main(["stability", "run", "wrong"]) == 0
+    out = capsys.readouterr().out
+    assert "fails    zero tangent: increment 1: singular matrix" in out
+    assert main(["stability", "run", "unheard-of"]) == 1
+    assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
+    assert main(["stability", "run", "wrong", "--check"]) == 1
+
+
+def test_table_of_the_page() -> None:
+    """The page has the table of these runs, numbers within what compilers round."""
+    page = (ROOT / "docs" / "stability.md").read_text(encoding="utf-8")
+    found = re.search(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
+    assert found and agree(found[1], table([(edge, trials_of(edge.name)) for edge in EDGES]))
+
+
+def test_tables_that_differ() -> None:
+    """Words and numbers count, rounding does not."""
+    assert agree("| a | 3e-14 | 2.1 |", "| a | 8e-13 | 2.0 |")
+    assert not agree("| a | 3e-14 |", "| b | 3e-14 |")
+    assert not agree("| a | 3e-4 |", "| a | 3e-3 |")
+    assert not agree("| a | 0 |", "| a | 1 |")
+    assert not agree("| a | -1 |", "| a | 1 |")
+
+
+def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Markers are filled, what is filled is up to date, what is not is told."""
+    page = tmp_path / "page.md"
+    page.write_text("<!-- stability -->\nold\n<!-- /stability -->\n", encoding="utf-8")
+    command = ["stability", "run", "wrong", "--fill", str(page)]
+    assert main([*command, "--check"]) == 1
+    assert main(command) == 0
+    assert "| zero tangent | **fails** |" in page.read_text(encoding="utf-8")
+    assert main([*command, "--check"]) == 0
+    assert "the table is not up to date" in capsys.readouterr().out
