@@ -30,7 +30,7 @@ contains
   pure subroutine carry_traction(interface, target, held, state, status, share)
     type(interface_type), intent(in) :: interface      !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
-    logical, intent(in) :: held(3)                     !! whether the traction is to be carried; else the separation stays
+    logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of point_status
     real(wp), intent(out), optional :: share           !! of the traction that was carried, 1: all
@@ -256,8 +256,8 @@ contains
     end if
     sheared = pressed
     call carry_traction(interface, target, held, sheared, status, share)
-    call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // reason // &
-      "; with t_N = " // to_text(target(1)) // " it carries " // to_text(share*target(2)) // ", " // &
+    call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
+      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(share*target(2)) // ", " // &
       to_text(share*target(3)))
   end subroutine explain_initial
 
