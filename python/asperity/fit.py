@@ -1,0 +1,580 @@
+"""Parameters of the law from shear-box records: least squares on the forward model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from . import _core, contract
+from .contract import Floats
+from .fit_records import LARGEST_RATIO, ShearTest
+from .interface import Interface
+from .material import Material
+from .pattern import Pattern
+
+DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
+DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.default("kc")}
+"""What is identified and what is taken as known unless the caller says otherwise."""
+
+SIDES = 8
+"""Inclined planes: RP-8, nearly the same in every direction and cheap."""
+
+PRELOAD = 50
+"""Increments of sigma_N before the slip."""
+
+STEP = 1.0e-4
+"""Step of central differences in the transformed parameters, which are of the order of one.
+
+Their error is STEP**2 from the third derivative and e/STEP from the residual of the solver, e = 1e-13 to
+1e-12: both at most 1e-8 where the law is smooth, and the best step is e**(1/3) = 1e-4.  Rows that a kink
+passes within a step (a plane that begins to slip, breaks or opens) have an error of their own.
+"""
+
+FINER = 0.1
+"""Share of STEP by which the derivatives are checked."""
+
+PENALTY = 3.0
+"""Residual, in spreads, added to a row that the model does not reach: equilibrium lost."""
+
+SAMPLES = 48
+"""Points of a Latin hypercube from which the best are taken as starts."""
+
+LEAST_SPREAD = 0.05
+"""Least scale of the dilation of a test, of the largest in the record: what hardly dilates is mostly noise."""
+
+COUPLED = 0.99
+"""Correlation from which on two parameters are called not separable."""
+
+RANK = 1.0e-10
+"""Singular values below this share of the largest one are differences that rounding makes."""
+
+Tick = Callable[[str], object]
+"""Called after every evaluation of the model."""
+
+
+class NoScipyError(ImportError):
+    """The extra is not installed."""
+
+    def __init__(self) -> None:
+        """Say what to install."""
+        super().__init__("fit needs scipy: expected it to be installed, as by pip install 'asperity[fit]'")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A transform of a parameter to the whole real line: logarithm, or logit of its share of `top`."""
+
+    top: float = np.inf
+
+    def to(self, value: float) -> float:
+        """Transformed value."""
+        return float(np.log(value) if self.top == np.inf else np.log(value / (self.top - value)))
+
+    def back(self, x: float) -> float:
+        """Value of a transformed one."""
+        return float(np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x)))
+
+
+SCALES = {
+    "sigma0": Scale(),
+    "Gc": Scale(),
+    "eta": Scale(1.0),
+    "mu": Scale(),
+    "theta": Scale(90.0),
+    "flat": Scale(1.0),
+    "kc": Scale(),
+}
+"""Parameters that may be identified, and their transforms."""
+
+BOUNDS = {
+    "eta": (0.05, 0.995),
+    "mu": (0.01, 2.0),
+    "theta": (0.5, 75.0),
+    "flat": (0.005, 0.95),
+    "kc": (0.1, 1e3),
+}
+"""Bounds; those of sigma0 and Gc go with the record."""
+
+STARTS = {"eta": (0.4, 0.97), "mu": (0.15, 1.0), "theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+"""Ranges in which starts are drawn."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and the ends of its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """Slips (P,) of the model for a test, from zero on, and which of them are the rows of the record."""
+
+    slips: Floats
+    rows: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Residuals of a record by transformed parameters.
+
+    tests: the record.  free: names of what is identified, fixed: values of the others.  sides, direction:
+    pattern and where the box slips (degrees).  increments: least number along a test.
+    """
+
+    tests: Sequence[ShearTest]
+    free: tuple[str, ...]
+    fixed: Mapping[str, float]
+    bounds: Mapping[str, tuple[float, float]]
+    sides: int = SIDES
+    direction: float = 0.0
+    increments: int = 200
+    paths: list[_Path] = field(init=False)
+    spreads: list[tuple[float, float]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Paths and scales."""
+        object.__setattr__(self, "paths", [_path(test.slip, self.increments) for test in self.tests])
+        dilations = [0.0 if test.s_N is None else float(np.ptp(test.s_N)) for test in self.tests]
+        least = LEAST_SPREAD * max(dilations)
+        spreads = [
+            (float(np.ptp(test.tau)), max(d, least)) for test, d in zip(self.tests, dilations, strict=True)
+        ]
+        object.__setattr__(self, "spreads", spreads)
+
+    @property
+    def dilation(self) -> bool:
+        """Whether any test has dilation that says something."""
+        return any(test.s_N is not None and spread[1] > 0.0 for test, spread in self._pairs)
+
+    @property
+    def _pairs(self) -> list[tuple[ShearTest, tuple[float, float]]]:
+        return list(zip(self.tests, self.spreads, strict=True))
+
+    @cached_property
+    def is_dilation(self) -> np.ndarray:
+        """Which residuals are those of s_N."""
+        parts = []
+        for test, spread in self._pairs:
+            parts.append(np.zeros(test.slip.size, dtype=bool))
+            if test.s_N is not None and spread[1] > 0.0:
+                parts.append(np.ones(test.slip.size, dtype=bool))
+        return np.concatenate(parts)
+
+    def values(self, x: Floats) -> dict[str, float]:
+        """Parameters by name."""
+        return dict(self.fixed) | {
+            name: SCALES[name].back(value) for name, value in zip(self.free, x, strict=True)
+        }
+
+    def interface(self, values: Mapping[str, float]) -> Interface:
+        """The interface with these parameters."""
+        material = Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
+        return Interface(material, Pattern.regular(self.sides, values["theta"], values["flat"]))
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """For each test tau and s_N along its path, and how many rows converged: `slip_curve`."""
+        interface = self.interface(values)
+        pairs = zip(self.tests, self.paths, strict=True)
+        return [slip_curve(interface, test, path.slips, self.direction, PRELOAD) for test, path in pairs]
+
+    def residuals(self, x: Floats) -> Floats:
+        """Model less record, of the spread of tau and of s_N of each test."""
+        parts = []
+        curves = self.curves(self.values(x))
+        for (test, spread), path, (tau, s_N, done) in zip(self._pairs, self.paths, curves, strict=True):
+            rows = path.rows
+            lost = PENALTY * (rows >= done)
+            parts.append((tau[rows] - test.tau) / spread[0] + lost)
+            if test.s_N is not None and spread[1] > 0.0:
+                parts.append((s_N[rows] - test.s_N) / spread[1] + lost)
+        return np.concatenate(parts)
+
+    def jacobian(self, x: Floats, step: float = STEP) -> Floats:
+        """Central differences of the residuals, the evaluations on all processors."""
+        shifts = step * np.eye(x.size)
+        points = [x + sign * shift for shift in shifts for sign in (1.0, -1.0)]
+        found = each(self.residuals, points)
+        return np.column_stack([(a - b) / (2.0 * step) for a, b in zip(found[::2], found[1::2], strict=True)])
+
+
+def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:
+    """Function at several points at once; the library releases the lock of the interpreter."""
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, len(points))) as pool:
+        return list(pool.map(function, points))
+
+
+def _path(slip: Floats, increments: int) -> _Path:
+    """From zero through the slips of a record, no increment longer than its length over `increments`."""
+    nodes = np.concatenate([[0.0], slip])
+    lengths = np.abs(np.diff(nodes))
+    parts = np.maximum(1, np.ceil(lengths / lengths.sum() * increments - 1e-9).astype(int))
+    pieces = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(nodes[:-1], nodes[1:], parts, strict=True)]
+    return _Path(np.concatenate([[0.0], *pieces]), np.cumsum(parts))
+
+
+def slip_curve(
+    interface: Interface, test: ShearTest, slips: Floats, direction: float, preload: int
+) -> tuple[Floats, Floats, int]:
+    """tau along the slip and s_N since its start, (T,) each, and how many rows converged.
+
+    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its search
+    for events, which takes longer than the path.  Rows without equilibrium repeat the last one.
+    """
+    n = slips.size
+    separation, traction = np.zeros((n, 3)), np.zeros((n, 3))
+    done, status, _ = _core.interface_confined_slip(
+        interface.props(), direction, slips, test.sigma_N, preload, np.zeros(n), 0.0, 0, test.k_N,
+        separation.T, traction.T, np.zeros((n, interface.nstatv)).T, np.zeros((n + 1, 9)).T,
+    )  # fmt: skip
+    done = max(done, 0) if status == 0 else 0
+    angle = np.radians(direction)
+    tau = traction[:, 1] * np.cos(angle) + traction[:, 2] * np.sin(angle)
+    s_N = separation[:, 0] - separation[0, 0]
+    if 0 < done < n:
+        tau[done:], s_N[done:] = tau[done - 1], s_N[done - 1]
+    return tau, s_N, done
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What was identified.
+
+    values: parameters by name, fixed ones included.  x: transformed free ones, covariance (p, p) theirs.
+    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit, of
+    their spread (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
+    derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
+    costs: sums of squares from the starts, the best first.  singular: of the Jacobian, in descending order,
+    directions (p, p) theirs, in rows.
+    """
+
+    problem: Problem
+    values: dict[str, float]
+    x: Floats
+    covariance: Floats
+    quantile: float
+    confidence: float
+    residuals: Floats
+    scatter: tuple[float, float]
+    neighbours: float
+    derivative_error: float
+    costs: tuple[float, ...]
+    evaluations: int
+    singular: Floats
+    directions: Floats
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlation matrix of the transformed free parameters, (p, p)."""
+        sizes = np.sqrt(np.diag(self.covariance))
+        matrix: Floats = self.covariance / np.outer(sizes, sizes)
+        return matrix
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Free parameters with their intervals, which are symmetric in the transformed ones."""
+        half = self.quantile * np.sqrt(np.diag(self.covariance))
+        return {
+            name: Estimate(self.values[name], *(SCALES[name].back(x + sign * h) for sign in (-1.0, 1.0)))
+            for name, x, h in zip(self.problem.free, self.x, half, strict=True)
+        }
+
+    @property
+    def interface(self) -> Interface:
+        """The interface with the parameters found."""
+        return self.problem.interface(self.values)
+
+    def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
+        """Interval of a positive function of the parameters, by the gradient of its logarithm."""
+
+        def log(x: Floats) -> float:
+            return float(np.log(function(self.problem.values(x))))
+
+        shifts = STEP * np.eye(self.x.size)
+        gradient = np.array([(log(self.x + d) - log(self.x - d)) / (2.0 * STEP) for d in shifts])
+        half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
+        value = log(self.x)
+        return Estimate(*(float(np.exp(v)) for v in (value, value - half, value + half)))
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Free parameters that the bounds hold."""
+        near = 1.0e-3
+        return [
+            name
+            for name, x in zip(self.problem.free, self.x, strict=True)
+            if min(abs(x - SCALES[name].to(bound)) for bound in self.problem.bounds[name]) < near
+        ]
+
+
+def residual_ratio(values: Mapping[str, float]) -> float:
+    """|tau|/|sigma_N| of a broken interface that slides up one facing plane; inf where it locks."""
+    slope = np.tan(np.radians(values["theta"]))
+    below = 1.0 - values["mu"] * slope
+    return float((values["mu"] + slope) / below) if below > 0.0 else np.inf
+
+
+def derived(values: Mapping[str, float]) -> dict[str, float]:
+    """s_f, s0 (length) and K (stress/length), (12)."""
+    s_f = 2.0 * values["Gc"] / values["sigma0"]
+    s_0 = (1.0 - values["eta"]) * s_f
+    return {"s_f": s_f, "s0": s_0, "K": values["sigma0"] / s_0}
+
+
+def fit(
+    tests: Sequence[ShearTest],
+    free: Sequence[str] = DEFAULT_FREE,
+    fixed: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    sides: int = SIDES,
+    direction: float = 0.0,
+    increments: int = 200,
+    starts: int = 3,
+    seed: int = 0,
+    confidence: float = 0.95,
+    tick: Tick = lambda _: None,
+) -> Fit:
+    """Least-squares parameters of a record.
+
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; what is in neither is
+    DEFAULT_FIXED.  start: a point tried besides the best of a Latin hypercube, `starts` in all, drawn by
+    `seed`.  bounds: (low, high) by name.  Raises ValueError for names and values that are not admissible and
+    for a record too short for what is free, NoScipyError without scipy.
+    """
+    try:
+        from scipy.optimize import least_squares
+        from scipy.stats import t as student
+    except ImportError as error:
+        raise NoScipyError from error
+    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
+    for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, 100000)):
+        if not 1 <= value <= most:
+            raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
+    low, high = (
+        np.array([SCALES[name].to(problem.bounds[name][i]) for name in problem.free]) for i in (0, 1)
+    )
+    evaluations = 0
+    label = "starts"
+
+    def residuals(x: Floats) -> Floats:
+        nonlocal evaluations
+        found = problem.residuals(x)
+        evaluations += 1
+        tick(label)
+        return found
+
+    def jacobian(x: Floats) -> Floats:
+        nonlocal evaluations
+        found = problem.jacobian(x)
+        evaluations += 2 * x.size
+        tick(label)
+        return found
+
+    best = None
+    costs = []
+    for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
+        label = f"start {i + 1} of {starts}"
+        found = least_squares(
+            residuals,
+            x,
+            jacobian,
+            bounds=(low, high),
+            x_scale=1.0,
+            ftol=1e-8,
+            xtol=1e-7,
+            gtol=1e-8,
+            max_nfev=60,
+        )
+        costs.append(2.0 * float(found.cost))
+        best = found if best is None or found.cost < best.cost else best
+    assert best is not None
+    return _result(problem, best.x, best.fun, tuple(sorted(costs)), evaluations, confidence, student.ppf)
+
+
+def _problem(
+    tests: Sequence[ShearTest],
+    free: Sequence[str],
+    fixed: Mapping[str, float],
+    bounds: Mapping[str, tuple[float, float]],
+    sides: int,
+    direction: float,
+    increments: int,
+) -> Problem:
+    """Names, values and bounds, checked."""
+    for what, names in (("free", free), ("set", fixed), ("bounds", bounds)):
+        unknown = [name for name in names if name not in SCALES]
+        if unknown:
+            raise ValueError(f"{what}: {unknown[0]}: expected one of {', '.join(SCALES)}")
+    if not free or len(set(free)) < len(free):
+        raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
+    both = [name for name in free if name in fixed]
+    if both:
+        raise ValueError(f"{both[0]}: expected it free or set, not both")
+    known = DEFAULT_FIXED | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
+    missing = [name for name in SCALES if name not in free and name not in known]
+    if missing:
+        raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
+    if sides == 0 and {"theta", "flat"} & set(free):
+        raise ValueError("free: theta, flat: expected inclined planes, sides = 0 has none")
+    largest = max(float(np.abs(test.tau).max()) for test in tests)
+    length = max(float(np.abs(test.slip).max()) for test in tests)
+    within = dict(BOUNDS) | {
+        "sigma0": (1e-3 * largest, 30.0 * largest),
+        "Gc": (1e-6 * largest * length, 150.0 * largest * length),
+    }
+    for name, (low, high) in bounds.items():
+        if not 0.0 < low < high < SCALES[name].top:
+            raise ValueError(
+                f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {SCALES[name].top:g}"
+            )
+        within[name] = (low, high)
+    problem = Problem(
+        list(tests),
+        tuple(free),
+        {name: contract.number(name, value) for name, value in known.items() if name not in free},
+        {name: within[name] for name in free},
+        sides,
+        contract.number("direction", direction),
+        increments,
+    )
+    middle = {name: float(np.sqrt(within[name][0] * within[name][1])) for name in free}
+    problem.interface(dict(problem.fixed) | middle)
+    _check_lengths(problem, length)
+    count = problem.is_dilation.size
+    if count <= 2 * len(free):
+        raise ValueError(
+            f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice "
+            f"the {len(free)} free parameters"
+        )
+    return problem
+
+
+def _check_lengths(problem: Problem, length: float) -> None:
+    """ValueError where the slips cannot have the unit of 2 Gc/sigma0, as far as that is given."""
+    ends = [
+        [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
+        for name in ("Gc", "sigma0")
+    ]
+    shortest, longest = 2.0 * ends[0][0] / ends[1][1], 2.0 * ends[0][1] / ends[1][0]
+    if not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest:
+        raise ValueError(
+            f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
+            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})"
+        )
+
+
+def _starts(
+    problem: Problem,
+    start: Mapping[str, float],
+    low: Floats,
+    high: Floats,
+    count: int,
+    seed: int,
+    residuals: Callable[[Floats], Floats],
+) -> list[Floats]:
+    """The given start, if there is one, and the best points of a Latin hypercube."""
+    unknown = [name for name in start if name not in problem.free]
+    if unknown:
+        raise ValueError(f"start: {unknown[0]}: expected one of the free ones, {', '.join(problem.free)}")
+    largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
+    length = max(float(np.abs(test.slip).max()) for test in problem.tests)
+    ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
+    rng = np.random.default_rng(seed)
+    strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
+    shares = (strata + rng.random(strata.shape)) / SAMPLES
+    points = []
+    for row in shares:
+        values = dict(problem.fixed)
+        for name, share in zip(problem.free, row, strict=True):
+            a, b = ranges["s_f" if name == "Gc" else name]
+            values[name] = float(a * (b / a) ** share)
+        if "Gc" in problem.free:  # drawn as s_f, whose size the record shows
+            values["Gc"] *= 0.5 * values["sigma0"]
+        points.append(np.array([SCALES[name].to(values[name]) for name in problem.free]))
+    margin = 1e-6 * (high - low)
+    points = [np.clip(x, low + margin, high - margin) for x in points]
+    costs = [float(r @ r) for r in each(residuals, points)]
+    ranked = [points[i] for i in np.argsort(costs)]
+    if start:
+        given = dict(problem.values(ranked[0])) | dict(start)
+        for name, value in start.items():
+            if not 0.0 < value < SCALES[name].top:
+                raise ValueError(f"start: {name} = {value:g}: expected between 0 and {SCALES[name].top:g}")
+        x = np.array([SCALES[name].to(given[name]) for name in problem.free])
+        ranked.insert(0, np.clip(x, low + margin, high - margin))
+    return ranked[:count]
+
+
+def _result(
+    problem: Problem,
+    x: Floats,
+    residuals: Floats,
+    costs: tuple[float, ...],
+    evaluations: int,
+    confidence: float,
+    quantile: Callable[[float, int], float],
+) -> Fit:
+    """Intervals: (J^T J)^-1 with the scatter of tau and of s_N, each taken from its own residuals."""
+    jacobian = problem.jacobian(x)
+    finer = problem.jacobian(x, FINER * STEP)
+    sizes = np.maximum(np.linalg.norm(jacobian, axis=0), np.finfo(float).tiny)
+    error = float(np.max(np.linalg.norm(jacobian - finer, axis=0) / sizes))
+    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
+    freedom = residuals.size - x.size
+    # parameters are shared out among the quantities by their number of rows
+    shares = [np.flatnonzero(problem.is_dilation == which) for which in (False, True)]
+    variances = np.zeros(residuals.size)
+    scatter = []
+    for rows in shares:
+        left = rows.size * freedom / residuals.size
+        scatter.append(float(np.sqrt(residuals[rows] @ residuals[rows] / left)) if rows.size else np.nan)
+        variances[rows] = scatter[-1] ** 2 if rows.size else 0.0
+    inverse = np.linalg.inv if singular[-1] > RANK * singular[0] else np.linalg.pinv
+    inner = inverse(jacobian.T @ jacobian)
+    covariance = inner @ (jacobian.T * variances) @ jacobian @ inner
+    if inverse is np.linalg.pinv:
+        # nothing is known of directions that the record does not show
+        dark = directions[singular <= RANK * singular[0]]
+        covariance = covariance + dark.T @ dark / RANK
+    ends = np.cumsum([0, *(part.size for part in _parts(problem, residuals))])
+    pairs = [(residuals[a : b - 1], residuals[a + 1 : b]) for a, b in pairwise(ends)]
+    first, second = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    size = float(residuals @ residuals)
+    return Fit(
+        problem=problem,
+        values=problem.values(x),
+        x=x,
+        covariance=covariance,
+        quantile=float(quantile(0.5 + 0.5 * confidence, freedom)),
+        confidence=confidence,
+        residuals=residuals,
+        scatter=(scatter[0], scatter[1]),
+        neighbours=float(first @ second) / size if size > 0.0 else 0.0,
+        derivative_error=error,
+        costs=costs,
+        evaluations=evaluations + 4 * x.size,
+        singular=singular,
+        directions=directions,
+    )
+
+
+def _parts(problem: Problem, residuals: Floats) -> list[Floats]:
+    """Residuals of one quantity of one test each."""
+    cuts = []
+    at = 0
+    for test, spread in zip(problem.tests, problem.spreads, strict=True):
+        for _ in range(2 if test.s_N is not None and spread[1] > 0.0 else 1):
+            at += test.slip.size
+            cuts.append(at)
+    return np.split(residuals, cuts[:-1])
