@@ -42,14 +42,23 @@ FINER = 0.1
 PENALTY = 3.0
 """Residual, in spreads, added to a row that the model does not reach: equilibrium lost."""
 
+STARTS_TRIED = 5
+"""A small s_f, a curve that never softens, is a local minimum that one start in four ends in."""
+
 SAMPLES = 48
 """Points of a Latin hypercube from which the best are taken as starts."""
 
 LEAST_SPREAD = 0.05
-"""Least scale of the dilation of a test, of the largest in the record: what hardly dilates is mostly noise."""
+"""Least scale of the dilation of a test, of the largest in the record: the rest would be mostly noise."""
+
+SAME = 1.01
+"""Ratio of sums of squares that are taken as one minimum."""
 
 COUPLED = 0.99
 """Correlation from which on two parameters are called not separable."""
+
+LARGEST_EXPONENT = 700.0
+"""Of e in doubles."""
 
 RANK = 1.0e-10
 """Singular values below this share of the largest one are differences that rounding makes."""
@@ -77,7 +86,8 @@ class Scale:
         return float(np.log(value) if self.top == np.inf else np.log(value / (self.top - value)))
 
     def back(self, x: float) -> float:
-        """Value of a transformed one."""
+        """Value of a transformed one; intervals may be wider than doubles are."""
+        x = float(np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT))
         return float(np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x)))
 
 
@@ -305,6 +315,11 @@ class Fit:
         return Estimate(*(float(np.exp(v)) for v in (value, value - half, value + half)))
 
     @property
+    def agreeing(self) -> int:
+        """Starts that reached the least sum of squares."""
+        return sum(cost <= SAME * self.costs[0] for cost in self.costs)
+
+    @property
     def at_bounds(self) -> list[str]:
         """Free parameters that the bounds hold."""
         near = 1.0e-3
@@ -338,7 +353,7 @@ def fit(
     sides: int = SIDES,
     direction: float = 0.0,
     increments: int = 200,
-    starts: int = 3,
+    starts: int = STARTS_TRIED,
     seed: int = 0,
     confidence: float = 0.95,
     tick: Tick = lambda _: None,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from .fit import DEFAULT_FIXED, DEFAULT_FREE, SCALES, SIDES, NoScipyError, fit
+from .fit import DEFAULT_FIXED, DEFAULT_FREE, SCALES, SIDES, STARTS_TRIED, NoScipyError, fit
 from .fit_records import read_records
 from .material import ModelWarning
 
@@ -60,7 +60,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--increments", type=int, default=200, help="least number along a test (default: %(default)s)"
     )
-    parser.add_argument("--starts", type=int, default=3, help="of the least squares (default: %(default)s)")
+    parser.add_argument(
+        "--starts", type=int, default=STARTS_TRIED, help="of the least squares (default: %(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the draw of starts (default: %(default)s)")
     parser.add_argument("--confidence", type=float, default=0.95, help="of intervals (default: %(default)s)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="record and fit, .png or .pdf")

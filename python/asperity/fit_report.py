@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-
 from pathlib import Path
 
 import matplotlib
@@ -125,11 +124,16 @@ def identifiability(found: Fit) -> list[str]:
     for name in found.at_bounds:
         low, high = problem.bounds[name]
         texts.append(f"{name} = {found.values[name]:.4g} is held by its bounds, {low:g} to {high:g}")
+    if found.agreeing == 1 and len(found.costs) > 1:
+        texts.append(
+            "only one start reached the least sum of squares: there may be a lower one, raise --starts"
+        )
     if found.neighbours > DEPENDENT:
         factor = np.sqrt((1.0 + found.neighbours) / (1.0 - found.neighbours))
         texts.append(
-            f"residuals of neighbouring rows go together (correlation {found.neighbours:.2f}): the model differs "
-            f"from the record by more than noise, intervals are too narrow by a factor of about {factor:.1f}"
+            f"residuals of neighbouring rows go together (correlation {found.neighbours:.2f}): the model "
+            "differs from the record by more than noise, intervals are too narrow by a factor of about "
+            f"{factor:.1f}"
         )
     return texts
 

@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from .contract import Floats
-from .fit import DEFAULT_FREE, SIDES, Fit, Problem, fit, residual_ratio, slip_curve
+from .fit import DEFAULT_FREE, SIDES, STARTS_TRIED, Fit, Problem, fit, residual_ratio, slip_curve
 from .fit_records import ShearTest
 from .tables import refresh
 
@@ -107,7 +107,7 @@ def coverage(
     repetitions: int,
     free: Sequence[str] = DEFAULT_FREE,
     tick: Callable[[], object] = lambda: None,
-    starts: int = 1,
+    starts: int = STARTS_TRIED,
     **record: object,
 ) -> tuple[np.ndarray, list[Fit]]:
     """Share of records whose 95 % intervals hold the truth, by parameter and of the ratio, and the fits.
