@@ -374,6 +374,12 @@ def fit(
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, 100000)):
         if not 1 <= value <= most:
             raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    for name, value in (start or {}).items():
+        if name not in problem.free or not 0.0 < value < SCALES[name].top:
+            raise ValueError(
+                f"start: {name} = {value:g}: expected one of the free ones, {', '.join(problem.free)}, "
+                "between 0 and its largest value"
+            )
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
     low, high = (
@@ -499,36 +505,36 @@ def _starts(
     residuals: Callable[[Floats], Floats],
 ) -> list[Floats]:
     """The given start, if there is one, and the best points of a Latin hypercube."""
-    unknown = [name for name in start if name not in problem.free]
-    if unknown:
-        raise ValueError(f"start: {unknown[0]}: expected one of the free ones, {', '.join(problem.free)}")
+    margin = 1e-6 * (high - low)
+    ranked = []
+    if set(start) != set(problem.free) or count > 1:
+        points = [np.clip(x, low + margin, high - margin) for x in _hypercube(problem, seed)]
+        costs = [float(r @ r) for r in each(residuals, points)]
+        ranked = [points[i] for i in np.argsort(costs)]
+    if start:
+        given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
+        x = np.array([SCALES[name].to(given[name]) for name in problem.free])
+        ranked.insert(0, np.clip(x, low + margin, high - margin))
+    return ranked[:count]
+
+
+def _hypercube(problem: Problem, seed: int) -> list[Floats]:
+    """Transformed parameters of SAMPLES points, Gc drawn as s_f, whose size the record shows."""
     largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
     length = max(float(np.abs(test.slip).max()) for test in problem.tests)
     ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
     rng = np.random.default_rng(seed)
     strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
-    shares = (strata + rng.random(strata.shape)) / SAMPLES
     points = []
-    for row in shares:
+    for row in (strata + rng.random(strata.shape)) / SAMPLES:
         values = dict(problem.fixed)
         for name, share in zip(problem.free, row, strict=True):
             a, b = ranges["s_f" if name == "Gc" else name]
             values[name] = float(a * (b / a) ** share)
-        if "Gc" in problem.free:  # drawn as s_f, whose size the record shows
+        if "Gc" in problem.free:
             values["Gc"] *= 0.5 * values["sigma0"]
         points.append(np.array([SCALES[name].to(values[name]) for name in problem.free]))
-    margin = 1e-6 * (high - low)
-    points = [np.clip(x, low + margin, high - margin) for x in points]
-    costs = [float(r @ r) for r in each(residuals, points)]
-    ranked = [points[i] for i in np.argsort(costs)]
-    if start:
-        given = dict(problem.values(ranked[0])) | dict(start)
-        for name, value in start.items():
-            if not 0.0 < value < SCALES[name].top:
-                raise ValueError(f"start: {name} = {value:g}: expected between 0 and {SCALES[name].top:g}")
-        x = np.array([SCALES[name].to(given[name]) for name in problem.free])
-        ranked.insert(0, np.clip(x, low + margin, high - margin))
-    return ranked[:count]
+    return points
 
 
 def _result(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +14,9 @@ import numpy as np
 from tqdm import tqdm
 
 from .contract import Floats
-from .fit import DEFAULT_FREE, SIDES, STARTS_TRIED, Fit, Problem, fit, residual_ratio, slip_curve
-from .fit_records import ShearTest
+from .fit import DEFAULT_FREE, SAME, SIDES, STARTS_TRIED, Fit, Problem, fit, residual_ratio, slip_curve
+from .fit_records import ShearTest, read_records
+from .fit_report import draw, report
 from .tables import refresh
 
 TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
@@ -38,6 +41,7 @@ ROWS = 60
 FINE = 4000
 """Increments of a record: twenty times those of a fit, so that it does not meet its own discretisation."""
 
+DEFAULT_NOISE = 0.03
 NOISES = (0.01, 0.03, 0.10)
 """Standard deviations of the noise, of the range of tau and of s_N in each test."""
 
@@ -108,6 +112,7 @@ def coverage(
     free: Sequence[str] = DEFAULT_FREE,
     tick: Callable[[], object] = lambda: None,
     starts: int = STARTS_TRIED,
+    start: Mapping[str, float] | None = None,
     **record: object,
 ) -> tuple[np.ndarray, list[Fit]]:
     """Share of records whose 95 % intervals hold the truth, by parameter and of the ratio, and the fits.
@@ -127,7 +132,7 @@ def coverage(
             )
             for one in clean
         ]
-        fits.append(fit(tests, free, told, starts=starts, seed=seed))
+        fits.append(fit(tests, free, told, start=start, starts=starts, seed=seed))
         tick()
     return np.mean([holds(one) for one in fits], axis=0), fits
 
@@ -142,14 +147,27 @@ STUDIES: dict[str, tuple[Sequence[str], dict[str, object]]] = {
 """Records and what is free."""
 
 
+OWN_STARTS = 10
+"""Records of each row that are fitted from drawn starts, too."""
+
+
 def table(repetitions: int) -> str:
-    """Markdown: share of intervals that hold the truth, and median half width of the intervals."""
-    head = ["record", "noise", *TRUTH, "ratio"]
+    """Markdown: share of 95 % intervals that hold the truth, and their median half width.
+
+    The fits start at the truth; the first OWN_STARTS of them are done again from drawn starts, and the last
+    column has how many of these reach a sum of squares as small.
+    """
+    head = ["record", "noise", *TRUTH, "ratio", "found"]
     lines = ["| " + " | ".join(head) + " |", "| --- |" + " --: |" * (len(head) - 1)]
-    with tqdm(total=len(STUDIES) * len(NOISES) * repetitions, unit="fit", disable=None) as bar:
+    with tqdm(
+        total=len(STUDIES) * len(NOISES) * (repetitions + min(OWN_STARTS, repetitions)),
+        unit="fit",
+        disable=None,
+    ) as bar:
         for name, (free, record) in STUDIES.items():
             for noise in NOISES:
-                shares, fits = coverage(noise, repetitions, free, bar.update, **record)  # type: ignore[arg-type]
+                truth = {key: TRUTH[key] for key in free}
+                shares, fits = coverage(noise, repetitions, free, bar.update, 1, truth, **record)  # type: ignore[arg-type]
                 names = [*free, "ratio"]
                 rows = [[*one.estimates.values(), one.of(residual_ratio)] for one in fits]
                 widths = np.median(
@@ -159,22 +177,45 @@ def table(repetitions: int) -> str:
                     key: f"{share:.0%}, {width:.1%}".replace("%", " %")
                     for key, share, width in zip(names, shares, widths, strict=True)
                 }
+                again = coverage(noise, min(OWN_STARTS, repetitions), free, bar.update, **record)[1]  # type: ignore[arg-type]
+                reached = [b.costs[0] <= SAME * a.costs[0] for a, b in zip(fits, again, strict=False)]
+                cells["found"] = f"{sum(reached)} of {len(reached)}"
                 texts = [cells.get(key, "") for key in head[2:]]
                 lines.append("| " + " | ".join([name, f"{noise:.0%}".replace("%", " %"), *texts]) + " |")
     return "\n".join(lines)
+
+
+def example(picture: Path | None) -> str:
+    """What `asperity fit` says of the record of the defaults, drawn; without a picture: without dilation."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "record.csv"
+        write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))
+        found = fit(read_records([path]), fixed={"kc": TRUTH["kc"]})
+        text = report(found).replace(f"{folder}{os.sep}", "")
+    if picture is not None:
+        draw(found, picture)
+    else:
+        start = text.index("no dilation: mu")
+        text = text[start : text.index("\n\n", start)]
+    return f"```text\n{text}\n```"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write a synthetic record, or fill the numbers of the study into a page."""
     parser = argparse.ArgumentParser(prog="python -m asperity.fit_study", description=__doc__)
     parser.add_argument("record", nargs="?", type=Path, metavar="RECORD.csv", help="write a synthetic record")
-    parser.add_argument("--noise", type=float, default=0.03, help="of the range (default: %(default)s)")
+    parser.add_argument(
+        "--noise", type=float, default=DEFAULT_NOISE, help="of the range (default: %(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="default: %(default)s")
     parser.add_argument("--no-dilation", action="store_true")
     parser.add_argument("--cycle", action="store_true")
     parser.add_argument("--spring", action="store_true", help=f"k_N = {K_N:g}")
-    parser.add_argument("--page", type=Path, metavar="FILE.md", help="fill the marker fit-study")
-    parser.add_argument("--repetitions", type=int, default=200, help="of the study (default: %(default)s)")
+    parser.add_argument("--page", type=Path, metavar="FILE.md", help="fill its markers, draw its picture")
+    parser.add_argument(
+        "--no-study", action="store_true", help="of the page only the example and its picture"
+    )
+    parser.add_argument("--repetitions", type=int, default=60, help="of the study (default: %(default)s)")
     options = parser.parse_args(arguments)
     if (options.record is None) == (options.page is None):
         parser.error("expected RECORD.csv or --page FILE.md")
@@ -190,7 +231,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_record(options.record, tests)
         print(options.record)
         return 0
-    refresh(options.page, False, {"fit-study": lambda: table(options.repetitions)})
+    images = options.page.parent / "images"
+    images.mkdir(exist_ok=True)
+    contents = {"fit-example": lambda: example(images / "fit.png"), "fit-coupling": lambda: example(None)}
+    if not options.no_study:
+        contents["fit-study"] = lambda: table(options.repetitions)
+    refresh(options.page, False, contents)
     print(options.page)
     return 0
 
