@@ -54,8 +54,8 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     }
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     lines += [
-        f"assumed     {pattern}, slip along {problem.direction:g} degrees, "
-        + ", ".join(f"{name} = {value:g}" for name, value in told.items()),
+        f"assumed     {pattern}, slip along {problem.direction:g} degrees"
+        + "".join(f", {name} = {value:g}" for name, value in told.items()),
         f"scatter     of the range of each test: tau {found.scatter[0]:.2%}"
         + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}; "
@@ -123,7 +123,10 @@ def identifiability(found: Fit) -> list[str]:
     )
     for name in found.at_bounds:
         low, high = problem.bounds[name]
-        texts.append(f"{name} = {found.values[name]:.4g} is held by its bounds, {low:g} to {high:g}")
+        texts.append(
+            f"{name} = {found.values[name]:.4g} is held by its bounds, {low:g} to {high:g}: "
+            "its interval says nothing"
+        )
     if found.agreeing == 1 and len(found.costs) > 1:
         texts.append(
             "only one start reached the least sum of squares: there may be a lower one, raise --starts"
@@ -222,8 +225,16 @@ def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None
         ax.set_xlabel(f"slip [{length}]")
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)
-    axes[0, 0].legend(
-        fontsize="small", title=f"[{stress}]; points: record, lines: fit", title_fontsize="small"
+    handles, texts = axes[0, 0].get_legend_handles_labels()
+    title = f"points: record, lines: fit; stresses in {stress}"
+    figure.legend(
+        handles,
+        texts,
+        loc="outside upper center",
+        ncols=min(4, len(texts)),
+        fontsize="small",
+        title=title,
+        title_fontsize="small",
     )
     figure.savefig(path, dpi=150, metadata={"Software": None} if path.suffix == ".png" else None)
     plt.close(figure)
