@@ -10,7 +10,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from .fit import DEFAULT_FIXED, DEFAULT_FREE, SCALES, SIDES, STARTS_TRIED, NoScipyError, fit
+from .fit import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
+from .fit_model import SCALES, SIDES
 from .fit_records import read_records
 from .material import ModelWarning
 

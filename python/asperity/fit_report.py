@@ -14,7 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from .contract import Floats
-from .fit import COUPLED, FINER, SCALES, STEP, Estimate, Fit, derived, residual_ratio
+from .fit import COUPLED, Estimate, Fit, derived, residual_ratio
+from .fit_model import FINER, SCALES, STEP
 from .fit_records import ShearTest
 from .plots import COLOURS, LINES
 

@@ -14,7 +14,8 @@ import numpy as np
 from tqdm import tqdm
 
 from .contract import Floats
-from .fit import DEFAULT_FREE, SAME, SIDES, STARTS_TRIED, Fit, Problem, fit, residual_ratio, slip_curve
+from .fit import DEFAULT_FREE, SAME, STARTS_TRIED, Fit, fit, residual_ratio
+from .fit_model import SIDES, Problem, slip_curve
 from .fit_records import ShearTest, read_records
 from .fit_report import draw, report
 from .tables import refresh

@@ -11,8 +11,8 @@ import asperity
 import numpy as np
 import pytest
 from asperity import fit as fitting
+from asperity import fit_model, reference
 from asperity import fit_study as study
-from asperity import reference
 from asperity.card_command import read_interface
 from asperity.case_files import slip_tests
 from asperity.cli import main
@@ -121,7 +121,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     misses = 0
     for one in fits:
         half = 0.6745 * np.sqrt(np.diag(one.covariance))
-        exact = [fitting.SCALES[name].to(TRUTH[name]) for name in one.problem.free]
+        exact = [fit_model.SCALES[name].to(TRUTH[name]) for name in one.problem.free]
         misses += int(np.sum(np.abs(one.x - exact) > half))
     of = repetitions * len(AT_TRUTH)
     assert 0.25 < misses / of < 0.75
@@ -130,7 +130,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
 def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     """Starts drawn from the record find the minimum near the truth; a smaller step agrees."""
     problem = three_percent.problem
-    truth = np.array([fitting.SCALES[name].to(TRUTH[name]) for name in problem.free])
+    truth = np.array([fit_model.SCALES[name].to(TRUTH[name]) for name in problem.free])
     assert three_percent.costs[0] <= float(np.sum(problem.residuals(truth) ** 2))
     assert three_percent.agreeing > 1
     assert three_percent.derivative_error < 1e-3
