@@ -44,7 +44,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--start", action="append", default=[], metavar="NAME=VALUE", help="try this start, too"
     )
-    parser.add_argument("--bounds", action="append", default=[], metavar="NAME=LOW,HIGH")
+    parser.add_argument(
+        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="of what is free"
+    )
     parser.add_argument(
         "--sides",
         type=int,
@@ -57,7 +59,9 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--k-N", type=float, dest="k_N", metavar="STIFFNESS", help="of the box (CNS), for all tests"
     )
-    parser.add_argument("--compression-positive", action="store_true", help="the sign of the column sigma_N")
+    parser.add_argument(
+        "--compression-positive", action="store_true", help="sigma_N of the record is > 0 in compression"
+    )
     parser.add_argument(
         "--increments", type=int, default=200, help="least number along a test (default: %(default)s)"
     )
