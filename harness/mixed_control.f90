@@ -328,11 +328,12 @@ contains
   end function direction_vector
 
   !> Confined slip test: the normal traction is applied to a virgin point at zero slip and held, then the point follows
-  !> slips along a direction in the Tx-Ty plane, the slip across it being zero.
+  !> slips along a direction in the Tx-Ty plane, the slip across it being zero. With a stiffness the normal traction
+  !> changes from there on by -stiffness times the change of s_N.
   !>
   !> Where equilibrium is lost the path ends: rows beyond n_done are zero.
   pure subroutine confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, &
-                                iterations, n_done, times, preload_time, reports, method)
+                                iterations, n_done, times, preload_time, reports, method, stiffness)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
@@ -349,6 +350,8 @@ contains
     real(wp), intent(in), optional :: preload_time  !! duration of the preload, >= 0, time; absent: 0
     type(report_type), intent(out), optional :: reports(0:)   !! (0:T) what happened; 0: in the preload
     integer, intent(in), optional :: method         !! of `advance`
+    real(wp), intent(in), optional :: stiffness     !! normal stiffness of the surroundings while the point slips (CNS),
+                                                    !! >= 0, stress/length; absent: 0
     type(control_type) :: control
     type(report_type) :: report
     type(point_type) :: point
@@ -373,6 +376,9 @@ contains
       if (reached < 1.0_wp) return
     end do
     n_done = 0
+    if (present(stiffness)) control%spring(1) = stiffness
+    ! the spring is at rest where the slip begins
+    target(1) = target(1) + control%spring(1)*point%s(1)
     control%dt = 0.0_wp
     now = 0.0_wp
     do i = 1, size(slips)

@@ -285,7 +285,7 @@ end subroutine interface_adaptive_slip
 
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
-                                   preload_time, guarded, separation, traction, state, jumps, n_done, status, message)
+                                   preload_time, guarded, stiffness, separation, traction, state, jumps, n_done, status, message)
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
@@ -302,6 +302,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(in) :: times(n)                 !! of the slips (viscous damage only), not decreasing, time
   double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
   integer, intent(in) :: guarded                           !! not 0: damage grows only where that releases energy
+  double precision, intent(in) :: stiffness                !! of the surroundings along N while it slips, stress/length
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
@@ -326,6 +327,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   if (.not. bounded(sigma_n, huge(sigma_n))) &
     call append(text, "sigma_N = " // to_text(sigma_n) // ": expected a finite traction")
   if (preload < 1) call append(text, "preload = " // integer_text(preload) // ": expected at least 1 increment")
+  if (.not. (stiffness >= 0.0d0 .and. bounded(stiffness, huge(stiffness)))) &
+    call append(text, "stiffness = " // to_text(stiffness) // ": expected a finite stiffness >= 0")
   do i = 1, n
     if (len(text) > len(message)) exit
     if (.not. bounded(slips(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
@@ -337,7 +340,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     return
   end if
   call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
-    times, preload_time, reports=reports)
+    times, preload_time, reports=reports, stiffness=stiffness)
   do i = 0, n
     jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
                    reports(i)%released]

@@ -45,6 +45,7 @@ def interface_confined_slip(
     times: _Floats,
     preload_time: float,
     guarded: int,
+    stiffness: float,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,

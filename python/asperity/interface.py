@@ -189,11 +189,14 @@ class Interface:
         times: ArrayLike | None = None,
         preload_time: float = 0.0,
         tolerance: float | None = None,
+        stiffness: float = 0.0,
     ) -> History:
         """Slip test of Section 4 under a held normal traction: a row for each of the slips (T,), length.
 
         The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
         applied first at zero slip in `preload` increments (its damage counts, it is no row), then held.
+        stiffness >= 0, stress/length, is that of the surroundings (CNS, constant normal stiffness): from the
+        start of the slip on, the normal traction changes by -stiffness times the change of s_N.
         times (T,): of the slips, from 0 at the end of the preload, not decreasing, needed where tau_v > 0;
         the preload takes preload_time.
 
@@ -210,6 +213,7 @@ class Interface:
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
         sigma_N = contract.number("sigma_N", sigma_N, "a finite traction")
         preload = contract.whole("preload", preload)
+        stiffness = contract.number("stiffness", stiffness, "a finite stiffness >= 0")
         if slips.ndim != 1:
             raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
         n = n_done = len(slips)
@@ -217,6 +221,8 @@ class Interface:
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
         if tolerance is not None:
+            if stiffness != 0.0:
+                raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
             self._warn_if_soft(sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
@@ -226,7 +232,8 @@ class Interface:
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                times, float(preload_time), int(self.guarded), separation.T, traction.T, state.T, jumps.T,
+                times, float(preload_time), int(self.guarded), stiffness,
+                separation.T, traction.T, state.T, jumps.T,
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)

@@ -1,0 +1,414 @@
+"""Parameters of the law from shear-box records: least squares on the forward model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from . import contract
+from .contract import Floats
+from .fit_model import FINER, SCALES, SIDES, STEP, Problem, each
+from .fit_records import LARGEST_RATIO, ShearTest
+from .interface import Interface
+
+DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
+DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.default("kc")}
+"""What is identified and what is taken as known unless the caller says otherwise."""
+
+STARTS_TRIED = 5
+"""A small s_f, a curve that never softens, is a local minimum that one start in four ends in."""
+
+SAMPLES = 48
+"""Points of a Latin hypercube from which the best are taken as starts."""
+
+SAME = 1.01
+"""Ratio of sums of squares that are taken as one minimum."""
+
+COUPLED = 0.99
+"""Correlation from which on two parameters are called not separable."""
+
+RANK = 1.0e-10
+"""Singular values below this share of the largest one are differences that rounding makes."""
+
+Tick = Callable[[str], object]
+"""Called after every evaluation of the model."""
+
+
+class NoScipyError(ImportError):
+    """The extra is not installed."""
+
+    def __init__(self) -> None:
+        """Say what to install."""
+        super().__init__("fit needs scipy: expected it to be installed, as by pip install 'asperity[fit]'")
+
+
+BOUNDS = {
+    "eta": (0.05, 0.995),
+    "mu": (0.01, 2.0),
+    "theta": (0.5, 75.0),
+    "flat": (0.005, 0.95),
+    "kc": (0.1, 1e3),
+}
+"""Bounds; those of sigma0 and Gc go with the record."""
+
+STARTS = {"eta": (0.4, 0.97), "mu": (0.15, 1.0), "theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+"""Ranges in which starts are drawn."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and the ends of its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What was identified.
+
+    values: parameters by name, fixed ones included.  x: transformed free ones, covariance (p, p) theirs.
+    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit, of
+    their spread (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
+    derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
+    costs: sums of squares from the starts, the best first.  singular: of the Jacobian, in descending order,
+    directions (p, p) theirs, in rows.
+    """
+
+    problem: Problem
+    values: dict[str, float]
+    x: Floats
+    covariance: Floats
+    quantile: float
+    confidence: float
+    residuals: Floats
+    scatter: tuple[float, float]
+    neighbours: float
+    derivative_error: float
+    costs: tuple[float, ...]
+    evaluations: int
+    singular: Floats
+    directions: Floats
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlation matrix of the transformed free parameters, (p, p)."""
+        sizes = np.sqrt(np.diag(self.covariance))
+        matrix: Floats = self.covariance / np.outer(sizes, sizes)
+        return matrix
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Free parameters with their intervals, which are symmetric in the transformed ones."""
+        half = self.quantile * np.sqrt(np.diag(self.covariance))
+        return {
+            name: Estimate(self.values[name], *(SCALES[name].back(x + sign * h) for sign in (-1.0, 1.0)))
+            for name, x, h in zip(self.problem.free, self.x, half, strict=True)
+        }
+
+    @property
+    def interface(self) -> Interface:
+        """The interface with the parameters found."""
+        return self.problem.interface(self.values)
+
+    def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
+        """Interval of a positive function of the parameters, by the gradient of its logarithm."""
+
+        def log(x: Floats) -> float:
+            return float(np.log(function(self.problem.values(x))))
+
+        shifts = STEP * np.eye(self.x.size)
+        gradient = np.array([(log(self.x + d) - log(self.x - d)) / (2.0 * STEP) for d in shifts])
+        half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
+        value = log(self.x)
+        return Estimate(*(float(np.exp(v)) for v in (value, value - half, value + half)))
+
+    @property
+    def agreeing(self) -> int:
+        """Starts that reached the least sum of squares."""
+        return sum(cost <= SAME * self.costs[0] for cost in self.costs)
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Free parameters that the bounds hold."""
+        near = 1.0e-3
+        return [
+            name
+            for name, x in zip(self.problem.free, self.x, strict=True)
+            if min(abs(x - SCALES[name].to(bound)) for bound in self.problem.bounds[name]) < near
+        ]
+
+
+def residual_ratio(values: Mapping[str, float]) -> float:
+    """|tau|/|sigma_N| of a broken interface that slides up one facing plane; inf where it locks."""
+    slope = np.tan(np.radians(values["theta"]))
+    below = 1.0 - values["mu"] * slope
+    return float((values["mu"] + slope) / below) if below > 0.0 else np.inf
+
+
+def derived(values: Mapping[str, float]) -> dict[str, float]:
+    """s_f, s0 (length) and K (stress/length), (12)."""
+    s_f = 2.0 * values["Gc"] / values["sigma0"]
+    s_0 = (1.0 - values["eta"]) * s_f
+    return {"s_f": s_f, "s0": s_0, "K": values["sigma0"] / s_0}
+
+
+def fit(
+    tests: Sequence[ShearTest],
+    free: Sequence[str] = DEFAULT_FREE,
+    fixed: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    sides: int = SIDES,
+    direction: float = 0.0,
+    increments: int = 200,
+    starts: int = STARTS_TRIED,
+    seed: int = 0,
+    confidence: float = 0.95,
+    tick: Tick = lambda _: None,
+) -> Fit:
+    """Least-squares parameters of a record.
+
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; what is in neither is
+    DEFAULT_FIXED.  start: a point tried besides the best of a Latin hypercube, `starts` in all, drawn by
+    `seed`.  bounds: (low, high) by name.  Raises ValueError for names and values that are not admissible and
+    for a record too short for what is free, NoScipyError without scipy.
+    """
+    try:
+        from scipy.optimize import least_squares
+        from scipy.stats import t as student
+    except ImportError as error:
+        raise NoScipyError from error
+    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
+    for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, 100000)):
+        if not 1 <= value <= most:
+            raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    for name, value in (start or {}).items():
+        if name not in problem.free or not 0.0 < value < SCALES[name].top:
+            raise ValueError(
+                f"start: {name} = {value:g}: expected one of the free ones, {', '.join(problem.free)}, "
+                "between 0 and its largest value"
+            )
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
+    low, high = (
+        np.array([SCALES[name].to(problem.bounds[name][i]) for name in problem.free]) for i in (0, 1)
+    )
+    evaluations = 0
+    label = "starts"
+
+    def residuals(x: Floats) -> Floats:
+        nonlocal evaluations
+        found = problem.residuals(x)
+        evaluations += 1
+        tick(label)
+        return found
+
+    def jacobian(x: Floats) -> Floats:
+        nonlocal evaluations
+        found = problem.jacobian(x)
+        evaluations += 2 * x.size
+        tick(label)
+        return found
+
+    best = None
+    costs = []
+    for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
+        label = f"start {i + 1} of {starts}"
+        found = least_squares(
+            residuals,
+            x,
+            jacobian,
+            bounds=(low, high),
+            x_scale=1.0,
+            ftol=1e-8,
+            xtol=1e-7,
+            gtol=1e-8,
+            max_nfev=60,
+        )
+        costs.append(2.0 * float(found.cost))
+        best = found if best is None or found.cost < best.cost else best
+    assert best is not None
+    return _result(problem, best.x, best.fun, tuple(sorted(costs)), evaluations, confidence, student.ppf)
+
+
+def _problem(
+    tests: Sequence[ShearTest],
+    free: Sequence[str],
+    fixed: Mapping[str, float],
+    bounds: Mapping[str, tuple[float, float]],
+    sides: int,
+    direction: float,
+    increments: int,
+) -> Problem:
+    """Names, values and bounds, checked."""
+    for what, names in (("free", free), ("set", fixed), ("bounds", bounds)):
+        unknown = [name for name in names if name not in SCALES]
+        if unknown:
+            raise ValueError(f"{what}: {unknown[0]}: expected one of {', '.join(SCALES)}")
+    if not free or len(set(free)) < len(free):
+        raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
+    both = [name for name in free if name in fixed]
+    if both:
+        raise ValueError(f"{both[0]}: expected it free or set, not both")
+    known = DEFAULT_FIXED | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
+    missing = [name for name in SCALES if name not in free and name not in known]
+    if missing:
+        raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
+    if sides == 0 and {"theta", "flat"} & set(free):
+        raise ValueError("free: theta, flat: expected inclined planes, sides = 0 has none")
+    largest = max(float(np.abs(test.tau).max()) for test in tests)
+    length = max(float(np.abs(test.slip).max()) for test in tests)
+    within = dict(BOUNDS) | {
+        "sigma0": (1e-3 * largest, 30.0 * largest),
+        "Gc": (1e-6 * largest * length, 150.0 * largest * length),
+    }
+    for name, (low, high) in bounds.items():
+        if not 0.0 < low < high < SCALES[name].top:
+            raise ValueError(
+                f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {SCALES[name].top:g}"
+            )
+        within[name] = (low, high)
+    problem = Problem(
+        list(tests),
+        tuple(free),
+        {name: contract.number(name, value) for name, value in known.items() if name not in free},
+        {name: within[name] for name in free},
+        sides,
+        contract.number("direction", direction),
+        increments,
+    )
+    middle = {name: float(np.sqrt(within[name][0] * within[name][1])) for name in free}
+    problem.interface(dict(problem.fixed) | middle)
+    _check_lengths(problem, length)
+    count = problem.is_dilation.size
+    if count <= 2 * len(free):
+        raise ValueError(
+            f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice "
+            f"the {len(free)} free parameters"
+        )
+    return problem
+
+
+def _check_lengths(problem: Problem, length: float) -> None:
+    """ValueError where the slips cannot have the unit of 2 Gc/sigma0, as far as that is given."""
+    ends = [
+        [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
+        for name in ("Gc", "sigma0")
+    ]
+    shortest, longest = 2.0 * ends[0][0] / ends[1][1], 2.0 * ends[0][1] / ends[1][0]
+    if not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest:
+        raise ValueError(
+            f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
+            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})"
+        )
+
+
+def _starts(
+    problem: Problem,
+    start: Mapping[str, float],
+    low: Floats,
+    high: Floats,
+    count: int,
+    seed: int,
+    residuals: Callable[[Floats], Floats],
+) -> list[Floats]:
+    """The given start, if there is one, and the best points of a Latin hypercube."""
+    margin = 1e-6 * (high - low)
+    ranked = []
+    if set(start) != set(problem.free) or count > 1:
+        points = [np.clip(x, low + margin, high - margin) for x in _hypercube(problem, seed)]
+        costs = [float(r @ r) for r in each(residuals, points)]
+        ranked = [points[i] for i in np.argsort(costs)]
+    if start:
+        given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
+        x = np.array([SCALES[name].to(given[name]) for name in problem.free])
+        ranked.insert(0, np.clip(x, low + margin, high - margin))
+    return ranked[:count]
+
+
+def _hypercube(problem: Problem, seed: int) -> list[Floats]:
+    """Transformed parameters of SAMPLES points, Gc drawn as s_f, whose size the record shows."""
+    largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
+    length = max(float(np.abs(test.slip).max()) for test in problem.tests)
+    ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
+    rng = np.random.default_rng(seed)
+    strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
+    points = []
+    for row in (strata + rng.random(strata.shape)) / SAMPLES:
+        values = dict(problem.fixed)
+        for name, share in zip(problem.free, row, strict=True):
+            a, b = ranges["s_f" if name == "Gc" else name]
+            values[name] = float(a * (b / a) ** share)
+        if "Gc" in problem.free:
+            values["Gc"] *= 0.5 * values["sigma0"]
+        points.append(np.array([SCALES[name].to(values[name]) for name in problem.free]))
+    return points
+
+
+def _result(
+    problem: Problem,
+    x: Floats,
+    residuals: Floats,
+    costs: tuple[float, ...],
+    evaluations: int,
+    confidence: float,
+    quantile: Callable[[float, int], float],
+) -> Fit:
+    """Intervals: (J^T J)^-1 with the scatter of tau and of s_N, each taken from its own residuals."""
+    jacobian = problem.jacobian(x)
+    finer = problem.jacobian(x, FINER * STEP)
+    sizes = np.maximum(np.linalg.norm(jacobian, axis=0), np.finfo(float).tiny)
+    error = float(np.max(np.linalg.norm(jacobian - finer, axis=0) / sizes))
+    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
+    freedom = residuals.size - x.size
+    # parameters are shared out among the quantities by their number of rows
+    shares = [np.flatnonzero(problem.is_dilation == which) for which in (False, True)]
+    variances = np.zeros(residuals.size)
+    scatter = []
+    for rows in shares:
+        left = rows.size * freedom / residuals.size
+        scatter.append(float(np.sqrt(residuals[rows] @ residuals[rows] / left)) if rows.size else np.nan)
+        variances[rows] = scatter[-1] ** 2 if rows.size else 0.0
+    inverse = np.linalg.inv if singular[-1] > RANK * singular[0] else np.linalg.pinv
+    inner = inverse(jacobian.T @ jacobian)
+    covariance = inner @ (jacobian.T * variances) @ jacobian @ inner
+    if inverse is np.linalg.pinv:
+        # nothing is known of directions that the record does not show
+        dark = directions[singular <= RANK * singular[0]]
+        covariance = covariance + dark.T @ dark / RANK
+    ends = np.cumsum([0, *(part.size for part in _parts(problem, residuals))])
+    pairs = [(residuals[a : b - 1], residuals[a + 1 : b]) for a, b in pairwise(ends)]
+    first, second = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    size = float(residuals @ residuals)
+    return Fit(
+        problem=problem,
+        values=problem.values(x),
+        x=x,
+        covariance=covariance,
+        quantile=float(quantile(0.5 + 0.5 * confidence, freedom)),
+        confidence=confidence,
+        residuals=residuals,
+        scatter=(scatter[0], scatter[1]),
+        neighbours=float(first @ second) / size if size > 0.0 else 0.0,
+        derivative_error=error,
+        costs=costs,
+        evaluations=evaluations + 4 * x.size,
+        singular=singular,
+        directions=directions,
+    )
+
+
+def _parts(problem: Problem, residuals: Floats) -> list[Floats]:
+    """Residuals of one quantity of one test each."""
+    cuts = []
+    at = 0
+    for test, spread in zip(problem.tests, problem.spreads, strict=True):
+        for _ in range(2 if test.s_N is not None and spread[1] > 0.0 else 1):
+            at += test.slip.size
+            cuts.append(at)
+    return np.split(residuals, cuts[:-1])

@@ -1,0 +1,143 @@
+"""Command `asperity fit`: parameters from shear-box records."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+
+from tqdm import tqdm
+
+from .fit import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
+from .fit_model import SCALES, SIDES
+from .fit_records import read_records
+from .material import ModelWarning
+
+PATIENCE = 2.0
+"""Seconds before progress is shown."""
+
+BAD_INPUT = 1
+
+
+def add_command(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand."""
+    known = ", ".join(f"{name}={value:.4g}" for name, value in DEFAULT_FIXED.items())
+    parser = commands.add_parser("fit", help="identify parameters from shear-box records")
+    parser.add_argument(
+        "records",
+        nargs="+",
+        type=Path,
+        metavar="DATA.csv",
+        help="columns slip, tau, sigma_N and, as measured, dilation, k_N, test",
+    )
+    parser.add_argument(
+        "--free",
+        default=",".join(DEFAULT_FREE),
+        metavar="NAMES",
+        help=f"what is identified, of {','.join(SCALES)} (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help=f"what is known (default: {known})"
+    )
+    parser.add_argument(
+        "--start", action="append", default=[], metavar="NAME=VALUE", help="try this start, too"
+    )
+    parser.add_argument(
+        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="of what is free"
+    )
+    parser.add_argument(
+        "--sides",
+        type=int,
+        default=SIDES,
+        help="inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--direction", type=float, default=0.0, metavar="DEGREES", help="of the slip, from Tx"
+    )
+    parser.add_argument(
+        "--k-N", type=float, dest="k_N", metavar="STIFFNESS", help="of the box (CNS), for all tests"
+    )
+    parser.add_argument(
+        "--compression-positive", action="store_true", help="sigma_N of the record is > 0 in compression"
+    )
+    parser.add_argument(
+        "--increments", type=int, default=200, help="least number along a test (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--starts", type=int, default=STARTS_TRIED, help="of the least squares (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the draw of starts (default: %(default)s)")
+    parser.add_argument("--confidence", type=float, default=0.95, help="of intervals (default: %(default)s)")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="record and fit, .png or .pdf")
+    parser.add_argument("--case", type=Path, metavar="CASE.nml", help="write a case for run, card and select")
+    parser.add_argument(
+        "--units", default="mm,MPa", metavar="LENGTH,STRESS", help="for labels (default: %(default)s)"
+    )
+    parser.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Read, fit, report."""
+    units = tuple(options.units.split(","))
+    if len(units) != 2:
+        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
+    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
+        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
+    if options.seed < 0:
+        raise ValueError(f"--seed {options.seed}: expected >= 0")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ModelWarning)
+        tests = read_records(options.records, options.k_N, options.compression_positive)
+    for warning in caught:
+        print(f"asperity: warning: {warning.message}", file=sys.stderr)
+    with tqdm(unit="evaluation", delay=PATIENCE, disable=None, leave=False) as bar:
+
+        def tick(label: str) -> None:
+            bar.set_description(label, refresh=False)
+            bar.update()
+
+        try:
+            found = fit(
+                tests,
+                [name.strip() for name in options.free.split(",") if name.strip()],
+                {name: one for name, (one,) in _numbers("--set", options.set, 1).items()},
+                {name: one for name, (one,) in _numbers("--start", options.start, 1).items()},
+                {name: (low, high) for name, (low, high) in _numbers("--bounds", options.bounds, 2).items()},
+                options.sides,
+                options.direction,
+                options.increments,
+                options.starts,
+                options.seed,
+                options.confidence,
+                tick,
+            )
+        except NoScipyError as error:
+            print(f"asperity: {error}", file=sys.stderr)
+            return BAD_INPUT
+    from .fit_report import case_text, draw, report
+
+    print(report(found, (units[0], units[1])))
+    if options.plot is not None:
+        draw(found, options.plot, (units[0], units[1]))
+        print(options.plot)
+    if options.case is not None:
+        options.case.write_text(case_text(found), encoding="utf-8")
+        print(options.case)
+    return 0
+
+
+def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
+    """NAME=VALUE or NAME=LOW,HIGH of an option, which may hold several, apart by blanks."""
+    found = {}
+    for text in (one for several in texts for one in several.split()):
+        name, _, values = text.partition("=")
+        try:
+            numbers = [float(value) for value in values.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count:
+            raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
+        found[name.strip()] = numbers
+    return found
