@@ -32,7 +32,7 @@ TIE = 1.0e-9
 AS_GOOD = 0.01
 """The fewest sides are taken whose error is at most this above the smallest."""
 
-GAUSS = 0.4697
+GAUSS = float(np.sqrt(np.log(2.0) / np.pi))
 """Constant alpha of the Gaussian filter, which halves a wave of the cut-off length (ISO 16610-21)."""
 
 Tick = Callable[[], object]
@@ -136,12 +136,12 @@ class Planes:
         share = self.gamma * self.normals[:, 0]
         return share / share.sum()
 
-    @property
+    @cached_property
     def mean_slope(self) -> float:
         """Mean of tan(inclination) over the nominal area."""
         return float(self.nominal @ self.slopes)
 
-    @property
+    @cached_property
     def rms_slope(self) -> float:
         """Root mean square of tan(inclination) over the nominal area: Z2 of a profile, Sdq of a map."""
         return float(np.sqrt(self.nominal @ self.slopes**2))
@@ -198,13 +198,14 @@ class Errors:
 
     mean_slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
     the mean or rms slope that faces a slip, over its largest value.  residual: largest relative difference of
-    the residual strength; inf where just one of the two locks.
+    the residual strength; inf where just one of the two locks.  listed: the same, from the listed planes.
     """
 
     mean_slope: float
     fabric: float
     uphill: float
     residual: float
+    listed: float
 
 
 def facets(scan: Scan, direction: float = 0.0) -> Facets:
@@ -247,7 +248,7 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
 def bin_facets(
     found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0, most: int = 0
 ) -> tuple[Pattern, np.ndarray]:
-    """Listed planes of facets, and the plane of every facet (n,), the flattest plane first.
+    """Listed planes of facets, and the plane of every facet (n,), a flat plane first.
 
     Facets inclined by at most `flat` (degrees) are the first bin; the others fall into `directions` sectors
     of azimuth, the first one centred at `start` (degrees), and in each into up to `bins` classes of
@@ -278,9 +279,9 @@ def bin_facets(
     normals = vectors / area[:, None]
     normals[np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]] = (1.0, 0.0, 0.0)
     azimuth = np.arctan2(-normals[:, 2], -normals[:, 1]) - np.radians(start) + FLATNESS
-    flattest = normals[:, 0].argmax()
-    order = np.lexsort((-normals[:, 0], np.floor(azimuth / sector + 0.5) % directions))
-    order = np.concatenate([[flattest], order[order != flattest]])
+    place = np.floor(azimuth / sector + 0.5) % directions
+    place[normals[:, 0] == 1.0] = -1
+    order = np.lexsort((-normals[:, 0], place))
     return Pattern.planes(normals[order], (area / area.sum())[order]), np.argsort(order)[label]
 
 
@@ -296,28 +297,30 @@ def nearest_regular(found: Facets, angles: Floats, sides: int = 0, start: float 
         return Pattern.regular(0, 0.0)
     if found.profile:
         return _of_moments(found, 2, start)
+    turns = _turns(found)
     if sides:
-        return _of_moments(found, sides)
+        return _of_moments(found, sides, turns.get(sides, 0.0))
     uphill = found.uphill(angles)
-    tried = [_of_moments(found, m) for m in range(2, contract.MAX_INCLINED + 1)]
+    tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
     errors = [_difference(Planes.of(pattern).uphill(angles), uphill) for pattern in tried]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
 
 
-def compare(pattern: Pattern, found: Facets, angles: Floats, mu: float, strength: Floats) -> Errors:
-    """What a pattern differs by from the facets, whose residual strength over the angles is given."""
+def compare(
+    pattern: Pattern, found: Facets, angles: Floats, mu: float, strength: Floats, of_listed: Floats
+) -> Errors:
+    """What a pattern differs by from the facets, whose residual strength over the angles is given.
+
+    of_listed: residual strength of the listed planes.
+    """
     planes = Planes.of(pattern)
     residual = planes.residual(angles, mu)
-    both = np.isinf(residual) & np.isinf(strength)
-    with np.errstate(invalid="ignore"):
-        difference = np.where(np.isinf(strength) | np.isinf(residual), np.inf, np.abs(residual - strength))
-        relative = np.where(both | (difference == 0.0), 0.0, difference / np.where(both, 1.0, strength))
-    relative[np.isinf(strength) ^ np.isinf(residual)] = np.inf
     return Errors(
         _relative(planes.mean_slope, found.mean_slope),
         _relative(planes.fabric, found.fabric),
         _difference(planes.uphill(angles), found.uphill(angles)),
-        float(relative.max()),
+        _of_strength(residual, strength),
+        _of_strength(residual, of_listed),
     )
 
 
@@ -336,16 +339,24 @@ def lengths_of(scan: Scan) -> Floats:
     return lengths
 
 
-def _of_moments(found: Facets, sides: int, turn: float | None = None) -> Pattern:
+def _turns(found: Facets) -> dict[int, float]:
+    """Turn (degrees) of the planes that agree best with the azimuths, for every number of sides."""
+    share = found.nominal * found.slopes**2
+    once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
+    wave = once.copy()
+    turns = {}
+    for sides in range(2, contract.MAX_INCLINED + 1):
+        wave *= once
+        total = share @ wave
+        # where no azimuth is preferred rounding must not choose one
+        turn = np.degrees(np.angle(total)) / sides if abs(total) > TIE * share.sum() else 0.0
+        turns[sides] = 0.0 if abs(turn) < TIE else float(turn)
+    return turns
+
+
+def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
     """Regular pattern of the facets' mean and mean square slope; for two sides, of that along its profile."""
-    g = found.gradients
-    if turn is None:
-        wave = found.nominal @ (found.slopes**2 * np.exp(1j * sides * np.arctan2(g[:, 1], g[:, 0])))
-        size = found.rms_slope**2
-        # no azimuth is preferred: rounding must not choose one
-        turn = 0.0 if abs(wave) <= TIE * size else float(np.degrees(np.angle(wave))) / sides
-        turn = 0.0 if abs(turn) < TIE else turn
-    slopes = np.abs(g @ _unit(np.radians(turn))) if sides == 2 else found.slopes
+    slopes = np.abs(found.gradients @ _unit(np.radians(turn))) if sides == 2 else found.slopes
     mean, square = found.nominal @ slopes, found.nominal @ slopes**2
     if mean <= FLATNESS:
         return Pattern.regular(0, 0.0)
@@ -391,6 +402,15 @@ def _difference(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> flo
     return max(
         float(np.abs(a - b).max() / b.max()) if b.max() > 0.0 else float(a.max() > 0.0) for a, b in parts
     )
+
+
+def _of_strength(values: Floats, expected: Floats) -> float:
+    """Largest relative difference; none where both are infinite, inf where one is."""
+    finite = np.isfinite(values) & np.isfinite(expected)
+    if (np.isfinite(values) != np.isfinite(expected)).any():
+        return np.inf
+    both = finite & (expected > 0.0)
+    return float(np.max(np.abs(values[both] / expected[both] - 1.0), initial=0.0))
 
 
 def _relative(value: Floats | float, expected: Floats | float) -> float:

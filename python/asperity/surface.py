@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -130,7 +131,7 @@ def case_lines(pattern: Pattern) -> str:
         if pattern.m > 0:
             text += f", theta = {pattern.theta:.9g}, flat = {pattern.flat:.9g}, turn = {pattern.turn:.9g}"
         return f"{text} /"
-    rows = [", ".join(f"{value:.9f}" for value in normal) for normal in pattern.normals]
+    rows = [", ".join(f"{value:.9f}" for value in normal) for normal in _rounded(pattern.normals)]
     weights = [f"{value:.9f}" for value in pattern.weights]
     wrapped = [", ".join(weights[i : i + 6]) for i in range(0, len(weights), 6)]
     join = ",\n" + " " * 19
@@ -148,7 +149,7 @@ def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str
     rest = [f"{value:.9g}" for value in props[len(first) : last]]
     if pattern.m < 0:
         planes = np.column_stack([pattern.normals, pattern.weights])
-        rest += [f"{value:.9f}" for value in planes.ravel()]
+        rest += [f"{value:.9f}" for value in _rounded(planes).ravel()]
     return ", ".join(first + rest)
 
 
@@ -175,35 +176,42 @@ def _run(options: argparse.Namespace) -> int:
     with tqdm(total=len(angles), unit="direction", disable=None, delay=2.0) as bar:
         strength = found.residual(angles, mu, bar.update)
     chosen = regular if options.regular else listed
-    errors = {"listed": (listed, slopes.compare(listed, found, angles, mu, strength))}
-    errors["regular"] = (regular, slopes.compare(regular, found, angles, mu, strength))
-    stem = options.output or Path(f"{options.scan.stem}_planes")
     print("\n".join(_report(original, scan, found, angles, strength, mu, options)))
-    print("\npattern               planes  mean slope    fabric    uphill  residual")
-    for name, (pattern, error) in errors.items():
-        numbers = (error.mean_slope, error.fabric, error.uphill, error.residual)
-        texts = ("locks" if np.isinf(number) else f"{number:.1e}" for number in numbers)
-        first, second, third, fourth = texts
-        shown = f"{name} {_name(pattern)}"
-        print(f"{shown:<22}{len(pattern.weights):>6}{first:>12}{second:>10}{third:>10}{fourth:>10}")
-    print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
-    scales = []
-    for length in slopes.lengths_of(smooth):
-        coarse = slopes.facets(smooth.sampled(length), options.direction)
-        pattern = slopes.nearest_regular(coarse, angles, regular.m, options.direction)
-        scales.append((length, coarse.mean_slope, coarse.rms_slope))
-        theta, flat = (pattern.theta, pattern.flat) if pattern.m else (0.0, 1.0)
-        print(f"{length:>14.4g}{coarse.mean_slope:>12.4f}{coarse.rms_slope:>12.4f}{theta:>8.2f}{flat:>8.3f}")
+    print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
+    of_listed = Planes.of(listed).residual(angles, mu)
+    for pattern in (listed, regular):
+        errors = slopes.compare(pattern, found, angles, mu, strength, of_listed)
+        values = (getattr(errors, field.name) for field in fields(errors))
+        texts = ["locks" if np.isinf(value) else f"{value:.1e}" for value in values]
+        start = f"{_name(pattern):<22}{len(pattern.weights):>6}{texts[0]:>12}"
+        print(start + "".join(f"{text:>10}" for text in texts[1:]))
+    scales = np.array(list(_scales(smooth, regular, angles, options.direction)))
     print(f"\n{case_lines(chosen)}\n\nPROPS  {props_line(chosen, options.material)}\n")
-    _write(stem.with_name(f"{stem.name}.csv"), chosen)
+    stem = options.output or Path(f"{options.scan.stem}_planes")
+    table, png = stem.with_name(f"{stem.name}.csv"), stem.with_name(f"{stem.name}.png")
+    _write(table, chosen)
     from .surface_draw import draw
 
     shown = label if chosen is listed else _nearest(found, chosen)
-    png = stem.with_name(f"{stem.name}.png")
-    draw(scan, found, chosen, shown, regular, angles, strength, mu, np.array(scales), png, options.scan.name)
-    print(stem.with_name(f"{stem.name}.csv"))
+    draw(scan, found, (listed, regular), chosen, shown, angles, strength, mu, scales, png, options.scan.name)
+    print(table)
     print(png)
     return 0
+
+
+def _scales(
+    scan: Scan, regular: Pattern, angles: Floats, direction: float
+) -> Iterator[tuple[float, float, float]]:
+    """Sampling length, mean and rms slope; prints them with the regular pattern of the same sides."""
+    title = f"sampling, {scan.unit}"
+    print(f"\n{title:>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
+    for length in slopes.lengths_of(scan):
+        found = slopes.facets(scan.sampled(length), direction)
+        pattern = slopes.nearest_regular(found, angles, regular.m, direction)
+        theta, flat = (pattern.theta, pattern.flat) if pattern.m else (0.0, 1.0)
+        mean, rms = found.mean_slope, found.rms_slope
+        print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
+        yield float(length), mean, rms
 
 
 def _report(
@@ -287,7 +295,7 @@ def _nearest(found: Facets, pattern: Pattern) -> np.ndarray:
 def _name(pattern: Pattern) -> str:
     """Short name of a pattern, with its angle."""
     if pattern.m < 0:
-        return ""
+        return "listed"
     if pattern.m == 0:
         return "flat"
     return f"{'RT' if pattern.m == 2 else f'RP-{pattern.m}'}, {pattern.theta:.2f} deg"
@@ -301,18 +309,11 @@ def _write(path: Path, pattern: Pattern) -> None:
         writer.writerow(
             ["plane", "theta_deg", "azimuth_deg", "n_N", "n_Tx", "n_Ty", "gamma", "nominal_share"]
         )
-        for k, (normal, gamma, share) in enumerate(
-            zip(planes.normals, planes.gamma, planes.nominal, strict=True)
-        ):
-            g = planes.gradients[k]
-            angles = (np.degrees(np.arctan(np.hypot(*g))), np.degrees(np.arctan2(g[1], g[0])))
-            writer.writerow(
-                [
-                    k + 1,
-                    *(f"{a + 0.0:.6f}" for a in angles),
-                    *(f"{v + 0.0:.9f}" for v in (*normal, gamma, share)),
-                ]
-            )
+        azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
+        angles = np.degrees([np.arctan(planes.slopes), azimuth])
+        rows = np.column_stack([*angles, planes.normals, planes.gamma, planes.nominal])
+        for k, row in enumerate(_rounded(rows), start=1):
+            writer.writerow([k, *(f"{value:.9f}" for value in row)])
 
 
 def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -431,6 +432,12 @@ def _metres(path: Path, unit: str) -> float:
     if unit not in UNITS:
         raise ValueError(f"{path}: unit {unit}: expected one of {', '.join(UNITS)}")
     return UNITS[unit]
+
+
+def _rounded(values: Floats) -> Floats:
+    """Values to the digits that are printed, without -0."""
+    found: Floats = np.round(values, 9) + 0.0
+    return found
 
 
 def _is_number(text: str) -> bool:

@@ -26,9 +26,9 @@ MOST_CELLS = 600
 def draw(
     scan: Scan,
     found: Facets,
-    pattern: Pattern,
+    patterns: tuple[Pattern, Pattern],
+    chosen: Pattern,
     label: np.ndarray,
-    regular: Pattern,
     angles: Floats,
     strength: Floats,
     mu: float,
@@ -36,20 +36,24 @@ def draw(
     png: Path,
     title: str,
 ) -> None:
-    """Four panels; label: plane of every facet; scales (n, 3): sampling length, mean and rms slope."""
-    planes = Planes.of(pattern)
+    """Facets, normals, slopes over the scale (n, 3): length, mean, rms; of a map the residual strength, too.
+
+    patterns: listed and regular; label: plane of the chosen one, for every facet.
+    """
+    planes = Planes.of(chosen)
+    listed, regular = map(Planes.of, patterns)
     figure = plt.figure(figsize=(9.0, 6.5 if scan.is_profile else 7.5), layout="constrained")
     if scan.is_profile:
         grid = figure.add_gridspec(2, 2)
         _profile(figure.add_subplot(grid[0, :]), scan, found, planes, label)
-        _inclinations(figure.add_subplot(grid[1, 0]), found, planes, regular, angles[0])
+        _inclinations(figure.add_subplot(grid[1, 0]), found, listed, regular, angles[0])
         _scales(figure.add_subplot(grid[1, 1]), scan, scales)
     else:
         grid = figure.add_gridspec(2, 2)
         _map(figure.add_subplot(grid[0, 0]), scan, planes, label)
-        _normals(figure.add_subplot(grid[0, 1], projection="polar"), found, planes, regular)
+        _normals(figure.add_subplot(grid[0, 1], projection="polar"), found, listed, regular)
         _scales(figure.add_subplot(grid[1, 0]), scan, scales)
-        _strengths(figure.add_subplot(grid[1, 1]), planes, Planes.of(regular), angles, strength, mu)
+        _strengths(figure.add_subplot(grid[1, 1]), listed, regular, angles, strength, mu)
     figure.suptitle(title, fontsize="medium")
     figure.savefig(png, dpi=120, metadata={"Software": None})
     plt.close(figure)
@@ -101,7 +105,7 @@ def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
     ax.set_title(f"facets in {len(planes.gamma)} planes, heights as lines", fontsize="medium")
 
 
-def _normals(ax: Axes, found: Facets, planes: Planes, regular: Pattern) -> None:
+def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
     """Facets as a density over azimuth and inclination, planes by the area of their marks."""
     incl = np.degrees(np.arctan(found.slopes))
     azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) % (2.0 * np.pi)
@@ -112,8 +116,8 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Pattern) -> None:
     density /= np.diff(a)[:, None] * np.diff(r**2)  # per area of the plot
     shown = np.ma.masked_where(density == 0.0, density).T
     ax.pcolormesh(a, r, shown, cmap="Greys", vmin=0.0, vmax=2.0 * np.percentile(density[density > 0.0], 90.0))
-    _marks(ax, planes, "o", COLOURS[1], "planes in use")
-    _marks(ax, Planes.of(regular), "s", COLOURS[0], "nearest regular")
+    _marks(ax, planes, "o", COLOURS[1], "listed planes")
+    _marks(ax, regular, "s", COLOURS[0], "nearest regular")
     ax.set_ylim(0.0, top)
     ax.set_rlabel_position(22.5)
     ax.yaxis.set_major_formatter("{x:.0f}°")
@@ -128,14 +132,14 @@ def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None
         np.degrees(np.arctan(planes.slopes)),
         s=10.0 + 600.0 * planes.gamma,
         marker=mark,
-        facecolors="none",
+        facecolors=_colours(planes) if mark == "o" else "none",
         edgecolors=colour,
         linewidths=1.4,
         label=label,
     )
 
 
-def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Pattern, start: float) -> None:
+def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, start: float) -> None:
     """Facets of a profile as a histogram of the signed inclination, planes as sticks."""
     e = np.array([np.cos(start), np.sin(start)])
     incl = _signed(found, e)
@@ -149,8 +153,8 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Pattern, sta
         label="facets",
     )
     for one, mark, colour, label in (
-        (planes, "o-", COLOURS[1], "planes in use"),
-        (Planes.of(regular), "s--", COLOURS[0], "nearest regular"),
+        (planes, "o-", COLOURS[1], "listed planes"),
+        (regular, "s--", COLOURS[0], "nearest regular"),
     ):
         for i, (at, share) in enumerate(zip(_signed(one, e), one.gamma, strict=True)):
             ax.plot(
@@ -187,7 +191,7 @@ def _strengths(
     degrees = np.degrees(np.append(angles, angles[0] + 2.0 * np.pi))
     for values, style, colour, label in (
         (strength, "-", COLOURS[3], "facets"),
-        (planes.residual(angles, mu), "-", COLOURS[1], "planes in use"),
+        (planes.residual(angles, mu), "-", COLOURS[1], "listed planes"),
         (regular.residual(angles, mu), "--", COLOURS[0], "nearest regular"),
     ):
         shown = np.where(np.isinf(values), np.nan, values)
