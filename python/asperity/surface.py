@@ -26,6 +26,9 @@ EVEN = 1.0e-3
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
 
+ROUNDING = 1.0e-9
+"""Errors and angles (degrees) below this are shown as 0."""
+
 PERCENT = (50, 90, 99, 100)
 """Percentiles of the inclination that are told."""
 
@@ -182,7 +185,7 @@ def _run(options: argparse.Namespace) -> int:
     for pattern in (listed, regular):
         errors = slopes.compare(pattern, found, angles, mu, strength, of_listed)
         values = (getattr(errors, field.name) for field in fields(errors))
-        texts = ["locks" if np.isinf(value) else f"{value:.1e}" for value in values]
+        texts = [_shown(value) for value in values]
         start = f"{_name(pattern):<22}{len(pattern.weights):>6}{texts[0]:>12}"
         print(start + "".join(f"{text:>10}" for text in texts[1:]))
     scales = np.array(list(_scales(smooth, regular, angles, options.direction)))
@@ -197,6 +200,13 @@ def _run(options: argparse.Namespace) -> int:
     print(table)
     print(png)
     return 0
+
+
+def _shown(error: float) -> str:
+    """An error in the table."""
+    if np.isinf(error):
+        return "locks"
+    return f"{error:.1e}" if error > ROUNDING else "0"
 
 
 def _scales(
@@ -237,12 +247,13 @@ def _report(
     ]
     steep = ", ".join(f"{p} %: {np.degrees(np.arctan(t)):.2f}" for p, t in zip(PERCENT, at, strict=True))
     heights = scan.heights()
+    tilt = found.tilt if found.tilt > ROUNDING else 0.0
     low, high = strength.min(), strength.max()
     shown = ["locks" if np.isinf(value) else f"{value:.4f}" for value in (low, high)]
     filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
     return [
         f"scan        {'profile' if scan.is_profile else 'map'}, {points}, {extent}{filtered}",
-        f"level       average plane tilted by {found.tilt:.4g} degrees, turned away",
+        f"level       average plane tilted by {tilt:.4g} degrees, turned away",
         f"facets      {len(found.gamma)} at {scan.spacing:g} {unit}; true/nominal area {found.ratio:.4f}",
         f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
         f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.colors import hsv_to_rgb
+from matplotlib.ticker import MaxNLocator
 
 from .contract import Floats
 from .pattern import Pattern
@@ -21,6 +21,9 @@ from .slopes import Facets, Planes, Scan
 
 MOST_CELLS = 600
 """Cells of a map along a side that are drawn."""
+
+GREY = 0.85
+"""Shade of a flat facet."""
 
 
 def draw(
@@ -65,9 +68,8 @@ def _colours(planes: Planes) -> Floats:
     azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
     # a cyclic map of even lightness between its ends; steepness mixes it with grey
     base = plt.cm.twilight_shifted((azimuth / (2.0 * np.pi)) % 1.0)[:, :3]
-    grey = hsv_to_rgb(np.array([0.0, 0.0, 0.85]))
     share = (0.25 + 0.75 * depth)[:, None] * (depth > 0.0)[:, None]
-    colours: Floats = share * base + (1.0 - share) * grey
+    colours: Floats = share * base + (1.0 - share) * GREY
     return colours
 
 
@@ -120,7 +122,8 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
     _marks(ax, regular, "s", COLOURS[0], "nearest regular")
     ax.set_ylim(0.0, top)
     ax.set_rlabel_position(22.5)
-    ax.yaxis.set_major_formatter("{x:.0f}°")
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.yaxis.set_major_formatter("{x:g}°")
     ax.set_title("up-slope azimuth and inclination", fontsize="medium")
     ax.legend(fontsize="small", loc="upper right", bbox_to_anchor=(1.25, 1.1))
 
@@ -177,7 +180,9 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
     ax.semilogx(scales[:, 0], scales[:, 1], "o-", color=COLOURS[0], label="mean")
     ax.semilogx(scales[:, 0], scales[:, 2], "s--", color=COLOURS[1], label="rms")
     ax.axvline(scan.spacing, color=COLOURS[3], linestyle=":", label="in use")
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(0.0, 1.05 * scales[:, 1:].max() or 1.0)
+    ax.set_xticks(scales[:, 0], [f"{length:.3g}" for length in scales[:, 0]])
+    ax.minorticks_off()
     ax.set_xlabel(f"sampling length [{scan.unit}]")
     ax.set_ylabel("slope, tangent [-]")
     ax.grid(alpha=0.3, which="both")
@@ -196,7 +201,8 @@ def _strengths(
     ):
         shown = np.where(np.isinf(values), np.nan, values)
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
-    ax.set_ylim(bottom=0.0)
+    if np.isfinite(strength).any():
+        ax.set_ylim(bottom=0.0)
     ax.set_xlabel("direction of slip, from Tx [degrees]")
     ax.set_ylabel(r"residual $\tau_L / |\sigma_N|$ [-]")
     ax.set_title(f"$\\mu$ = {mu:g}", fontsize="medium")
