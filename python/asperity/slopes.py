@@ -26,6 +26,9 @@ LEAST_SHARE = 0.005
 FLATNESS = 1.0e-6
 """Slope (tangent) that is rounding of the heights: of the flat plane, and between slopes that are equal."""
 
+SAME = 1.0e-3
+"""Bins whose slopes (tangents) are nearer to each other than this are one plane."""
+
 TIE = 1.0e-9
 """Slopes along a slip that differ by less carry together."""
 
@@ -368,20 +371,23 @@ def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
 
 
 def _merged(found: Facets, label: np.ndarray) -> tuple[Floats, np.ndarray]:
-    """Vector areas of the bins after those below LEAST_SHARE have joined the nearest, and the labels."""
+    """Vector areas and labels of bins; those below LEAST_SHARE join the nearest, those of a slope are one."""
     facet = found.gamma[:, None] * found.normals
     vectors = np.column_stack([np.bincount(label, facet[:, i]) for i in range(3)])
     target = np.arange(len(vectors))
     total = vectors[:, 0].sum()
     while len(alive := np.unique(target)) > 1:
-        least = alive[vectors[alive, 0].argmin()]
-        if vectors[least, 0] >= LEAST_SHARE * total:
-            break
-        others = alive[alive != least]
-        slope = vectors[:, 1:] / vectors[:, :1]
-        nearest = others[np.hypot(*(slope[others] - slope[least]).T).argmin()]
-        vectors[nearest] += vectors[least]
-        target[target == least] = nearest
+        slope = vectors[alive, 1:] / vectors[alive, :1]
+        apart = np.hypot(*(slope[:, None] - slope[None, :]).transpose(2, 0, 1))
+        np.fill_diagonal(apart, np.inf)
+        least = vectors[alive, 0].argmin()
+        if vectors[alive[least], 0] >= LEAST_SHARE * total:
+            least = apart.min(axis=0).argmin()
+            if apart[least].min() >= SAME:
+                break
+        nearest = alive[apart[least].argmin()]
+        vectors[nearest] += vectors[alive[least]]
+        target[target == alive[least]] = nearest
     alive, target = np.unique(target, return_inverse=True)
     return vectors[alive], target.ravel()[label]
 

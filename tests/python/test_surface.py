@@ -461,3 +461,20 @@ def test_full_list_of_planes() -> None:
     again = Pattern.planes(planes[:, :3], planes[:, 3])
     assert again.weights == pytest.approx(listed.weights, abs=1e-8)
     assert max(map(len, case_lines(listed).splitlines())) < 110
+
+
+def test_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """docs/surface.md shows what its scans give."""
+    page = (Path(__file__).parents[2] / "docs" / "surface.md").read_text(encoding="utf-8")
+    for code in re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL):
+        exec(code, {})
+    capsys.readouterr()
+    shown = re.findall(
+        r"^```console\nasperity (.*)\n```\n\n```text\n(.*?)```", page, re.MULTILINE | re.DOTALL
+    )
+    assert len(shown) == 2
+    for command, text in shown:
+        assert main(command.split()) == 0
+        assert capsys.readouterr().out == text
+    assert main(["surface", "joint.csv"]) == 0
+    assert "\n".join(Path("joint_planes.csv").read_text(encoding="utf-8").splitlines()[:2]) in page
