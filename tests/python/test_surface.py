@@ -470,7 +470,7 @@ def test_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         exec(code, {})
     capsys.readouterr()
     shown = re.findall(
-        r"^```console\nasperity (.*)\n```\n\n```text\n(.*?)```", page, re.MULTILINE | re.DOTALL
+        r"^```console\nasperity ([^\n]*)\n```\n\n```text\n(.*?)```", page, re.MULTILINE | re.DOTALL
     )
     assert len(shown) == 2
     for command, text in shown:
