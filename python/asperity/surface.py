@@ -162,6 +162,10 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--regular: expected without --bins, --directions and --planes, which list planes")
     if options.bins and options.planes:
         raise ValueError("--bins, --planes: expected one of them")
+    if options.sides is not None and not 2 <= options.sides <= contract.MAX_INCLINED:
+        raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
+    if not np.isfinite(options.direction):
+        raise ValueError(f"--direction {options.direction}: expected a finite angle")
     original = scan = read_scan(options.scan, options.spacing, options.unit)
     if options.smooth is not None:
         scan = scan.smoothed(options.smooth)
