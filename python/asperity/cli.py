@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import __version__, accuracy_charts, card_command, fit_command, paper, select_command, tables
+from . import __version__, accuracy_charts, card_command, fit_command, paper, select_command, surface, tables
 from .case_files import labels
 from .installed import bench, cases, driver
 from .results import read_rows, results_of
@@ -95,6 +95,7 @@ def _parser() -> argparse.ArgumentParser:
     card_command.add_command(commands)
     fit_command.add_command(commands)
     select_command.add_command(commands)
+    surface.add_command(commands)
 
     table = commands.add_parser(
         "tables", help="print the tables of PROPS and STATEV, or fill them into files"

@@ -17,6 +17,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.card_command import read_interface
 from kratos_model import Floats, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -49,10 +50,12 @@ class Result:
     structure: Structure
 
 
-def run(library: Path, turns: list[float], increment: float, nx: int = 21, ny: int = 5) -> Result:
+def run(
+    library: Path, turns: list[float], increment: float, nx: int = 21, ny: int = 5, law: Interface = JOINT
+) -> Result:
     """Press, then move the middle brick to each of the turns, mm, in steps of about `increment`."""
     s = Structure(2)
-    brick, joint = s.elastic(YOUNG, POISSON), s.umat(library, JOINT)
+    brick, joint = s.elastic(YOUNG, POISSON), s.umat(library, law)
     x, y = np.linspace(0.0, LENGTH, nx + 1), np.linspace(0.0, HEIGHT, ny + 1)
     bricks = []
     for k in range(3):
@@ -92,10 +95,10 @@ def run(library: Path, turns: list[float], increment: float, nx: int = 21, ny: i
     return Result(slip, force, rise, separation, traction, u, norms, s)
 
 
-def prediction(slips: Floats) -> tuple[Floats, Floats]:
+def prediction(slips: Floats, law: Interface = JOINT) -> tuple[Floats, Floats]:
     """Force on two joints and rise of the top under the slips, were all points of the joints alike."""
-    pressed = JOINT.confined_slip(0.0, [0.0], -PRESSURE).separation[0, 0]
-    history = JOINT.confined_slip(0.0, slips, -PRESSURE)
+    pressed = law.confined_slip(0.0, [0.0], -PRESSURE).separation[0, 0]
+    history = law.confined_slip(0.0, slips, -PRESSURE)
     return 2.0 * LENGTH * history.traction[:, 1], 2.0 * (history.separation[:, 0] - pressed)
 
 
@@ -104,17 +107,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Masonry triplet in Kratos, drawn.")
     parser.add_argument("library", type=Path, help="libasperity_kratos.so, the commit adapter")
     parser.add_argument("-o", "--output", type=Path, default=Path("kratos-triplet.png"), metavar="FILE.png")
+    parser.add_argument("--case", type=Path, metavar="CASE.nml", help="interface of the joints")
+    parser.add_argument("--value", help="of the sweep of the case")
+    parser.add_argument("--turns", type=float, nargs="+", default=[0.6, -0.6, 0.6], help="slips in turn, mm")
+    parser.add_argument("--csv", type=Path, help="write slip, force and rise there")
     options = parser.parse_args()
-    result = run(options.library.resolve(), [0.6, -0.6, 0.6], 0.01)
+    law = JOINT if options.case is None else read_interface(options.case, options.value)[0]
+    result = run(options.library.resolve(), options.turns, 0.01, law=law)
     after = slice(PRELOAD_STEPS, None)
     slip, force, rise = result.slip[after], result.force[after], result.rise[after]
     rise = rise - result.rise[PRELOAD_STEPS - 1]
-    force_1, rise_1 = prediction(slip)
+    force_1, rise_1 = prediction(slip, law)
+    if options.csv is not None:
+        names = "slip,force,rise,force_point,rise_point"
+        table = np.column_stack([slip, force, rise, force_1, rise_1])
+        np.savetxt(options.csv, table, fmt="%.6f", delimiter=",", header=names, comments="")
     print(f"{len(slip)} steps, at most {max(map(len, result.norms))} iterations")
     print(f"largest force {force.max():.2f} N, of the material point {force_1.max():.2f} N")
     print(f"force at the end {force[-1]:.2f} N, of the material point {force_1[-1]:.2f} N")
     print(f"rise at the end {rise[-1]:.4f} mm, of the material point {rise_1[-1]:.4f} mm")
-    damage = np.array([JOINT.replay(path).damage for path in result.separation.transpose(1, 0, 2)]).T
+    damage = np.array([law.replay(path).damage for path in result.separation.transpose(1, 0, 2)]).T
     row = int(np.ptp(damage, axis=1).argmax())  # where it differs most along the joints
     shown = row - PRELOAD_STEPS
     s = result.structure

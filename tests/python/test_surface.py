@@ -1,0 +1,481 @@
+"""Planes of scanned surfaces: synthetic ones whose slopes are known in closed form."""
+
+from __future__ import annotations
+
+import csv
+import re
+import warnings
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern, contract, slopes
+from asperity.card_command import read_interface
+from asperity.cli import main
+from asperity.slopes import Planes, Scan
+from asperity.surface import case_lines, props_line, read_scan
+
+EXACT = 1.0e-9
+"""Rounding of heights of order 1 over a spacing of order 0.01, in degrees and shares."""
+
+THETA, MU = 30.0, 0.5
+T = np.tan(np.radians(THETA))
+
+
+def trapezoid(x: np.ndarray, period: float, flat: float, rise: float, fall: float) -> np.ndarray:
+    """Heights with slopes `rise` and -`fall` (tangents) between flats of this length, foot and top."""
+    height = (period - 2.0 * flat) / (1.0 / rise + 1.0 / fall)
+    knots = np.cumsum([0.0, flat, height / rise, flat, height / fall])
+    return np.interp(np.mod(x, period), knots, [0.0, 0.0, height, height, 0.0])
+
+
+def profile(x: np.ndarray, z: np.ndarray) -> slopes.Facets:
+    """Facets of a profile."""
+    return slopes.facets(Scan(x, None, z[None, :]))
+
+
+def grid(n: int, periods: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Axis of `periods` unit periods, n cells each, and its mesh."""
+    a = np.arange(n * periods + 1) / n
+    return a, *np.meshgrid(a, a)
+
+
+def regular(found: slopes.Facets, sides: int = 0) -> Pattern:
+    """Nearest regular pattern."""
+    return slopes.nearest_regular(found, slopes.directions_of(found), sides)
+
+
+def egg_box(amplitude: float, n: int, periods: int = 2) -> tuple[slopes.Facets, float]:
+    """Facets of z = A sin kx sin ky, k = 2 pi, n cells a period, and A k as finite differences have it."""
+    a, x, y = grid(n, periods)
+    k = 2.0 * np.pi
+    z = amplitude * np.sin(k * x) * np.sin(k * y)
+    return slopes.facets(Scan(a, a, z)), amplitude * k * np.sinc(1.0 / n)
+
+
+# --- profiles -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("flat", [0.0, 0.25])
+def test_ridge_is_the_trapezoid(flat: float) -> None:
+    """Period 2: theta is that of the sides, the flat share that of the true length."""
+    x = np.arange(401) / 40
+    found = profile(x, trapezoid(x, 2.0, flat, T, T))
+    share = 2.0 * flat / (2.0 * flat + (2.0 - 2.0 * flat) / np.cos(np.radians(THETA)))
+    pattern = regular(found)
+    assert pattern.m == 2
+    assert [pattern.theta, pattern.flat, pattern.turn] == pytest.approx([THETA, share, 0.0], abs=EXACT)
+    listed, label = slopes.bin_facets(found, 2, 3)
+    assert listed.normals == pytest.approx(pattern.normals, abs=EXACT)
+    assert listed.weights == pytest.approx(pattern.weights, abs=EXACT)
+    # every facet is given to the plane it lies on
+    assert listed.normals[label] == pytest.approx(found.normals, abs=EXACT)
+
+
+def test_tilted_ridge() -> None:
+    """Turned by 17 degrees in the scanner it is the same, but for the tilt: turned, not sheared."""
+    x = np.arange(401) / 40
+    z = trapezoid(x, 2.0, 0.25, T, T)
+    c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
+    found, level = profile(c * x - s * z, s * x + c * z), profile(x, z)
+    assert found.tilt == pytest.approx(17.0, abs=EXACT)
+    assert found.normals == pytest.approx(level.normals, abs=EXACT)
+    assert found.gamma == pytest.approx(level.gamma, abs=EXACT)
+    assert regular(found).theta == pytest.approx(THETA, abs=EXACT)
+
+
+def test_unequal_sides() -> None:
+    """20 and 40 degrees: two planes, uniform pressure is balanced, each way has its own residual strength."""
+    rise, fall = np.tan(np.radians([20.0, 40.0]))
+    # five points up and five down, four times
+    period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
+    x = np.concatenate([[0.0], np.cumsum(np.tile(period, 4))])
+    z = np.tile(np.concatenate([np.arange(5), 5 - np.arange(5)]) / 5, 4)
+    z = np.append(z, 0.0)
+    found = profile(x, z)
+    listed, _ = slopes.bin_facets(found, 2, 4)
+    assert np.degrees(np.arctan(Planes.of(listed).slopes)) == pytest.approx([20.0, 40.0], abs=1e-6)
+    assert listed.weights @ listed.normals[:, 1:] == pytest.approx([0.0, 0.0], abs=EXACT)
+    # shares of the true length: height over sine
+    expected = 1.0 / np.sin(np.radians([20.0, 40.0]))
+    assert listed.weights == pytest.approx(expected / expected.sum(), abs=EXACT)
+    tangent = np.array([rise, fall])
+    angles = np.array([0.0, np.pi])
+    strength = (MU + tangent) / (1.0 - MU * tangent)
+    assert found.residual(angles, MU) == pytest.approx(strength, rel=EXACT)
+    # RT is told to be another surface: its one angle lies between them
+    pattern = regular(found)
+    errors = slopes.compare(pattern, found, angles, MU, found.residual(angles, MU), strength)
+    middle = np.tan(np.radians(pattern.theta))
+    of_pattern = (MU + middle) / (1.0 - MU * middle)
+    assert rise < middle < fall
+    assert errors.residual == pytest.approx(np.abs(of_pattern / strength - 1.0).max(), rel=EXACT)
+    assert errors.mean_slope == pytest.approx(0.0, abs=EXACT)
+    assert errors.fabric == pytest.approx(0.0, abs=EXACT)
+
+
+def test_direction_turns_a_profile() -> None:
+    """Planes of a profile along 30 degrees slope along it, and RT is turned."""
+    x = np.arange(401) / 40
+    found = slopes.facets(Scan(x, None, trapezoid(x, 2.0, 0.25, T, T)[None, :]), 30.0)
+    pattern = slopes.nearest_regular(found, slopes.directions_of(found, 30.0), 0, 30.0)
+    assert (pattern.m, pattern.turn) == (2, 30.0)
+    listed, _ = slopes.bin_facets(found, 2, 3, 30.0)
+    assert listed.normals == pytest.approx(Pattern.regular(2, THETA, pattern.flat, 30.0).normals, abs=EXACT)
+
+
+def test_noise_grows_with_resolution() -> None:
+    """White noise of deviation d has the rms slope sqrt(2) d/L: half at twice the sampling length L."""
+    d, h, n = 0.01, 0.1, 20000
+    z = np.random.default_rng(1).normal(0.0, d, n)
+    scan = Scan(h * np.arange(n), None, z[None, :])
+    scatter = 5.0 / np.sqrt(n)  # five standard deviations of the square root of the mean of squares, and more
+    for k in (1, 2, 4):
+        found = slopes.facets(scan.sampled(k * h)).rms_slope
+        assert found == pytest.approx(np.sqrt(2.0) * d / (k * h), rel=np.sqrt(k) * scatter)
+
+
+def test_filter_halves_a_wave_of_its_length() -> None:
+    """Far from the ends, by the definition of the cut-off; others by 2^-(length/wave)^2."""
+    x = np.arange(2001) / 100
+    middle = slice(800, 1200)
+    for wave, passed in ((1.0, 0.5), (0.4, 2.0**-6.25)):
+        scan = Scan(x, None, np.sin(2.0 * np.pi * x / wave)[None, :]).smoothed(1.0)
+        # the filter ends where its weight is exp(-14)
+        assert np.ptp(scan.z[0, middle]) == pytest.approx(2.0 * passed, rel=1e-5)
+
+
+# --- maps ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.1, -0.2)])
+def test_plane_is_flat(tilt: tuple[float, float]) -> None:
+    """A tilted plane is flat once it is level."""
+    a, x, y = grid(20, 1)
+    found = slopes.facets(Scan(a, a, 0.3 + tilt[0] * x + tilt[1] * y))
+    assert found.tilt == pytest.approx(np.degrees(np.arctan(np.hypot(*tilt))), abs=EXACT)
+    assert found.ratio == pytest.approx(1.0, abs=EXACT)
+    assert regular(found).m == 0
+    listed, _ = slopes.bin_facets(found, 8, 3)
+    assert listed.normals.tolist() == [[1.0, 0.0, 0.0]]
+
+
+def test_pyramids_with_ridges_along_the_axes() -> None:
+    """z = tent(x) + tent(y): slopes (+-t, +-t), RP-4 turned by 45 degrees, exactly."""
+    a, x, y = grid(20, 3)
+    found = slopes.facets(Scan(a, a, T * (np.abs(x % 1.0 - 0.5) + np.abs(y % 1.0 - 0.5))))
+    pattern = regular(found)
+    assert pattern.m == 4
+    theta = np.degrees(np.arctan(np.sqrt(2.0) * T))
+    assert [pattern.theta, pattern.flat] == pytest.approx([theta, 0.0], abs=EXACT)
+    assert abs(pattern.turn) == pytest.approx(45.0, abs=EXACT)
+    errors = slopes.compare(pattern, found, (angles := slopes.directions_of(found)), 0.3,
+                            *2 * [found.residual(angles, 0.3)])  # fmt: skip
+    assert max(errors.mean_slope, errors.fabric, errors.uphill, errors.residual) < EXACT
+    listed, _ = slopes.bin_facets(found, 4, 3, 45.0)
+    assert sorted(map(tuple, listed.normals.round(9).tolist())) == sorted(
+        map(tuple, pattern.normals.round(9).tolist())
+    )
+
+
+def test_truncated_pyramids() -> None:
+    """Square pyramids with flat tops: RP-4 but for the cells on the ridges, a share of the order of 1/n."""
+    errors = []
+    for n in (40, 80):
+        a, x, y = grid(n, 1)
+        z = np.minimum(T * (0.5 - np.maximum(np.abs(x % 1.0 - 0.5), np.abs(y % 1.0 - 0.5))), 0.25 * T)
+        found = slopes.facets(Scan(a, a, z))
+        pattern = regular(found)
+        assert (pattern.m, pattern.turn) == (4, pytest.approx(0.0, abs=EXACT))
+        share = 0.25 / (0.25 + 0.75 / np.cos(np.radians(THETA)))
+        errors.append([abs(pattern.theta / THETA - 1.0), abs(pattern.flat - share)])
+    # cells on ridges and edges are about 5/n of all
+    assert np.all(np.array(errors[1]) < 5.0 / 80)
+    assert np.all(np.array(errors[1]) < 0.6 * np.array(errors[0]))
+
+
+def test_hexagons_have_six_sides() -> None:
+    """Facets of RP-6 and RP-3 as they are: sides, theta, flat share and turn are found again."""
+    for sides, turn in ((3, 10.0), (5, 7.0), (6, -20.0), (2, 75.0)):
+        given = Pattern.regular(sides, 25.0, 0.2, turn)
+        found = slopes.Facets(given.normals, given.weights)
+        pattern = regular(found)
+        assert pattern.m == sides
+        assert [pattern.theta, pattern.flat, pattern.turn] == pytest.approx([25.0, 0.2, turn], abs=1e-8)
+
+
+def test_egg_box() -> None:
+    """Moments of z = A sin kx sin ky: fabric (Ak)^2/4 I, mean uphill slope Ak (2/pi)^2/2, steepest Ak."""
+    found, steepest = egg_box(0.04, 40)
+    assert found.fabric == pytest.approx(0.25 * steepest**2 * np.eye(2), abs=EXACT)
+    assert found.rms_slope == pytest.approx(steepest / np.sqrt(2.0), rel=EXACT)
+    mean, rms = found.uphill(np.array([0.0]))
+    # the mean of |cos| over n points a period differs from 2/pi by up to (pi/n)^2/3, relatively
+    assert mean[0] == pytest.approx(0.5 * (2.0 / np.pi) ** 2 * steepest, rel=(np.pi / 40) ** 2)
+    assert rms[0] == pytest.approx(steepest / np.sqrt(8.0), rel=EXACT)
+    # true area: E[sqrt(1 + g^2)] = 1 + E[g^2]/2 - E[g^4]/8, here E[g^4] = 5 (Ak)^4/16
+    series = 1.0 + steepest**2 / 4 - 5.0 * steepest**4 / 128
+    assert found.ratio == pytest.approx(series, abs=steepest**6 / 16)
+    # along x the steepest facets carry; across they slope by less than Ak (pi/n)^2, which enters squared
+    top = steepest * np.cos(np.pi / 40)
+    strength = found.residual(np.array([0.0]), MU)[0]
+    assert strength == pytest.approx((MU + top) / (1.0 - MU * top), rel=(steepest * (np.pi / 40) ** 2) ** 2)
+    pattern = regular(found)
+    assert pattern.m > 4
+    planes = Planes.of(pattern)
+    assert planes.mean_slope == pytest.approx(found.mean_slope, rel=EXACT)
+    assert planes.fabric == pytest.approx(found.fabric, abs=EXACT)
+
+
+def test_bins() -> None:
+    """Vector areas add up, all planes have a share, and more bins lose less of the fabric."""
+    found, _ = egg_box(0.1, 30)
+    lost = []
+    for bins in (1, 2, 4, 7):
+        listed, label = slopes.bin_facets(found, 8, bins)
+        assert len(listed.weights) <= 8 * bins + 1
+        assert listed.weights @ listed.normals[:, 1:] == pytest.approx([0.0, 0.0], abs=EXACT)
+        assert Planes.of(listed).nominal.min() >= slopes.LEAST_SHARE
+        for k in range(len(listed.weights)):
+            vector = found.gamma[label == k] @ found.normals[label == k]
+            assert vector / np.linalg.norm(vector) == pytest.approx(listed.normals[k], abs=EXACT)
+        lost.append(1.0 - np.trace(Planes.of(listed).fabric) / np.trace(found.fabric))
+    assert all(fine < coarse for coarse, fine in pairwise(lost))
+    # what is left with many classes is the spread within a sector of 45 degrees, 1 - sinc(1/8)^2 = 5 %
+    assert 0.0 < lost[-1] < 1.0 - np.sinc(1.0 / 8.0) ** 2
+
+
+def test_residual_is_that_of_the_law() -> None:
+    """The dead interface in the library, far along its slip, for listed planes and for ties."""
+    found, _ = egg_box(0.05, 24)
+    listed, _ = slopes.bin_facets(found, 8, 2, 10.0)
+    # nothing but contact and friction is left; the contact is stiff, so that the other planes lift off
+    material = Material(3.0, 0.001, 0.9, MU, kc=1.0e4)
+    for pattern, degrees in ((listed, (0.0, 33.0, 200.0)), (Pattern.regular(2, THETA), (0.0, 90.0))):
+        for direction in degrees:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                history = Interface(material, pattern).confined_slip(
+                    direction, np.linspace(0, 1, 2001)[1:], -1.0
+                )
+            e = np.array([np.cos(np.radians(direction)), np.sin(np.radians(direction))])
+            expected = Planes.of(pattern).residual(np.radians([direction]), MU)[0]
+            assert history.damage[-1] == 1.0
+            assert history.traction[-1, 1:] @ e == pytest.approx(expected, rel=1e-6)
+
+
+def test_locking_is_told() -> None:
+    """mu tan(theta) = 1.15: infinite strength, and no error where both lock."""
+    pattern = Pattern.regular(2, THETA)
+    found = slopes.Facets(pattern.normals, pattern.weights)
+    angles = np.array([0.0, np.pi])
+    strength = found.residual(angles, 2.0)
+    assert np.isinf(strength).all()
+    assert slopes.compare(pattern, found, angles, 2.0, strength, strength).residual == 0.0
+    other = Pattern.regular(2, 20.0)
+    assert np.isinf(slopes.compare(other, found, angles, 2.0, strength, strength).residual)
+
+
+# --- files --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(text: str) -> Path:
+    """A scan in the current folder."""
+    Path("scan.csv").write_text(text, encoding="utf-8")
+    return Path("scan.csv")
+
+
+def rows(*columns: np.ndarray, header: str = "", mark: str = ",") -> str:
+    """Text of a CSV."""
+    lines = [mark.join(f"{value:.12g}" for value in row) for row in np.column_stack(columns)]
+    return "\n".join(([header] if header else []) + lines) + "\n"
+
+
+def test_profile_in_units(folder: Path) -> None:
+    """Heights in micrometres, x in mm, columns the other way round, backwards."""
+    x = np.arange(20) / 10
+    z = np.sin(x)
+    scan = read_scan(write(rows(1000 * z[::-1], x[::-1], header="z [um], x [mm]")))
+    assert (scan.unit, scan.is_profile) == ("mm", True)
+    assert scan.x == pytest.approx(x) and scan.z[0] == pytest.approx(z)
+
+
+@pytest.mark.parametrize("mark", [",", ";", " ", "\t"])
+def test_map_in_any_order(folder: Path, mark: str) -> None:
+    """Points of a grid in any order are the matrix."""
+    a, b = np.arange(9) * 0.1, np.arange(8) * 0.3
+    x, y = np.meshgrid(a, b)
+    z = x + 10 * y**2
+    order = np.random.default_rng(2).permutation(z.size)
+    columns = [one.ravel()[order] for one in (x, y, z)]
+    header = "# scanner 5\n" + mark.join(("x(mm)", "y(mm)", "z(mm)"))
+    scan = read_scan(write(rows(*columns, header=header, mark=mark)))
+    matrix = read_scan(write(rows(*z.T, mark=mark)), (0.1, 0.3))
+    for one in (scan, matrix):
+        assert one.z == pytest.approx(z) and one.x == pytest.approx(a) and one.y == pytest.approx(b)
+
+
+GRID = rows(
+    *(one.ravel() for one in np.meshgrid(np.arange(9.0), np.arange(9.0))), np.zeros(81), header="x,y,z"
+)
+LINE = rows(np.arange(9.0), np.zeros(9), header="x,z")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a,b\n1,2\n", r"columns a, b: expected columns x, z \(profile\) or x, y, z \(map\)"),
+        ("x,z,q\n1,2,3\n", r"columns x, z, q: expected columns x, z"),
+        ("1,2,3,4\n", r"4 columns without names: expected columns x, z"),
+        ("x [mm],z\n1,2\n", r"expected a unit for all or none"),
+        ("x [mm],z [furlong]\n1,2\n", r"unit furlong: expected one of m, cm, mm"),
+        ("x,z\n", r"expected rows of numbers"),
+        (LINE + "9,nan\n", r"line 11: nan: expected a finite number"),
+        (LINE + "9,\n", r"line 11: nothing: expected a finite number"),
+        (LINE + "9,high\n", r"line 11: high: expected a finite number"),
+        (LINE + "9\n", r"line 11: 1 values: expected 2"),
+        (LINE + "8,1\n", r"line 11: x = 8 after 8: expected x to increase \(vertical\)"),
+        (LINE + "7,1\n", r"line 11: x = 7 after 8: expected x to increase \(overhang"),
+        ("x,z\n1,2\n2,3\n", r"2 points: expected at least 8"),
+        (GRID + "3,3,1\n", r"line 83: x = 3, y = 3 again: expected one height a point"),
+        (GRID.replace("3,4,0\n", ""), r"1 points of the grid are missing, the first at x = 3, y = 4"),
+        (GRID.replace("\n3,", "\n3.4,"), r"x = 2 and 3.4: expected a regular grid of spacing 1"),
+        (rows(np.tile([0.0, 1.0], 9), np.repeat(np.arange(9.0), 2), np.zeros(18), header="x,y,z"),
+         r"2 different x: expected at least 8"),
+    ],
+)  # fmt: skip
+def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:
+    """The message names place, value and what was expected; the code is 1 and nothing is written."""
+    write(text)
+    assert main(["surface", "scan.csv"]) == 1
+    assert re.search(message, capsys.readouterr().err)
+    assert [path.name for path in folder.iterdir()] == ["scan.csv"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--planes 65", r"--planes 65: expected 1 to 64"),
+        ("--planes 8", r"--planes 8: expected at least 9 for 8 directions"),
+        ("--bins 8", r"8 directions of 8 bins and the flat plane are 65 planes: expected at most 64"),
+        ("--bins 0", r"--bins 0: expected 1 to 64"),
+        ("--bins 2 --planes 20", r"expected one of them"),
+        ("--regular --bins 2", r"--regular: expected without"),
+        ("--directions 1", r"--directions 1: expected 2 or more"),
+        ("--sides 0", r"--sides 0: expected 2 to 64"),
+        ("--direction nan", r"--direction nan: expected a finite angle"),
+        ("--flat 90", r"--flat 90: expected an angle"),
+        ("--sampling 0.5", r"sampling length 0.5: expected at least the spacing, 1"),
+        ("--sampling 2", r"sampling length 2: expected at most 1.14286, for 8 points"),
+        ("--smooth 0.5", r"smoothing length 0.5: expected more than the spacing, 1"),
+        ("--spacing 1", r"x, y, z: expected a matrix of numbers"),
+    ],
+)
+def test_bad_options(folder: Path, capsys: pytest.CaptureFixture[str], options: str, message: str) -> None:
+    """Likewise."""
+    write(GRID.replace("4,4,0\n", "4,4,1\n"))
+    assert main(["surface", "scan.csv", *options.split()]) == 1
+    assert re.search(message, capsys.readouterr().err)
+    assert [path.name for path in folder.iterdir()] == ["scan.csv"]
+
+
+def test_overhang_of_the_average_plane() -> None:
+    """A cliff that leans over once the scan is level."""
+    x = np.linspace(0.0, 1.0, 101)
+    z = 3.0 * x
+    z[50:] -= 0.8
+    with pytest.raises(ValueError, match=r"1 facets overhang the average plane, .* expected n_N > 0"):
+        profile(x, z)
+
+
+# --- command ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", ["", "--regular", "--planes 33 --smooth 0.2 --sampling 0.1"])
+def test_command(folder: Path, capsys: pytest.CaptureFixture[str], options: str) -> None:
+    """What is printed is a pattern that cases and PROPS take, the CSV has the same planes."""
+    _, x, y = grid(20, 2)
+    write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
+    material = "3,0.3,0.9,0.5"
+    command = [
+        "surface",
+        "scan.csv",
+        "--spacing",
+        "0.05",
+        "--material",
+        material,
+        "-o",
+        "found",
+        *options.split(),
+    ]
+    assert main(command) == 0
+    out = capsys.readouterr().out
+    lines = re.search(r"^&pattern.*?/$", out, re.MULTILINE | re.DOTALL)
+    props = re.search(r"^PROPS  (.*)$", out, re.MULTILINE)
+    assert lines and props
+    Path("case.nml").write_text(
+        f"&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n{lines[0]}\n", encoding="utf-8"
+    )
+    interface, _ = read_interface(Path("case.nml"))
+    given = np.array([float(value) for value in props[1].split(",")])
+    full = interface.props()
+    assert given == pytest.approx(full[: len(given)], abs=1e-8)
+    defaults = [row.default for row in contract.props_table()]
+    assert len(full) == len(given) or list(full[len(given) :]) == defaults[len(given) :]
+    with Path("found.csv").open(encoding="utf-8") as file:
+        table = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    normals = [[row["n_N"], row["n_Tx"], row["n_Ty"]] for row in table]
+    assert normals == pytest.approx(interface.pattern.normals, abs=1e-8)
+    assert [row["gamma"] for row in table] == pytest.approx(interface.pattern.weights, abs=1e-8)
+    for row in table:
+        e = np.radians([row["theta_deg"], row["azimuth_deg"]])
+        slope = -np.sin(e[0]) * np.array([np.cos(e[1]), np.sin(e[1])])
+        assert [row["n_Tx"], row["n_Ty"]] == pytest.approx(slope, abs=1e-7)
+    assert Path("found.png").stat().st_size > 10000
+
+
+def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A straight profile is the flat plane either way."""
+    write(rows(np.arange(9.0), 0.5 * np.arange(9.0), header="x [mm], z [mm]"))
+    assert main(["surface", "scan.csv", "--regular"]) == 0
+    out = capsys.readouterr().out
+    assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0\n" in out
+    assert main(["surface", "scan.csv"]) == 0
+    assert "&pattern normals = 1.000000000, 0.000000000, 0.000000000," in capsys.readouterr().out
+
+
+def test_full_list_of_planes() -> None:
+    """64 listed planes go through the printed lines with weights that sum to 1."""
+    found, _ = egg_box(0.1, 30)
+    listed, _ = slopes.bin_facets(found, 9, 7)
+    assert 50 < len(listed.weights) <= 64
+    values = [float(v) for v in props_line(listed, (3.0, 0.3, 0.9, 0.5)).split(", ")]
+    planes = np.array(values[contract.N_FIXED_PROPS :]).reshape(-1, 4)
+    again = Pattern.planes(planes[:, :3], planes[:, 3])
+    assert again.weights == pytest.approx(listed.weights, abs=1e-8)
+    assert max(map(len, case_lines(listed).splitlines())) < 110
+
+
+def test_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """docs/surface.md shows what its scans give."""
+    page = (Path(__file__).parents[2] / "docs" / "surface.md").read_text(encoding="utf-8")
+    for code in re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL):
+        exec(code, {})
+    capsys.readouterr()
+    shown = re.findall(
+        r"^```console\nasperity ([^\n]*)\n```\n\n```text\n(.*?)```", page, re.MULTILINE | re.DOTALL
+    )
+    assert len(shown) == 2
+    for command, text in shown:
+        assert main(command.split()) == 0
+        assert capsys.readouterr().out == text
+    assert main(["surface", "joint.csv"]) == 0
+    assert "\n".join(Path("joint_planes.csv").read_text(encoding="utf-8").splitlines()[:2]) in page
