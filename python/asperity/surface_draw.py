@@ -85,11 +85,11 @@ def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndar
     segments = np.stack([points[:-1], points[1:]], axis=1)
     along = _signed(planes, _axis(found))
     steepest = max(np.abs(along).max(), 1.0e-12)
-    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0)
+    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0, zorder=3)
     lines.set_clim(-steepest, steepest)
+    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # an outline: flat facets are pale
     ax.add_collection(lines)
     ax.autoscale_view()
-    ax.set_facecolor("#F2F2F2")
     bar = ax.figure.colorbar(lines, ax=ax)
     bar.set_label("inclination of the plane [degrees]")
     ax.set_xlabel(f"x [{scan.unit}]")
