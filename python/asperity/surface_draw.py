@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 
 from .contract import Floats
@@ -21,6 +22,9 @@ from .slopes import Facets, Planes, Scan
 
 MOST_CELLS = 600
 """Cells of a map along a side that are drawn."""
+
+AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
+"""Colours of slopes that rise towards Tx, Ty, -Tx, -Ty, mixed in between (Okabe and Ito)."""
 
 GREY = 0.85
 """Shade of a flat facet."""
@@ -63,12 +67,13 @@ def draw(
 
 
 def _colours(planes: Planes) -> Floats:
-    """Colour of every plane: a profile's by the sign of the slope, else by azimuth; darker where steeper."""
+    """Colour of every plane: by azimuth, stronger where steeper."""
     depth = planes.slopes / max(planes.slopes.max(), 1.0e-12)
     azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
-    # a cyclic map of even lightness between its ends; steepness mixes it with grey
-    base = plt.cm.twilight_shifted((azimuth / (2.0 * np.pi)) % 1.0)[:, :3]
-    share = (0.25 + 0.75 * depth)[:, None] * (depth > 0.0)[:, None]
+    knots = np.array([to_rgb(colour) for colour in (*AROUND, AROUND[0])])
+    at = azimuth % (2.0 * np.pi) / (0.5 * np.pi)
+    base = np.column_stack([np.interp(at, np.arange(5), channel) for channel in knots.T])
+    share = (0.3 + 0.7 * depth)[:, None] * (depth > 0.0)[:, None]
     colours: Floats = share * base + (1.0 - share) * GREY
     return colours
 
@@ -80,11 +85,11 @@ def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndar
     segments = np.stack([points[:-1], points[1:]], axis=1)
     along = _signed(planes, _axis(found))
     steepest = max(np.abs(along).max(), 1.0e-12)
-    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0)
+    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0, zorder=3)
     lines.set_clim(-steepest, steepest)
+    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # an outline: flat facets are pale
     ax.add_collection(lines)
     ax.autoscale_view()
-    ax.set_facecolor("#F2F2F2")
     bar = ax.figure.colorbar(lines, ax=ax)
     bar.set_label("inclination of the plane [degrees]")
     ax.set_xlabel(f"x [{scan.unit}]")
@@ -118,7 +123,7 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
     density /= np.diff(a)[:, None] * np.diff(r**2)  # per area of the plot
     shown = np.ma.masked_where(density == 0.0, density).T
     ax.pcolormesh(a, r, shown, cmap="Greys", vmin=0.0, vmax=2.0 * np.percentile(density[density > 0.0], 90.0))
-    _marks(ax, planes, "o", COLOURS[1], "listed planes")
+    _marks(ax, planes, "o", COLOURS[3], "listed planes")
     _marks(ax, regular, "s", COLOURS[0], "nearest regular")
     ax.set_ylim(0.0, top)
     ax.set_rlabel_position(22.5)
@@ -135,7 +140,7 @@ def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None
         np.degrees(np.arctan(planes.slopes)),
         s=10.0 + 600.0 * planes.gamma,
         marker=mark,
-        facecolors=_colours(planes) if mark == "o" else "none",
+        facecolors=_colours(planes),
         edgecolors=colour,
         linewidths=1.4,
         label=label,
