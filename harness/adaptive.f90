@@ -44,6 +44,7 @@ module adaptive
     real(wp) :: size = largest_size    !! next step as a share of the way to the target
     logical :: lands = .true.          !! whether rejected steps end at switches
     logical, allocatable :: does(:, :) !! what the planes do at the start of the next step
+    real(wp) :: tried = 0.0_wp         !! end of the last step tried, share of the way
     integer :: solves = 0              !! increments solved, rejected ones included
     integer :: rejected = 0            !! steps rejected
   end type walk_type
@@ -137,6 +138,7 @@ contains
     end do
     if (reached < 1.0_wp) then
       ! as far as there is equilibrium
+      walk%tried = next
       call go(at, next, point, iterations(1), reached, walk%solves, reports(1))
       at = at + reached*(next - at)
       at_middle = at

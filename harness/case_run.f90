@@ -15,7 +15,7 @@ module case_run
   use replay_run, only: run_replay
   implicit none
   private
-  public :: run_case
+  public :: run_case, failed_file
 
 contains
 
@@ -109,11 +109,11 @@ contains
     type(failed_type), intent(in) :: failed    !! the increment
     character(len=:), allocatable :: text
     type(scan_type) :: scan
-    character(len=:), allocatable :: name, range
+    character(len=:), allocatable :: limit, name, range
 
+    allocate (character(len=0) :: limit)
     if (failed%report%ended == ended_limit) then
-      text = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law"
-      return
+      limit = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law; "
     else if (failed%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
       return
@@ -131,8 +131,9 @@ contains
         range // " is " // to_text(scan%extreme) // trim(merge(" <", " >", scan%short)) // " held " // &
         to_text(failed%report%beyond(scan%free))
       if (scan%found) then
-        text = "none in the sense of the missing traction; there is one elsewhere, near s_" // name // " = " // &
-          short(scan%place(scan%free))
+        text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
+          "there is one                                                     ", len(limit) == 0)) // ", near s_" // &
+          name // " = " // short(scan%place(scan%free))
       else
         text = "no equilibrium: " // text
       end if
@@ -143,6 +144,7 @@ contains
       text = "no equilibrium: the motion under the held tractions comes to no rest, the smallest residual over " // &
         integer_text(scan%samples) // " separations, each free one in " // range // ", is " // short(scan%extreme)
     end if
+    text = limit // text
   end function why
 
   !> Leave the failed increment as a case of its own.
@@ -151,19 +153,26 @@ contains
     type(failed_type), intent(in) :: failed    !! the increment
     character(len=*), intent(in) :: label      !! of the run
     character(len=*), intent(in) :: output     !! file with the rows
-    character(len=*), parameter :: ending = ".csv"
     character(len=:), allocatable :: path
     logical :: written
     if (.not. failed%happened) return
+    path = failed_file(output)
+    call write_failed_case(path, case%props, case%guarded, failed, written)
+    if (written) call say(label // ": that increment alone: " // path)
+  end subroutine keep_failed
+
+  !> Case that a failed increment of a run is left in.
+  pure function failed_file(output) result(path)
+    character(len=*), intent(in) :: output   !! file with the rows
+    character(len=:), allocatable :: path
+    character(len=*), parameter :: ending = ".csv"
     path = output
     if (output == "-") path = "rie_driver"
     if (len(path) > len(ending)) then
       if (path(len(path) - len(ending) + 1:) == ending) path = path(:len(path) - len(ending))
     end if
     path = path // ".failed.nml"
-    call write_failed_case(path, case%props, case%guarded, failed, written)
-    if (written) call say(label // ": that increment alone: " // path)
-  end subroutine keep_failed
+  end function failed_file
 
   !> Which values of the last row are not as expected; empty: none.
   function unexpected(case, table) result(complaint)

@@ -230,7 +230,7 @@ contains
     integer, parameter :: least_looks = 7, most_looks = 63
     real(wp), parameter :: distance = 1.0_wp/16.0_wp
     type(point_type) :: between
-    real(wp) :: column(3), first(3), from(3), last(3), move(3), r(3), r_first, s0, scale, stiffness
+    real(wp) :: column(3), extent, first(3), from(3), last(3), move(3), r(3), r_first, s0, scale, stiffness
     integer :: i, looks, n
     logical :: solved
 
@@ -251,7 +251,10 @@ contains
     end associate
     first(:n) = result%step(:n)
     call solve_linear(n, result%last, -r, last, good)
-    if (good) good = maxval(abs(move(:n) - 0.5_wp*(first(:n) + last(:n)))) <= max(unexplained*s0, &
+    ! viscous damage never is complete: separations grow by shares of themselves
+    extent = s0
+    if (interface%rie%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, maxval(abs(from(:n))))
+    if (good) good = maxval(abs(move(:n) - 0.5_wp*(first(:n) + last(:n)))) <= max(unexplained*extent, &
       unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
     if (.not. good) return
     solved = .false.

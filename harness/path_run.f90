@@ -156,10 +156,10 @@ contains
     type(history_type), intent(inout) :: table       !! rows are added
     type(progress_type), intent(inout) :: progress   !! clock
     type(failed_type), intent(inout) :: failed       !! set if a step finds no equilibrium
-    type(point_type) :: middle
-    type(control_type) :: control
+    type(point_type) :: earlier, middle
+    type(control_type) :: control, tried
     type(report_type) :: reports(2)
-    real(wp) :: at, at_middle, reached
+    real(wp) :: at, at_middle, from_at, reached
     integer :: iterations(2)
 
     walk%tolerance = step%tolerance
@@ -168,6 +168,8 @@ contains
     control%dt = step%time*(increments/real(sum(step%increments), wp))
     at = 0.0_wp
     do while (at < 1.0_wp)
+      earlier = point
+      from_at = at
       call adaptive_step(interface, control, from, to, walk, at, point, at_middle, middle, iterations, reached, reports)
       row%lost = reached < 1.0_wp
       if (.not. row%lost) then
@@ -175,7 +177,10 @@ contains
         if (.not. table%good) return
         call add(at, point, iterations(2), reports(2))
       else
-        failed = failed_type(.true., row%step, row%increment + 1, control, point, point, reports(1)%beyond, reports(1))
+        tried = control
+        tried%dt = (walk%tried - from_at)*control%dt
+        failed = failed_type(.true., row%step, row%increment + 1, tried, earlier, point, &
+          merge(to, from + walk%tried*(to - from), walk%tried >= 1.0_wp), reports(1))
         call add(at, point, iterations(1), reports(1))
       end if
       if (row%lost .or. .not. table%good) return

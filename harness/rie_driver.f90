@@ -5,7 +5,7 @@ program rie_driver
   use asperity_contract, only: version
   use asperity_kinds, only: wp
   use case_file, only: case_format, case_type, interpret_case, read_sweep
-  use case_run, only: run_case
+  use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
   use driver_messages, only: exit_input, exit_ok, finish, say, short
   use row_file, only: same_file
@@ -118,6 +118,9 @@ contains
     do i = 1, size(cases)
       if (same_file(result_file(stem, values, i), path)) call append(message, path // ": the output " // &
         result_file(stem, values, i) // " would replace the case file")
+      if (same_file(failed_file(result_file(stem, values, i)), path)) call append(message, path // ": " // &
+        failed_file(result_file(stem, values, i)) // ", where a failed increment is left, would replace the case " // &
+        "file: expected another -o")
       if (.not. allocated(cases(i)%replay%file)) cycle
       if (same_file(result_file(stem, values, i), cases(i)%replay%file)) call append(message, path // &
         ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")

@@ -114,25 +114,38 @@ def _test(path: Path, value: float | None, found: list[tuple[str, dict[str, list
     )
     group = next(group for name, group in found if name == "pattern")
     preload, sigma_N, direction = 0, 0.0, 0.0
+    opened = held = False
     slips = [np.zeros(1)]
     for step in (group for name, group in found if name == "step"):
         step.pop("tolerance", None)
         parts = [int(n) for n in step.get("increments", [DEFAULT_INCREMENTS])]
-        if step.keys() <= {"t_n", "increments"} and preload == 0:
+        if (
+            step.keys() <= {"t_n", "increments"}
+            and len(step.get("t_n", [])) == 1
+            and not (preload or opened or len(slips) > 1)
+        ):
             preload, sigma_N = parts[0], step["t_n"][0]
         elif (
             "slip" in step
             and step.keys() <= {"slip", "direction", "increments", "t_n", "cycles"}
-            and step.get("t_n", [sigma_N]) == [sigma_N]
+            # held by an earlier step, or by this one: else the driver holds s_N
+            and step.get("t_n", [sigma_N] if preload or held else []) == [sigma_N]
+            and not opened
+            and (len(slips) == 1 or step.get("direction", [direction]) == [direction])
         ):
+            held = True
             direction = step.get("direction", [direction])[0]
             cycles = int(step.get("cycles", [1])[0])
             # the last number goes on
             parts += [parts[-1]] * (len(step["slip"]) - len(parts))
             for target, n in zip(cycles * step["slip"], cycles * parts, strict=True):
                 slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
-        elif not step.keys() <= {"s_n", "increments"}:
-            raise ValueError(f"{path}: expected &step with t_N, then slip under it, or with s_N alone")
+        elif step.keys() <= {"s_n", "increments"} and not (preload or len(slips) > 1):
+            opened = True
+        else:
+            raise ValueError(
+                f"{path}: expected &step with t_N, then slip under it in one direction, or with s_N alone"
+            )
     return SlipTest(value, material, _pattern(group), preload, sigma_N, direction, np.concatenate(slips)[1:])
 
 

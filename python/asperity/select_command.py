@@ -211,6 +211,10 @@ def report(answer: Selection, costs: Costs) -> str:
         f"scene      sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
         f"surface    theta {scene.theta:g} degrees, flat share {scene.flat:g}, mu {scene.material.mu:g}",
         f"reference  {answer.reference}, good to {answer.uncertainty:.1e}; tolerance {answer.tolerance:g}",
+        *(
+            f"lost       sigma_N {held:g}: no equilibrium beyond a path of {length:.3g}, compared up to there"
+            for held, length in answer.lost
+        ),
         "",
         f"{'pattern':<10}{'planes':>6}" + "".join(f"{field.name:>12}" for field in fields(Errors)),
     ]

@@ -165,6 +165,8 @@ class Selection:
     uncertainty: float
     reference: str
     tried: tuple[Candidate, ...]
+    lost: tuple[tuple[float, float], ...] = ()
+    """sigma_N and length of path at which the reference loses equilibrium; nothing beyond counts."""
 
     @property
     def interface(self) -> Interface:
@@ -215,11 +217,27 @@ class DenseRun:
         self.interface = interface
         runs = self._run(interface, angles)
         self.rows = [int(run.rows.min()) for run in runs]
+        for held, rows in zip(scene.sigma_N, self.rows, strict=True):
+            if rows < 1:
+                raise ValueError(
+                    f"sigma_N = {held:g}: expected a normal traction under which the surface can slip, "
+                    f"the reference has no equilibrium"
+                )
         self.tau_L = np.array([run.tau_L.mean(axis=0) for run in runs])
         self.s_N = np.array([run.s_N.mean(axis=0) for run in runs])
         self.dead = any(
             held < 0.0 and run.damage[:, -1].min() >= DEAD
             for held, run in zip(scene.sigma_N, runs, strict=True)
+        )
+
+    @property
+    def lost(self) -> tuple[tuple[float, float], ...]:
+        """sigma_N and length of path at which equilibrium ends before the path does."""
+        length = np.cumsum(np.abs(np.diff(self.slips, prepend=0.0)))
+        return tuple(
+            (held, float(length[rows - 1]))
+            for held, rows in zip(self.scene.sigma_N, self.rows, strict=True)
+            if rows < self.slips.size
         )
 
     def mean_error(self, other: DenseRun) -> float:
@@ -251,12 +269,11 @@ class DenseRun:
         for k, run in enumerate(runs):
             n = self.rows[k]
             # an equilibrium that ends elsewhere is no small error
-            if n < 0 or np.any(np.abs(run.rows - n) > max(1, 0.01 * self.slips.size)):
-                same = bool(np.all(run.rows == n))
-                return Errors() if same and n < 0 else Errors(1.0, 1.0, 1.0)
+            if np.any(np.abs(run.rows - n) > max(1, 0.01 * self.slips.size)):
+                return Errors(1.0, 1.0, 1.0)
             n = min(n, run.rows.min())
-            if n == 0:
-                continue
+            if n < 1:
+                return Errors(1.0, 1.0, 1.0)
             tau, s_N = self.tau_L[k, :n], self.s_N[k, :n]
             along = np.sqrt(np.sum(tau**2)) or 1.0
             dilation = max(np.sqrt(np.sum(s_N**2)), np.sqrt(n) * s_0)
@@ -384,6 +401,7 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
             search.uncertainty,
             reference,
             tuple(tried),
+            search.dense.lost,
         )
     # where the residual strength ruled patterns out their curves were not run
     finest = search.candidate(*list(patterns(scene))[-1])

@@ -256,7 +256,7 @@ def test_case_is_read() -> None:
 
 def test_sweep_is_read(folder: Path) -> None:
     """Values of the sweep in place of its name, comments and broken lines left out."""
-    text = SWEEP.replace("s_Tx", "! slip = 7\n  slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
+    text = SWEEP.replace("s_Tx", "! slip = 7\n  t_N = 0.0, slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
     path = Path(write("sweep.nml", text))
     found = list(case_files.slip_tests(path))
     assert [test.value for test in found] == [test.pattern.theta for test in found] == [0.0, 45.0, 30.0]

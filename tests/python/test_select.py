@@ -188,6 +188,21 @@ def test_bad_scene(change: dict, message: str):
         Scene(**(fields | change))
 
 
+@pytest.mark.parametrize("sigma_N", [(1.5 * SIGMA0,), (-5.0, 1.5 * SIGMA0), (1.5 * SIGMA0, -5.0)])
+def test_a_traction_beyond_the_strength_is_no_scene(sigma_N: tuple[float, ...]):
+    """It breaks every pattern before any slip: nothing can be compared, whatever the other tractions."""
+    with pytest.raises(ValueError, match=r"sigma_N = 4.5: expected"):
+        select(Scene(TABLE_2, 30.0, sigma_N, (0.15,)), 0.05)
+
+
+def test_lost_equilibrium_is_told():
+    """Tension ends the path of every pattern; the answer says where."""
+    answer = select(Scene(TABLE_2, 30.0, (1.0,), (0.6,)), 0.05)
+    ((sigma_N, length),) = answer.lost
+    assert sigma_N == 1.0 and 0.0 < length < 0.3
+    assert "no equilibrium beyond" in report(answer, Costs({"UMAT": (1.0, 1.0), "VUMAT": (1.0, 1.0)}))
+
+
 def test_scene_of_a_case(tmp_path: Path):
     """Stress range from the sweep, path from the steps, surface from the pattern."""
     path = tmp_path / "scene.nml"
@@ -207,6 +222,11 @@ def test_scene_of_a_case(tmp_path: Path):
         ("flat = 0.25", "turn = p", "expected one over sigma_N or direction"),
         ("slip = 0.3", "s_Tx = 0.3", "expected &step with t_N"),
         ("&step slip = 0.3 /", "&step t_N = -3.0 /", "expected &step with t_N"),
+        ("&step slip = 0.3 /", "&step s_N = 0.01 /", "expected &step with t_N"),
+        ("&step slip = 0.3 /", "&step slip = 0.3, direction = 90.0 /", "in one direction"),
+        ("&step t_N = p /", "&step s_N = 0.01 /", "expected &step with t_N"),
+        ("&step t_N = p /", "&step t_N = p, -3.0 /", "expected &step with t_N"),
+        ("&step t_N = p /", "", "expected &step with t_N"),
         (
             "sides = 4, theta = 20.0, flat = 0.25",
             "normals = 1.0, 0.0, 0.0, weights = 1.0",
