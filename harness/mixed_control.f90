@@ -182,6 +182,8 @@ contains
       trial = here
       call newton_solve(interface, balance, .true., trial, result)
       call count_work(result, what)
+      if (.not. result%converged) call solve_from_tangent(interface, balance, (next - share)*(path%target - path%start), &
+        here, trial, result, what)
       good = result%converged
       if (good) call check_branch(interface, balance, result, (next - share)*(path%target - path%start), here%s, &
         trial, good, what%updates)
@@ -200,6 +202,35 @@ contains
     reached = share
     what%parts = what%parts + 1
   end subroutine follow
+
+  !> Newton's method from where the tangent at the start of a part points: a contact that is stiff and hardly pressed would
+  !> be lost from the separations of the start.
+  pure subroutine solve_from_tangent(interface, balance, change, here, trial, result, what)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! equations of the part
+    real(wp), intent(in) :: change(3)               !! of the given values in the part
+    type(point_type), intent(in) :: here            !! the point at the start of the part
+    type(point_type), intent(inout) :: trial        !! -> the point at its end
+    type(newton_type), intent(inout) :: result      !! what came out; steps are told from the start of the part
+    type(report_type), intent(inout) :: what        !! what happened so far
+    real(wp) :: given(3), matrix(3, 3), r(3), step(3)
+    integer :: n
+    logical :: good
+    n = balance%n
+    matrix = free_matrix(balance, here)
+    given = merge(0.0_wp, change, balance%control%traction)
+    r = change - matmul(here%tangent, given)
+    associate (free => balance%free(:n))
+      call solve_linear(n, matrix, r(free), step, good)
+      if (.not. good) return
+      trial = here
+      trial%s(free) = here%s(free) + step(:n)
+    end associate
+    call newton_solve(interface, balance, .true., trial, result)
+    call count_work(result, what)
+    result%first = matrix
+    result%step(:n) = step(:n)
+  end subroutine solve_from_tangent
 
   !> Add the work of a solve.
   pure subroutine count_work(result, what)
