@@ -182,8 +182,8 @@ contains
       trial = here
       call newton_solve(interface, balance, .true., trial, result)
       call count_work(result, what)
-      if (.not. result%converged) call solve_from_tangent(interface, balance, (next - share)*(path%target - path%start), &
-        here, trial, result, what)
+      if (.not. result%converged) call solve_from_tangent(interface, balance, &
+        (next - share)*(path%target - path%start), here, trial, result, what)
       good = result%converged
       if (good) call check_branch(interface, balance, result, (next - share)*(path%target - path%start), here%s, &
         trial, good, what%updates)
@@ -203,8 +203,8 @@ contains
     what%parts = what%parts + 1
   end subroutine follow
 
-  !> Newton's method from where the tangent at the start of a part points: a contact that is stiff and hardly pressed would
-  !> be lost from the separations of the start.
+  !> Newton's method from where the tangent at the start of a part points: a contact that is stiff and hardly pressed
+  !> would be lost from the separations of the start.
   pure subroutine solve_from_tangent(interface, balance, change, here, trial, result, what)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the part
