@@ -1,8 +1,9 @@
 """Counts of every suite, of CTest and of pytest; the last line is 'N passed, N failed'.
 
-The argument is the exit status of make check. A suite that several builds ran counts once, with the result
-of the worst build. The exit status is 1 if a test failed, a suite ran no test, or make check failed otherwise
-(that counts as one failure).
+The arguments are the exit statuses of make check and of make hosts ('not run': no time, or check failed). A
+suite that several builds ran counts once, with the result of the worst build. A host that is not to be had on
+this machine, or was not done in time, is skipped. The exit status is 1 if a test failed, a suite ran no test,
+or one of the two failed otherwise (that counts as one failure).
 """
 
 from __future__ import annotations
@@ -16,6 +17,12 @@ from typing import NamedTuple
 
 SUITE = re.compile(r"^(?P<name>\S+): (?P<passed>\d+) passed, (?P<failed>\d+) failed", re.MULTILINE)
 
+HOSTS = ("calculix", "kratos", "python")
+"""Folders of harness/hosts with tests, each with a report of its own."""
+
+TIMED_OUT = (124, 137)
+"""Exit statuses of timeout."""
+
 
 class Result(NamedTuple):
     """What one build (or pytest) counted for a suite."""
@@ -23,6 +30,7 @@ class Result(NamedTuple):
     failed: int
     passed: int
     build: str
+    skipped: int = 0
 
 
 def build_results(log: Path) -> dict[str, Result]:
@@ -33,19 +41,46 @@ def build_results(log: Path) -> dict[str, Result]:
     return {m["name"]: Result(int(m["failed"]), int(m["passed"]), build) for m in SUITE.finditer(output)}
 
 
-def pytest_results(report: Path) -> dict[str, Result]:
-    """Return the result of every file in pytest's JUnit report; a file without a test that ran has failed."""
+def pytest_results(report: Path, may_skip: bool = False) -> dict[str, Result]:
+    """Return the result of every file in pytest's JUnit report.
+
+    A file without a test that ran has failed, unless it may be left out.
+    """
     cases: dict[str, list[bool]] = {}
+    skipped: dict[str, int] = {}
     for case in ElementTree.parse(report).iter("testcase"):
-        ran = cases.setdefault(case.get("classname", ""), [])
+        # a file that is left out as a whole has a name only
+        name = case.get("classname") or case.get("name", "")
+        ran = cases.setdefault(name, [])
         if case.find("skipped") is None:
             ran.append(case.find("failure") is None and case.find("error") is None)
-    return {name: Result(len(ran) - sum(ran) + (not ran), sum(ran), "pytest") for name, ran in cases.items()}
+        else:
+            skipped[name] = skipped.get(name, 0) + 1
+    results = {}
+    for name, ran in cases.items():
+        failed = len(ran) - sum(ran) + (not ran and not may_skip)
+        results[name] = Result(failed, sum(ran), "pytest", skipped.get(name, 0))
+    return results
+
+
+def host_results(status: str) -> dict[str, Result]:
+    """Return the result of every host; one without a test that ran is skipped, as is one without a report."""
+    results = {}
+    for host in HOSTS:
+        report = Path("build/hosts") / f"{host}.xml"
+        found = list(pytest_results(report, may_skip=True).values()) if report.is_file() else []
+        passed, skipped = sum(r.passed for r in found), sum(r.skipped for r in found)
+        failed = sum(r.failed for r in found)
+        if not found:
+            late = status == "not run" or int(status) in TIMED_OUT
+            print(f"hosts.{host}: not run, {'out of time, or make check failed' if late else 'no report'}")
+        results[f"hosts.{host}"] = Result(failed, passed, "hosts", skipped or int(not found))
+    return results
 
 
 def main() -> int:
     """Run the command."""
-    status = int(sys.argv[1])
+    status, hosts = int(sys.argv[1]), sys.argv[2]
     suites: dict[str, list[Result]] = {}
     for log in Path("build").glob("*/Testing/Temporary/LastTest.log"):
         for name, result in build_results(log).items():
@@ -54,17 +89,24 @@ def main() -> int:
     if report.is_file():
         for name, result in pytest_results(report).items():
             suites.setdefault(name, []).append(result)
+    for name, result in host_results(hosts).items():
+        suites.setdefault(name, []).append(result)
 
-    passed = failed = 0
+    passed = failed = skipped = 0
     for name, results in sorted(suites.items()):
         worst = max(results, key=lambda r: (r.failed, -r.passed))
         passed += worst.passed
         failed += worst.failed
+        skipped += worst.skipped
         builds = ", ".join(sorted(r.build for r in results))
-        print(f"{name}: {worst.passed} passed, {worst.failed} failed ({builds})")
-    if not failed and (status or not passed):
-        print(f"make check ended with status {status}")
+        left_out = f", {worst.skipped} skipped" if worst.skipped else ""
+        print(f"{name}: {worst.passed} passed, {worst.failed} failed{left_out} ({builds})")
+    broken = hosts != "not run" and int(hosts) not in (0, *TIMED_OUT)
+    if not failed and (status or broken or not passed):
+        print(f"make check ended with status {status}, make hosts: {hosts}")
         failed = 1
+    if skipped:
+        print(f"{skipped} skipped")
     print(f"{passed} passed, {failed} failed")
     return 1 if failed else 0
 

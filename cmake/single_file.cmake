@@ -9,6 +9,7 @@ set(text "!DIR$ FREEFORM
 ! ${ABOUT}
 ! asperity ${VERSION}: interface law for rough quasi-brittle interfaces. BSD 3-Clause License, see the project.
 ! Written by the build from src/: change it there.
+! Local arrays must not be static, as solvers call from many threads: Intel -auto, gfortran -frecursive.
 ")
 foreach(source IN LISTS sources)
   get_filename_component(folder ${source} DIRECTORY)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: the structural results of docs/hosts-*.md, drawn into FOLDER, of the hosts that are there.
+# pictures.sh PYTHON FOLDER: the structural results of docs/hosts-*.md and docs/python_fe.md, drawn into FOLDER, of the hosts that are there.
 # Needs ASPERITY_KRATOS, ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu
 python=$1 folder=$2 here=$(dirname "$0")
@@ -12,5 +12,10 @@ if [ -f "$ASPERITY_CALCULIX/ready" ]; then
   "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ASPERITY_CALCULIX/ccx"
   "$python" "$here/calculix/dcb.py" "$ASPERITY_CALCULIX/ccx" -o "$folder/calculix-dcb.png"
   drawn="$drawn $folder/calculix-dcb.png"
+fi
+if "$python" -c "import skfem" >/dev/null 2>&1; then
+  "$python" "$here/python/dcb.py" -o "$folder/python-dcb.png"
+  "$python" "$here/python/pull_out.py" -o "$folder/python-pull-out.png"
+  drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png"
 fi
 echo "${drawn:-none: no host is there}"

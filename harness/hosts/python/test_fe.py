@@ -1,28 +1,21 @@
-"""The law inside a finite element code in Python: closed forms of the structure, small meshes."""
+"""The law inside scikit-fem: closed forms of the structure, small meshes.  Run by `make hosts`."""
 
 from __future__ import annotations
 
-import importlib
 from itertools import pairwise
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
-pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install .[fe]")
-FOLDER = Path(__file__).parents[2] / "harness" / "hosts" / "python"
+pytest.importorskip("skfem", reason="asperity[fe] is not installed")
+
+import dcb
+import joint
+import pull_out
 
 
-def example(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """A module of the folder."""
-    monkeypatch.syspath_prepend(str(FOLDER))
-    return importlib.import_module(name)
-
-
-def test_pull_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pull_out() -> None:
     """The force ends at the residual strength, the rise is tan(theta) of the slip; Newton is quadratic."""
-    pull_out = example("pull_out", monkeypatch)
     curve = pull_out.run(0.4, 16, 8)
     # Newton's tolerance is 1e-10 of the largest nodal force
     assert curve.force[-1] == pytest.approx(pull_out.residual_strength(), rel=1e-8)
@@ -37,9 +30,8 @@ def test_pull_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(squared) >= 3 and max(squared) < 1e3
 
 
-def test_pull_out_without_the_unsymmetric_part(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pull_out_without_the_unsymmetric_part() -> None:
     """The symmetric part of the tangent takes more than twice the iterations, or none are enough."""
-    pull_out, joint = example("pull_out", monkeypatch), example("joint", monkeypatch)
     whole = pull_out.run(0.1, 8, 4)
     try:
         assert pull_out.run(0.1, 8, 4, symmetric=True).iterations > 2 * whole.iterations
@@ -47,9 +39,8 @@ def test_pull_out_without_the_unsymmetric_part(monkeypatch: pytest.MonkeyPatch) 
         assert "residuals" in str(error)
 
 
-def test_double_cantilever_beam(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_double_cantilever_beam() -> None:
     """A growing crack: J = Gc to 2 %, the force of beam theory to 1 %."""
-    dcb = example("dcb", monkeypatch)
     curve = dcb.run(1.5, 12, 0.5)
     grown = curve.opening > 1.3
     assert grown.sum() >= 2 and curve.crack[-1] > dcb.CRACK + 2
