@@ -53,7 +53,11 @@ def groups(path: Path) -> list[tuple[str, Group]]:
     found: list[tuple[str, Group]] = []
     values: list[str] = []
     inside = False
-    for token in _TOKEN.finditer(path.read_text(encoding="utf-8")):
+    try:
+        content = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: byte {error.start} is no text in UTF-8: expected a case file") from None
+    for token in _TOKEN.finditer(content):
         kind, text = token.lastgroup, token[0]
         if kind == "group":
             inside = True

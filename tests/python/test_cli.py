@@ -401,3 +401,11 @@ def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert_one_line(capsys.readouterr().err, "--check: expected files")
     assert main(["tables", "missing.md"]) == 1
     assert_one_line(capsys.readouterr().err, "missing.md")
+
+
+def test_case_that_is_no_text(tmp_path: Path) -> None:
+    """A case in another encoding is named, with the byte that is no UTF-8."""
+    case = tmp_path / "latin.nml"
+    case.write_bytes("&case title = 'Düsen' /".encode("latin-1"))
+    with pytest.raises(ValueError, match=r"latin\.nml: byte 16 is no text in UTF-8: expected a case file"):
+        case_files.groups(case)
