@@ -22,6 +22,8 @@ module adaptive
   real(wp), parameter :: largest_size = 0.125_wp
   !> Smallest step as a multiple of the tolerance: a jump (snap) that narrow is drawn as the jump it is.
   real(wp), parameter :: least_size = 1.0e-2_wp
+  !> Smallest step, share of the way: as many rows as a step of fixed increments may have.
+  real(wp), parameter :: least_step = 1.0e-7_wp
   !> A step changes by these factors at most, and aims a little below the tolerance.
   real(wp), parameter :: most_growth = 4.0_wp, most_cut = 0.1_wp, safety = 0.9_wp
   !> Straight lines between the rows are four times closer to a parabola than the one over the whole step; near a kink
@@ -101,7 +103,7 @@ contains
       next = at + size
       if (.not. landed) next = whole_way(at, size)
       size = next - at
-      last = size <= least_size*walk%tolerance
+      last = size <= max(least_size*walk%tolerance, least_step)
       at_middle = at + 0.5_wp*size
       whole = point
       middle = point
