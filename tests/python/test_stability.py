@@ -155,7 +155,6 @@ def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         else:
             assert (value > 1e-9) == (y > 0.15 and TABLE_2.mu * x > 0.15)
     tangents = _read(tmp_path / "map_tangents.csv")
-    assert {row["consistent"] == "nan" for row in tangents} <= {True, False}
     assert sum(row["consistent"] != "nan" for row in tangents) > sum(
         row["symmetrised"] != "nan" for row in tangents
     )
