@@ -10,7 +10,7 @@ module asperity_initial
   use asperity_law, only: update_point
   implicit none
   private
-  public :: carry_traction, explain_initial
+  public :: first_traction, carry_traction, explain_initial
 
   !> Parts the traction is applied in, proportionally: the slips of inclined planes follow a curved path.
   integer, parameter :: parts = 32
@@ -22,6 +22,18 @@ module asperity_initial
   real(wp), parameter :: residual_tolerance = 1.0e-13_wp
 
 contains
+
+  !> Whether a point that was never called comes with a traction (contract, STATEV 6).
+  !>
+  !> Looked at by the bits: what is not finite is no traction, but what a host left undefined.
+  pure function first_traction(traction, state) result(yes)
+    real(wp), intent(in) :: traction(3)   !! (N, Tx, Ty), 0 where the host has no such component; any bits
+    real(wp), intent(in) :: state(:)      !! STATEV
+    logical :: yes
+    yes = .not. abs(state(v_status)) > 0.0_wp
+    if (yes) yes = all(bounded(traction, huge(1.0_wp)))
+    if (yes) yes = any(abs(traction) > 0.0_wp)
+  end function first_traction
 
   !> Give a state the offset at which it carries a traction; nothing is changed where it cannot.
   !>

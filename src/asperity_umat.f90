@@ -2,15 +2,17 @@
 !>
 !> PROPS, STATEV and component orders: docs/contract.md. DDSDDE is the consistent tangent and unsymmetric (Abaqus:
 !> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
-!> not used: the law is total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE
-!> with NaN and leaves STATEV as it came.
+!> used once, by a point that was never called (STATEV 6 is 0): it starts from that traction; afterwards the law is
+!> total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE with NaN and leaves
+!> STATEV as it came.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
-  use asperity_contract, only: max_ntens, max_planes, n_plane_statev, n_point_statev, status_ok, v_friction, &
-    v_rupture, v_stored
+  use asperity_contract, only: max_ntens, max_planes, n_plane_statev, n_point_statev, status_initial, &
+    status_ok, v_friction, v_rupture, v_stored
   use asperity_host, only: component_map, explain_call, host_status, reject, rejected_pnewdt, request_cut, &
     request_slower_damage
+  use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
@@ -21,7 +23,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   integer, intent(in) :: ntens                   !! stress components: 2, 3 or 6
   integer, intent(in) :: nstatv                  !! state variables
   integer, intent(in) :: nprops                  !! material constants
-  real(wp), intent(inout) :: stress(ntens)       !! traction at the end, stress
+  real(wp), intent(inout) :: stress(ntens)       !! traction, start (of a point never called) -> end, stress
   real(wp), intent(inout) :: statev(nstatv)      !! state, start -> end
   real(wp), intent(inout) :: ddsdde(ntens, ntens)   !! d stress_i/d strain_j, stress
   real(wp), intent(inout) :: sse, spd, scd       !! stored, friction, rupture energy, each divided by h
@@ -44,9 +46,17 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   call new_interface(props, interface, status)
   position = component_map(ntens, interface%map)
   if (status == status_ok) status = host_status(interface, position, stran, dstran, statev, dtime)
+  if (status == status_ok) then
+    traction = 0.0_wp
+    do i = 1, 3
+      if (position(i) > 0) traction(i) = stress(position(i))
+    end do
+    if (first_traction(traction, statev)) call carry_traction(interface, traction, position > 0, statev, status)
+  end if
   if (status /= status_ok) then
     message = ""
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
+    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message)
     call report_umat(message)
     call reject(stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)

@@ -157,7 +157,7 @@ static int umat_is_the_same_law(void) {
   const double props[] = FLAT_PROPS, stran[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
   const int ndi = 1, nshr = 2, ntens = 3, nstatv = FLAT_STATEV, nprops = N_FLAT_PROPS;
   const char name[80] = "flat";
-  double state[2][FLAT_STATEV] = {{0}}, traction[3], tangent[3][3], stress[3], ddsdde[3][3], sse, spd, scd;
+  double state[2][FLAT_STATEV] = {{0}}, traction[3], tangent[3][3], stress[3] = {0}, ddsdde[3][3], sse, spd, scd;
   int bad = FAILS(asperity_update(props, nprops, 1, NULL, s, nstatv, state[0], traction, tangent[0], NULL, 0) ==
                   ASPERITY_OK);
   umat_(stress, state[1], ddsdde[0], &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, s, NULL, NULL, NULL, NULL, NULL,

@@ -23,7 +23,7 @@ typedef struct {
 } walk_type;
 
 static void umat_call(double *statev, const double *stran, const double *dstran) {
-  double stress[3], ddsdde[9], sse, spd, scd;
+  double stress[3] = {0}, ddsdde[9], sse, spd, scd;
   const int ndi = 1, nshr = 2, ntens = 3, nstatv = NSTATV, nprops = 6;
   umat_(stress, statev, ddsdde, &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, dstran, NULL, NULL, NULL, NULL, NULL,
         NULL, "A", &ndi, &nshr, &ntens, &nstatv, rp_4, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,

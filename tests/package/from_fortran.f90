@@ -22,6 +22,7 @@ program from_fortran
   call expect(traction(1, 1), sigma0/2)
 
   ignored = 0
+  stress = 0
   pnewdt = 1
   call umat(stress, statev, ddsdde, sse, spd, scd, ignored, ignored, ignored, ignored, [0.0_wp, 0.0_wp, 0.0_wp], s, &
             ignored, ignored, ignored, ignored, ignored, ignored, repeat("x", 80), 1, 2, 3, size(statev), props, &
