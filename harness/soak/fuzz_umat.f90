@@ -202,8 +202,9 @@ contains
         if (.not. same(statev, before)) call blame("a rejected call wrote STATEV")
         if (.not. all(is_nan(stress(:ntens))) .or. .not. all(is_nan(ddsdde(:ntens**2)))) call blame( &
           "a rejected call left stress or tangent")
-        if (index(message, ": expected ") == 0 .and. index(message, " it carries ") == 0) &
+        if (index(message, ": expected ") == 0 .and. index(message, " it carries ") == 0) then
           call blame("a message without what was expected: " // message)
+        end if
         if (wanted > 0.0_wp) then
           wanted = min(wanted, rejected_pnewdt)
         else
