@@ -1183,6 +1183,69 @@ def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: st
     assert vumat["friction"][-1] > 0.0 and vumat["damage"][-1] > 0.5
 
 
+@pytest.mark.parametrize(
+    ("options", "extra"),
+    [
+        ("", ""),
+        ("h = 0.01", ""),
+        ("ntens = 6, map = 1, r = 0.1", ""),
+        ("ntens = 2", ""),
+        ("through = 'vumat'", ""),
+        ("through = 'vumat', block = 65, h = 0.01", ", tau_v = 0.5"),
+        ("through = 'vumat', ntens = 2", ""),
+    ],
+)
+@pytest.mark.parametrize(
+    "initial",
+    ["traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0", "damage = 0.5", "traction = -5, 0.1, 0.0"],
+)
+def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
+    """Initial planes in STATEV, the traction in STRESS: both routines start where the driver does."""
+    plane = "ntens = 2" in options
+    head = MATERIAL.replace(" /", extra + " /") + (
+        RP_4 if not plane else "&pattern sides = 2, theta = 30.0 /\n"
+    )
+    start = f"&initial {initial.replace('0.5, damage', '0, damage') if plane else initial} /\n"
+    path = "&step increments = 3 /\n" + (CYCLE.replace("20.0", "0.0") if plane else CYCLE)
+    direct = run(head + start + path, "--planes")
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    replay = run(head + start + f"&replay file = 'record.csv', {options} /\n", "--planes")
+    assert len(replay.rows) == len(direct.rows)
+    if "traction" in start:
+        given = [float(x) for x in re.search("traction = ([^a-z]*)[,/]", start)[1].rstrip(", ").split(",")]
+        np.testing.assert_allclose(replay.vector("t")[0], given, rtol=0, atol=1e-10)
+    assert (replay.vector("s")[:3] == 0.0).all()
+    for name in direct.header:
+        if name in ("step", "increment", "iterations", "event"):
+            continue
+        # sums of increments and totals: an ulp of K |s| an increment
+        np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    # that a plane slides may be a rounding error at rest
+    events = [[event - {"slip"} for event in result.events] for result in (replay, direct)]
+    assert events[0] == events[1]
+
+
+@pytest.mark.parametrize(
+    ("initial", "options", "fragment"),
+    [
+        ("traction = -1, 0, 0.1", "ntens = 2,", "traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"),
+        ("slip = 0.1, 0, damage = 1", "", "slip = 0.1, 0: expected a traction with it"),
+        (
+            "traction = 1, 0, 0, damage = 1",
+            "through = 'vumat',",
+            "traction = 1, 0, 0: initial t_N = 1: tension",
+        ),
+    ],
+)
+def test_bad_replay_of_an_initial_state(
+    run, tmp_path: Path, initial: str, options: str, fragment: str
+) -> None:
+    """What the host's routine would not take is input that is rejected."""
+    (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n0,0,0\n")
+    case = MATERIAL + FLAT + f"&initial {initial} /\n&replay {options} file = 'record.csv' /\n"
+    assert f"case.nml:3: &initial: {fragment}" in run(case, code=1).messages
+
+
 def test_vumat_strains(run, tmp_path: Path) -> None:
     """Strains for vumat: normal, 23 and 13, tensor shears; a sticking plane is elastic along each of them."""
     (tmp_path / "record.csv").write_text("e_1,e_2,e_3\n0,0.0002,-0.0001\n0,0.0003,0.0\n")
