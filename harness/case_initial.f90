@@ -76,7 +76,7 @@ contains
     type(initial_type), intent(inout) :: initial              !! planes and carried are set
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: reasons
-    !> Traction that may be missing, relative to that and the strength: solved for to 1e-13 of the terms that are summed.
+    !> Traction that may be missing, relative to that and the strength: it is solved for to 1e-13 of what is summed.
     real(wp), parameter :: accuracy = 1.0e-7_wp
     type(point_type) :: point
     real(wp) :: largest
