@@ -143,7 +143,6 @@ contains
     real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
     type(case_type), intent(out) :: case                      !! defined if nothing was appended
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    real(wp), parameter :: rest(3) = 0.0_wp
     integer :: earlier, status
     logical :: held(3)
 
@@ -162,7 +161,10 @@ contains
     held = .true.
     held(3) = case%replay%ntens > 2
     call carry_initial(text, case%interface, held, size(case%steps) == 0, case%initial, message)
-    if (case%initial%given) case%state = state_type(.true., rest, case%initial%carried)
+    if (case%initial%given) then
+      case%state%given = .true.
+      case%state%statev = case%initial%carried
+    end if
     call check_state(text, case%interface, case%state, message)
     call check_separations(text, case%steps, case%interface, message)
     if (size(case%steps) > 0) return
