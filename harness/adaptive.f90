@@ -9,6 +9,7 @@ module adaptive
   use asperity_contract, only: plane_statev, v_friction, v_rupture, v_work
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use control_point, only: whole_separation
   use mixed_control, only: advance, control_type, direction_vector, new_point, plain_newton, point_type, &
     report_type
   implicit none
@@ -284,16 +285,17 @@ contains
     real(wp) :: margin(4, interface%rie%pattern%n)
     !> Openings that are rounding errors: a dead plane under no traction just touches.
     real(wp), parameter :: touching = 1.0e-10_wp
-    real(wp) :: alpha, r, reach, s_h, s_n, s_t, slope
+    real(wp) :: alpha, r, reach, s(3), s_h, s_n, s_t, slope
     integer :: i, k
+    s = whole_separation(new%s, new%state)
     associate (pattern => interface%rie%pattern, m => interface%rie%material)
       do k = 1, pattern%n
         i = plane_statev(k)
         alpha = old%state(i)
-        slope = pattern%e_x(k)*new%s(2) + pattern%e_y(k)*new%s(3)
-        s_n = pattern%cos_theta(k)*new%s(1) - pattern%sin_theta(k)*slope
-        s_t = pattern%sin_theta(k)*new%s(1) + pattern%cos_theta(k)*slope
-        s_h = pattern%h_x(k)*new%s(2) + pattern%h_y(k)*new%s(3)
+        slope = pattern%e_x(k)*s(2) + pattern%e_y(k)*s(3)
+        s_n = pattern%cos_theta(k)*s(1) - pattern%sin_theta(k)*slope
+        s_t = pattern%sin_theta(k)*s(1) + pattern%cos_theta(k)*slope
+        s_h = pattern%h_x(k)*s(2) + pattern%h_y(k)*s(3)
         r = sqrt(m%inv_s01_2*max(s_n, 0.0_wp)**2 + m%inv_s02_2*(s_t**2 + s_h**2))
         reach = sqrt((s_t - old%state(i + 1))**2 + (s_h - old%state(i + 2))**2) + m%mu*m%kc_kt*s_n
         margin(1, k) = touching - s_n/m%s0

@@ -2,7 +2,8 @@
 !>
 !> A block of points goes through the record, each point some increments later than the first (0 to `stagger` - 1), so
 !> that virgin and damaged points stand side by side; point 1 makes the rows. Viscous damage goes with the time
-!> increments, which the delayed points do not share: then points of equal delay are compared.
+!> increments, which the delayed points do not share, and a point that starts under a traction may slide by a rounding
+!> error while it waits: then points of equal delay are compared.
 !>
 !> First comes the packager's probe at totalTime = 0. What was new becomes old after an increment; outputs, and what a
 !> host leaves undefined, hold garbage.
@@ -12,6 +13,7 @@ module block_replay
   use asperity_host, only: vumat_map
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use case_initial, only: initial_type
   use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type
   use host_routines, only: vumat
@@ -32,11 +34,12 @@ module block_replay
 contains
 
   !> Replay a record; every record becomes a row (iterations: calls of vumat; in 2D s_Ty and t_Ty are 0).
-  subroutine run_block_replay(interface, props, ntens, n_points, record, label, table, progress, failure)
+  subroutine run_block_replay(interface, props, ntens, n_points, initial, record, label, table, progress, failure)
     type(interface_type), intent(in) :: interface            !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS
     integer, intent(in) :: ntens                             !! components of the host, 2 or 3
     integer, intent(in) :: n_points                          !! points of the block
+    type(initial_type), intent(in) :: initial                !! planes and traction before the first call
     type(strains_type), intent(in) :: record                 !! strains in the VUMAT's order, tensor shears
     character(len=*), intent(in) :: label                    !! of the run, for the progress line
     type(history_type), intent(inout) :: table               !! rows are added
@@ -47,7 +50,7 @@ contains
     real(wp), dimension(n_points, ntens) :: strain, stress_old, stress
     real(wp), dimension(n_points, interface%n_statev) :: state_old, state
     real(wp), dimension(n_points) :: intern_old, intern, inelas_old, inelas, unset_point, rho
-    real(wp) :: unset(n_points, 9), earlier(0:stagger - 1, ntens), dtime, largest
+    real(wp) :: unset(n_points, 9), earlier(0:stagger - 1, ntens), dtime, largest, offset(3)
     integer :: delay, i, n, position(3)
     logical :: viscous
 
@@ -71,6 +74,12 @@ contains
     end if
     if (len(failure) > 0) return
 
+    ! initial conditions, as a host gives them
+    do i = 1, 3
+      if (position(i) > 0) stress_old(:, position(i)) = initial%traction(i)
+    end do
+    state_old = spread(initial%planes, 1, n_points)
+    offset = initial%carried(v_offset:v_offset + 2)
     row%step = 1
     row%iterations = 1
     earlier = 0.0_wp
@@ -89,7 +98,7 @@ contains
       do i = 1, n_points
         delay = mod(i - 1, stagger)
         if (n <= delay) cycle
-        if (viscous) then
+        if (viscous .or. initial%given) then
           if (any(abs(stress(i, :) - stress(delay + 1, :)) > 0.0_wp)) failure = "points " // &
             integer_text(delay + 1) // " and " // integer_text(i) // " of the same delay differ"
         else if (any(abs(stress(i, :) - earlier(mod(n - delay, stagger), :)) > 0.0_wp)) then
@@ -114,11 +123,12 @@ contains
       inelas_old = inelas
       row%increment = n
       row%time = record%time(n)
-      row%s = state(1, v_offset:v_offset + 2)
+      row%s = state(1, v_offset:v_offset + 2) - offset
       do i = 1, 3
         if (position(i) > 0) row%traction(i) = stress(1, position(i))
       end do
       row%state = state(1, :)
+      row%state(v_offset:v_offset + 2) = offset   ! a VUMAT keeps its strains there, too
       call add_row(table, interface, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))

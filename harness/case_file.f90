@@ -6,6 +6,7 @@ module case_file
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use case_initial, only: carry_initial, initial_type, read_initial
   use case_material, only: read_props
   use case_state, only: check_state, read_state, state_type
   use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, unknown_name
@@ -17,10 +18,10 @@ module case_file
   private
   public :: interpret_case, read_sweep
 
-  character(len=*), parameter :: group_names(8) = [character(len=8) :: "case", "material", "pattern", "step", &
-    "expect", "sweep", "replay", "state"]
+  character(len=*), parameter :: group_names(9) = [character(len=8) :: "case", "material", "pattern", "step", &
+    "expect", "sweep", "replay", "state", "initial"]
 
-  character(len=*), parameter, public :: case_format(33) = [character(len=104) :: &
+  character(len=*), parameter, public :: case_format(36) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard = .false.       ! the last five are", &
@@ -40,6 +41,9 @@ module case_file
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
+    "  &initial   traction = t_N, t_Tx, t_Ty, damage = alpha, slip = s_dit, s_dih: the planes a run starts", &
+    "             with (values for all of them, or for each), and the traction they carry at separation", &
+    "             zero                                                                ! optional", &
     "  &state     separation = s_N, s_Tx, s_Ty, statev = ...: where the run starts (default: virgin and at", &
     "             rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
@@ -87,6 +91,7 @@ module case_file
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     logical :: guarded = .false.                  !! damage grows only where that releases energy
     type(interface_type) :: interface
+    type(initial_type) :: initial                 !! planes and traction of the start
     type(state_type) :: state                     !! where the steps start
     type(step_type), allocatable :: steps(:)      !! size 0: a replay
     type(expect_type) :: expect
@@ -139,11 +144,13 @@ contains
     type(case_type), intent(out) :: case                      !! defined if nothing was appended
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     integer :: earlier, status
+    logical :: held(3)
 
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
     call read_props(text, case%props, case%mode_2, case%guarded, message)
+    call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
     call read_expect(text, sweep_values, case%expect, message)
@@ -151,6 +158,13 @@ contains
     if (len(message) > earlier) return
     call new_interface(case%props, case%interface, status, case%guarded)
     if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
+    held = .true.
+    held(3) = case%replay%ntens > 2
+    call carry_initial(text, case%interface, held, size(case%steps) == 0, case%initial, message)
+    if (case%initial%given) then
+      case%state%given = .true.
+      case%state%statev = case%initial%carried
+    end if
     call check_state(text, case%interface, case%state, message)
     call check_separations(text, case%steps, case%interface, message)
     if (size(case%steps) > 0) return

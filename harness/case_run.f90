@@ -8,9 +8,9 @@ module case_run
   use driver_messages, only: begin_progress, clear_progress, exit_input, exit_ok, exit_solve, progress_type, say, short
   use equilibrium_scan, only: scan_equilibria, scan_type
   use failed_case, only: failed_type, write_failed_case
-  use history, only: close_history, history_type, open_history
+  use history, only: close_history, history_type, open_history, start_from
   use load_path, only: component_names
-  use mixed_control, only: ended_limit, ended_rejected, most_updates
+  use mixed_control, only: ended_limit, ended_rejected, most_updates, new_point
   use path_run, only: run_path
   use replay_run, only: run_replay
   implicit none
@@ -41,11 +41,15 @@ contains
       call begin_progress(progress, quiet)
       if (size(case%steps) > 0) then
         call run_path(case%interface, case%state, case%steps, label, table, progress, failed)
-      else if (case%replay%block > 0) then
-        call run_block_replay(case%interface, case%props, case%replay%ntens, case%replay%block, case%strains, label, &
-          table, progress, failure)
       else
-        call run_replay(case%interface, case%props, case%replay%ntens, case%strains, label, table, progress, failure)
+        if (case%initial%given) call start_from(table, case%interface, new_point(case%interface, case%initial%carried))
+        if (case%replay%block > 0) then
+          call run_block_replay(case%interface, case%props, case%replay%ntens, case%replay%block, case%initial, &
+            case%strains, label, table, progress, failure)
+        else
+          call run_replay(case%interface, case%props, case%replay%ntens, case%initial, case%strains, label, table, &
+            progress, failure)
+        end if
       end if
       call clear_progress(progress)
       call close_history(table)

@@ -1,14 +1,14 @@
 !> A point under mixed control and its equations: what is given of each component, and the residual of what is held.
 module control_point
   use asperity_checks, only: bounded
-  use asperity_contract, only: plane_statev, status_ok, v_friction, v_rupture, v_stored
+  use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_interface, only: interface_type, point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, new_balance, evaluate, free_matrix, solve_linear, &
-    unstable, released_energy, dead_and_open
+    unstable, released_energy, dead_and_open, whole_separation
 
   !> What is held of each component (N, Tx, Ty), and how long an increment takes.
   type :: control_type
@@ -64,6 +64,14 @@ contains
     allocate (point%state(interface%n_statev))
     call update_point(interface%rie, point%s, point%s, old, point%state, point%traction, point%tangent)
   end function new_point
+
+  !> Separation that the planes see: with the offset of an initial traction (STATEV 7-9), length.
+  pure function whole_separation(s, state) result(whole)
+    real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)   !! STATEV
+    real(wp) :: whole(3)
+    whole = s + state(v_offset:v_offset + 2)
+  end function whole_separation
 
   !> Equations of a part of an increment.
   pure function new_balance(control, given, old) result(balance)
@@ -124,7 +132,7 @@ contains
     real(wp) :: scale
     real(wp) :: largest
     integer :: i, k
-    largest = maxval(abs(s))
+    largest = maxval(abs(whole_separation(s, state)))
     do k = 1, interface%rie%pattern%n
       i = plane_statev(k)
       largest = max(largest, abs(state(i + 1)), abs(state(i + 2)))

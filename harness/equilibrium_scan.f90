@@ -5,7 +5,7 @@
 module equilibrium_scan
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use control_point, only: balance_type, control_type, evaluate, new_balance, point_type
+  use control_point, only: balance_type, control_type, evaluate, new_balance, point_type, whole_separation
   use newton, only: newton_solve, newton_type
   use snap_motion, only: farthest_rest
   implicit none
@@ -46,7 +46,7 @@ contains
     scan%free = balance%free(1)
     if (scan%n == 0) return
     associate (material => interface%rie%material)
-      reach = around*(material%s0/(1.0_wp - material%eta) + maxval(abs(point%s)) + &
+      reach = around*(material%s0/(1.0_wp - material%eta) + maxval(abs(whole_separation(point%s, point%state))) + &
         maxval(merge(abs(given)/min(material%k_n, material%k_t), abs(given), control%traction)))
     end associate
     reach = min(reach, share*farthest_rest(interface, balance))

@@ -5,7 +5,7 @@
 !>   close     a plane that was open comes into contact
 !>   slip      a damaged plane in contact begins to slide
 module events
-  use asperity_contract, only: plane_statev, v_damage
+  use asperity_contract, only: plane_statev, v_damage, v_offset
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
@@ -49,7 +49,7 @@ contains
 
     do k = 1, size(contact)
       i = plane_statev(k)
-      s_n = dot_product(plane_normal(interface%rie%pattern, k), s)
+      s_n = dot_product(plane_normal(interface%rie%pattern, k), s + new(v_offset:v_offset + 2))
       ! a plane that just touches is as it was
       contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)
       apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)

@@ -7,7 +7,7 @@ module mixed_control
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use control_point, only: balance_type, control_type, evaluate, free_matrix, new_balance, new_point, point_type, &
-    released_energy, residual_tolerance, solve_linear, unstable
+    released_energy, residual_tolerance, solve_linear, unstable, whole_separation
   use newton, only: max_iterations, newton_solve, newton_type, stiffness_scale
   use snap_motion, only: cannot_soften, farthest_rest, move_on, settle
   implicit none
@@ -284,7 +284,8 @@ contains
     call solve_linear(n, result%last, -r, last, good)
     ! viscous damage never is complete: separations grow by shares of themselves
     extent = s0
-    if (interface%rie%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, maxval(abs(from(:n))))
+    if (interface%rie%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, &
+      maxval(abs(whole_separation(origin, point%state)), mask=balance%control%traction))
     if (good) good = maxval(abs(move(:n) - 0.5_wp*(first(:n) + last(:n)))) <= max(unexplained*extent, &
       unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
     if (.not. good) return

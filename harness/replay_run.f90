@@ -2,13 +2,15 @@
 !>
 !> Every increment: a call with the strain increment zero (a first iteration that asks for the tangent), a trial that
 !> overshoots, the increment itself, and the same call again (stress and tangent asked for separately). STATEV and
-!> STRESS are committed at the end of the increment only; what the host does not define holds garbage.
+!> STRESS are committed at the end of the increment only; what the host does not define holds garbage. An initial state
+!> comes in as a host's initial conditions do: planes in STATEV, status 0, and the traction in STRESS.
 module replay_run
   use asperity_checks, only: bounded, integer_text
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_host, only: component_map
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use case_initial, only: initial_type
   use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type
   use host_routines, only: umat
@@ -28,10 +30,11 @@ contains
 
   !> Replay a record; every record becomes a row (iterations: calls of umat; a component that the
   !> host does not have is 0, t_Ty with NTENS = 2 among them).
-  subroutine run_replay(interface, props, ntens, record, label, table, progress, failure)
+  subroutine run_replay(interface, props, ntens, initial, record, label, table, progress, failure)
     type(interface_type), intent(in) :: interface            !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS
     integer, intent(in) :: ntens                             !! components of the host
+    type(initial_type), intent(in) :: initial                !! planes and traction before the first call
     type(strains_type), intent(in) :: record                 !! strains
     character(len=*), intent(in) :: label                    !! of the run, for the progress line
     type(history_type), intent(inout) :: table               !! rows are added
@@ -48,7 +51,10 @@ contains
     position = component_map(ntens, interface%map)
     stran = 0.0_wp
     committed_stress = 0.0_wp
-    committed = 0.0_wp
+    do i = 1, 3
+      if (position(i) > 0) committed_stress(position(i)) = initial%traction(i)
+    end do
+    committed = initial%planes
     unset = garbage
     row%step = 1
     row%iterations = size(shares)

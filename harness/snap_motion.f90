@@ -5,12 +5,12 @@
 !> between; several move by damped implicit Euler steps (pseudo-transient continuation). The law keeps its history on
 !> the way.
 module snap_motion
-  use asperity_contract, only: plane_statev
+  use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
   use control_point, only: balance_type, control_type, dead_and_open, evaluate, free_matrix, new_balance, point_type, &
-    residual_tolerance, unstable
+    residual_tolerance, unstable, whole_separation
   use newton, only: newton_solve, newton_type, stiffness_scale
   implicit none
   private
@@ -71,7 +71,8 @@ contains
     associate (material => interface%rie%material)
       far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
         balance%control%traction))
-      far = max(maxval(abs(balance%old%s)), times*(material%s0/(1.0_wp - material%eta) + far))
+      far = max(maxval(abs(balance%old%s)), maxval(abs(whole_separation(balance%old%s, balance%old%state))), &
+        times*(material%s0/(1.0_wp - material%eta) + far))
       far = min(far, 0.5_wp*separation_bound(interface))
     end associate
   end function farthest_rest
@@ -275,18 +276,20 @@ contains
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
     type(point_type), intent(inout) :: point        !! an equilibrium -> that one
     integer, intent(inout) :: updates               !! of the law
-    real(wp) :: edge(1), normal(3), r(1), scale, step
+    real(wp) :: edge(1), normal(3), r(1), scale, step, whole(3)
     logical :: good
     integer :: k
     if (balance%n /= 1 .or. .not. balance%control%traction(1)) return
     if (abs(point%tangent(1, 1) + balance%control%spring(1)) > 0.0_wp .or. abs(point%traction(1)) > 0.0_wp) return
     ! where the last plane begins to touch
+    whole = whole_separation(balance%given, point%state)
     edge = 0.0_wp
     do k = 1, interface%rie%pattern%n
       normal = plane_normal(interface%rie%pattern, k)
-      edge = max(edge, -dot_product(normal(2:3), balance%given(2:3))/normal(1))
+      edge = max(edge, -dot_product(normal(2:3), whole(2:3))/normal(1))
     end do
     step = spacing(max(edge(1), interface%rie%material%s0))
+    edge = edge - point%state(v_offset)
     do
       call evaluate(interface, balance, edge, point, r, scale, good)
       updates = updates + 1

@@ -83,9 +83,13 @@ def labels(path: Path) -> tuple[str, str]:
 def slip_tests(path: Path) -> Iterator[SlipTest]:
     """Tests of a case, one for each value of its sweep.
 
-    Raises ValueError for a case that is neither slip under a held normal traction nor opening in mode I.
+    Raises ValueError for a case that is neither slip under a held normal traction nor opening in mode I, or
+    that does not start virgin.
     """
     found = groups(path)
+    for name, _ in found:
+        if name in ("initial", "state"):
+            raise ValueError(f"{path}: &{name}: expected a case that starts virgin and free of traction")
     sweep = next((group for name, group in found if name == "sweep"), None)
     for text in sweep["values"] if sweep else [None]:
         replaced = {sweep["name"][0].lower(): text} if sweep and text is not None else {}

@@ -280,6 +280,10 @@ def test_case_that_cannot_be_compared(folder: Path) -> None:
     """Another kind of path is refused, as is a case the driver refuses."""
     with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
         list(case_files.slip_tests(Path(write("case.nml", SWEEP))))
+    cracked = CASE + "&initial damage = 0.5 /\n"
+    with pytest.raises(ValueError, match=r"case.nml: &initial: expected a case that starts virgin"):
+        list(case_files.slip_tests(Path(write("case.nml", cracked))))
+    assert main(["run", "case.nml"]) == 0
     with pytest.raises(ValueError, match=r"rie_driver: .*mu"):
         compare.compare(Path(write("case.nml", CASE.replace("mu = 0.5", "mu = -0.5"))))
 

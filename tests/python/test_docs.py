@@ -161,7 +161,9 @@ def names_in_table(text: str) -> set[str]:
     return names - {"..."}
 
 
-@pytest.mark.parametrize("group", ["case", "material", "pattern", "step", "expect", "sweep", "replay"])
+@pytest.mark.parametrize(
+    "group", ["case", "material", "pattern", "step", "expect", "sweep", "replay", "initial", "state"]
+)
 def test_names_of_the_case_file(group: str, tmp_path: Path) -> None:
     """The driver lists the names of a group when it meets an unknown one; the page has just these."""
     (tmp_path / "case.nml").write_text(f"&{group} unheard_of = 1 /\n", encoding="utf-8")

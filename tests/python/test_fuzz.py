@@ -41,6 +41,8 @@ CASES = (
     MATERIAL
     + PATTERN
     + b"&replay file = 'record.csv', h = 0.5, map = 0, r = 0.0, dtime = 0.1, ntens = 3 /\n",
+    MATERIAL + PATTERN + b"&initial traction = -1.0, 0.2, 0.1, damage = 0.5, slip = 0.01, 0.0 /\n"
+    b"&step t_N = -2.0, s_Tx = 0.1, increments = 9 /\n",
     MATERIAL + PATTERN + b"&replay file = 'record.csv', through = 'vumat', block = 9, ntens = 3, h = 1.0 /\n",
 )
 RECORDS = (
