@@ -148,17 +148,20 @@ class Interface:
     ) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
 
-        damage, 0 to 1: of all planes, or (Np,) of each.  slip (Np, 2), length: inelastic slips (s_dit,
-        s_dih) of the planes, None is zero.  The traction grows in proportion; the separation it needs is
-        kept as the offset (STATEV 7 to 9), the energies are those of that way.  Raises ValueError for wrong
-        input and for a traction that the state cannot carry, with what it does carry.
+        damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of
+        all planes, (2,), or of each, (Np, 2); None is zero.  The traction grows in proportion; the
+        separation it needs is kept as the offset (STATEV 7 to 9), the energies are those of that way.
+        Raises ValueError for wrong input and for a traction that the state cannot carry, with what it does
+        carry.
         """
         given = contract.array("traction", traction)
         tractions = _array("traction", np.atleast_2d(given), 3).copy()
         alpha = contract.array("damage", damage)
         if alpha.shape not in ((), (self.n_planes,)):
             raise ValueError(f"damage has shape {alpha.shape}: expected () or {(self.n_planes,)}")
-        slips = np.zeros((self.n_planes, 2)) if slip is None else _array("slip", slip, 2, self.n_planes)
+        slips = contract.array("slip", (0.0, 0.0) if slip is None else slip)
+        if slips.shape not in ((2,), (self.n_planes, 2)):
+            raise ValueError(f"slip has shape {slips.shape}: expected (2,) or {(self.n_planes, 2)}")
         state = np.zeros((len(tractions), self.nstatv))
         planes = state[:, contract.N_POINT_STATEV :].reshape(len(tractions), self.n_planes, -1)
         planes[:, :, 0] = alpha

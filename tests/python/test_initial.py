@@ -51,6 +51,7 @@ def test_cracked_planes():
     np.testing.assert_allclose(
         state[6:9], np.array([-10.0, 4.9, 0.0]) / STIFFNESS + [0.0, 0.3, -0.1], rtol=0, atol=TOLERANCE
     )
+    np.testing.assert_array_equal(flat.initial([-10.0, 4.9, 0.0], damage=1.0, slip=slip[0]), state)
     refused = r"t_Tx, t_Ty = 7.5, 0: outside the friction.*with t_N = -10 it carries (4.99|5)"
     with pytest.raises(ValueError, match=refused):
         flat.initial([-10.0, 7.5, 0.0], damage=1.0)
