@@ -56,12 +56,13 @@ class Result:
 
 def run(
     program: Path, folder: Path, slide: float = 0.0, increments: int = 40, rock: bool = True,
-    traction: ArrayLike = TRACTION, state: Floats | None = None,
+    traction: ArrayLike = TRACTION, state: Floats | None = None, moved: str = "FOOT",
 ) -> Result:  # fmt: skip
-    """A step under the weight; where slide > 0 (m) another that moves the foot of the slab down the slope.
+    """A step under the weight; where slide > 0 (m) another that moves the slab down the slope.
 
     rock: whether the rock starts from its stress; traction: that the joint is given as its initial stress
-    (TYPE=STRESS), zeros for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin.
+    (TYPE=STRESS), zeros for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin; moved: the
+    nodes, FOOT or TOP of the slab.
     """
     text, solids, layer = _model()
     rows = []
@@ -85,7 +86,7 @@ def run(
     text += "*END STEP\n"
     if slide > 0.0:
         text += f"*STEP, INC=1000\n*STATIC\n{1.0 / increments!r}, 1., 1e-5, {1.0 / increments!r}\n"
-        text += f"*BOUNDARY\nFOOT, 1, 1, {slide!r}\n*END STEP\n"
+        text += f"*BOUNDARY\n{moved}, 1, 1, {slide!r}\n*END STEP\n"
     done = calculix_run.run(program, folder, text)
     if done.code != 0:
         raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
@@ -117,7 +118,11 @@ def _model() -> tuple[str, range, range]:
     text = calculix_run.nodes(grid.reshape(-1, 3))
     text += calculix_run.elements("C3D8", "ROUGH", 1, cells[:COLUMNS])
     text += calculix_run.elements("C3D8", "ROCK", COLUMNS + 1, cells[COLUMNS:])
-    for name, members in (("GROUND", number[:, :, 0]), ("FOOT", number[:-1, :, 1])):
+    for name, members in (
+        ("GROUND", number[:, :, 0]),
+        ("FOOT", number[:-1, :, 1]),
+        ("TOP", number[:-1, :, -1]),
+    ):
         text += f"*NSET, NSET={name}\n" + calculix_run.numbers(members.ravel())
     for node, same in zip(number[-1, :, 1:].ravel(), number[0, :, 1:].ravel(), strict=True):
         for axis in (1, 3):

@@ -175,3 +175,27 @@ def test_slab_without_initial_stress_moves(ccx: Path, tmp_path: Path) -> None:
     print(f"without initial stress the top sinks by {-found * 1e6:.2f} um, closed form {-expected * 1e6:.2f}")
     # CalculiX accepts half a percent of the forces as residual
     assert found == pytest.approx(expected, rel=5e-3)
+
+
+def test_symmetrised_tangent_under_dead_load(ccx: Path, tmp_path: Path) -> None:
+    """Moved at its top the slab is a spring in front of the joint: CalculiX' symmetrised tangent diverges.
+
+    With the library's own tangent the same spring and joint converge, in at most five iterations.
+    """
+    with pytest.raises(RuntimeError, match=r"increment size smaller than minimum|too many cutbacks"):
+        geostatic.run(ccx, tmp_path, SLIDE, moved="TOP")
+    spring = geostatic.YOUNG / (2.0 * (1.0 + geostatic.POISSON)) / HEIGHT
+    state, s, most = JOINT.initial(TRACTION)[None], np.zeros((1, 3)), 0
+    for move in np.linspace(0.0, SLIDE, 201):
+        old = s.copy()
+        for iteration in range(6):
+            update = JOINT.update(s, state, old)
+            residual = TRACTION - update.traction[0] + [0.0, spring * (move - s[0, 1]), 0.0]
+            if np.abs(residual).max() <= 1e-9 * JOINT.material.sigma0:
+                most = max(most, iteration)
+                break
+            s = s + np.linalg.solve(update.tangent[0] + np.diag([0.0, spring, 0.0]), residual)
+        else:
+            pytest.fail(f"no equilibrium at {move} m")
+        state = update.state
+    print(f"CalculiX diverges; by the library's tangent at most {most} iterations in 200 increments")
