@@ -57,12 +57,14 @@ class Result:
 def run(
     program: Path, folder: Path, slide: float = 0.0, increments: int = 40, rock: bool = True,
     traction: ArrayLike = TRACTION, state: Floats | None = None, moved: str = "FOOT",
+    parts: int = 1, at_once: bool = True,
 ) -> Result:  # fmt: skip
     """A step under the weight; where slide > 0 (m) another that moves the slab down the slope.
 
     rock: whether the rock starts from its stress; traction: that the joint is given as its initial stress
     (TYPE=STRESS), zeros for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin; moved: the
-    nodes, FOOT or TOP of the slab.
+    nodes, FOOT or TOP of the slab.  parts: increments of the first step; at_once: whether its load is there
+    from the first one on, or grows with time, as CalculiX has it by default.
     """
     text, solids, layer = _model()
     rows = []
@@ -81,7 +83,8 @@ def run(
         calculix_run.write_states(folder, {number: state for number in numbers})
 
     fall = ", ".join(f"{value:.15g}" for value in PULL / WEIGHT)
-    text += f"*STEP, INC=100\n*STATIC\n1., 1.\n*DLOAD\nROCK, GRAV, 1., {fall}\n"
+    text += f"*AMPLITUDE, NAME=NOW\n0., 1., 1., 1.\n*STEP, INC=100\n*STATIC, DIRECT\n{1.0 / parts!r}, 1.\n"
+    text += f"*DLOAD{', AMPLITUDE=NOW' if at_once else ''}\nROCK, GRAV, 1., {fall}\n"
     text += "*NODE PRINT, NSET=NALL\nU\n*NODE PRINT, NSET=GROUND\nRF\n*EL PRINT, ELSET=ROUGH\nE, S, SDV\n"
     text += "*END STEP\n"
     if slide > 0.0:
