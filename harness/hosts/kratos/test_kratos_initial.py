@@ -89,6 +89,38 @@ def test_initial_stress_does_not_reach_the_umat(give: Callable[[Structure], None
     assert not s.points()[1].any()
 
 
+def _k0_procedure(s: Structure) -> None:
+    for name, value in (("MAIN_DIRECTION", 2), ("VALUE_XX", 0.5), ("VALUE_YY", 0.5), ("VALUE_ZZ", 0.5)):
+        variable = Kratos.KratosGlobals.GetVariable(f"K0_{name}")
+        s.interfaces[0].Properties.SetValue(variable, value)
+    settings = Kratos.Parameters('{"model_part_name": "Main", "use_standard_procedure": false}')
+    process = Geo.ApplyK0ProcedureProcess(s.model, settings)
+    process.ExecuteInitialize()
+    process.ExecuteFinalizeSolutionStep()
+    process.ExecuteFinalize()
+
+
+def _stresses_of_the_last_stage(s: Structure) -> None:
+    settings = Kratos.Parameters('{"model_part_name_list": ["Main"]}')
+    process = Geo.ApplyFinalStressesOfPreviousStageToInitialState(s.model, settings)
+    process.ExecuteInitialize()
+    s.interfaces[0].Initialize(s.part.ProcessInfo)
+    process.ExecuteBeforeSolutionLoop()
+
+
+@pytest.mark.parametrize("hand_over", [_k0_procedure, _stresses_of_the_last_stage])
+def test_stress_of_an_earlier_stage_does_not_reach_the_umat(hand_over: Callable[[Structure], None]) -> None:
+    """Pressed by 4 MPa, handed over, then without separation: a stress handed over would be there."""
+    s, upper = one_element()
+    s.move(upper, 2, -0.01)
+    s.step(0.0)
+    assert s.points()[1][0, 0] == pytest.approx(-4.0, abs=0.1)
+    hand_over(s)
+    s.move(upper, 2, 0.0)
+    s.step(0.0)
+    assert np.abs(s.points()[1]).max() <= EXACT * INTERFACE.material.sigma0
+
+
 @pytest.mark.parametrize("elastic", [False, True])
 def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> None:
     """Kratos' prestress of a joint by the solid beside it: its own elastic law takes it, a UMAT does not."""
