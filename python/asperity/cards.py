@@ -78,6 +78,7 @@ def _abaqus(block: Block) -> str:
         *_constants(block.props),
         "** no DELETE: contact survives rupture, no point is ever deleted; status is 1 once it was called",
         "** zero state variables are the virgin interface: no initial conditions are needed",
+        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION",
         "*Depvar",
         f"{len(block.statev)},",
         *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),
@@ -109,6 +110,8 @@ def _calculix(block: Block) -> str:
         "** all constants in full: a count of 8 or 16 would need one more line, for the temperature",
         f"*USER MATERIAL, CONSTANTS={len(block.props)}",
         *_constants(block.props),
+        "** zero state variables are the virgin interface: no initial conditions are needed",
+        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION, USER",
         "*DEPVAR",
         f"{len(block.statev)}",
         "** one layer of C3D8 (not C3D8R, C3D8I), its normal along z, without NLGEOM, "
@@ -143,7 +146,11 @@ def _kratos(block: Block) -> str:
         },
     }
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
-    notes = {"elements": elements, "remarks": list(block.remarks), "state_variables": names}
+    initial = (
+        "zero STATE_VARIABLES are the virgin interface; the host passes no initial stress to a UMAT here: "
+        "give a state of Interface.initial instead of the zeros"
+    )
+    notes = {"elements": elements, "remarks": [*block.remarks, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
 
 

@@ -73,6 +73,7 @@ def test_abaqus_standard() -> None:
     assert "COH3D8" in card and "COH2D4" not in card
     assert "COH2D4" in RT.card("abaqus", dimension=2)
     assert max(map(len, card.splitlines())) < 256
+    assert "initial stress (TYPE=STRESS) starts a point never called" in card
 
 
 def test_abaqus_explicit() -> None:
@@ -94,6 +95,7 @@ def test_calculix_section() -> None:
     assert found["*SOLID SECTION, ELSET=JOINT, MATERIAL=ABAQUSJOINT"] == []
     assert found["*DEPVAR"] == ["18"]
     assert "thickness h = 0.01" in card and "C3D8R" in card
+    assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # the trap: a full last line of constants
     assert len(found["*USER MATERIAL, CONSTANTS=19"][-1].split(",")) < 8
 
@@ -113,6 +115,7 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     assert material["Variables"]["IGNORE_UNDRAINED"] is True  # see harness/hosts/kratos
     assert element in block["elements"]
     assert block["remarks"][0].startswith("mu tan(theta) = 0.289 < 1")
+    assert "the host passes no initial stress to a UMAT here" in block["remarks"][-1]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 
 DIVERGED = 201
 """Exit code of ccx for an error, an increment that became too small among them."""
+
+DIGITS = 5.0e-7
+"""Relative error of a number of seven digits, as the .dat file has."""
 
 N, TX, TY = 2, 4, 5
 """Positions of the components among 11, 22, 33, 12, 13, 23 (PROPS map 0)."""
@@ -75,9 +78,17 @@ def _tables(text: str) -> dict[str, list[tuple[float, Floats]]]:
     pieces = re.split(r"^ (\S.*) for set (\S+) and time +(\S+)\n\n", text, flags=re.MULTILINE)
     for heading, name, time, body in zip(*(pieces[i::4] for i in range(1, 5)), strict=True):
         rows = [line.split() for line in body.splitlines() if line.strip()]
-        table = np.array([[float(cell) for cell in row] for row in rows])
+        table = np.array([[_number(cell) for cell in row] for row in rows])
         found.setdefault(f"{name} {heading}", []).append((float(time), table))
     return found
+
+
+def _number(text: str) -> float:
+    """A number as Fortran writes it: the E of an exponent of three digits is left out."""
+    try:
+        return float(text)
+    except ValueError:
+        return float(re.sub(r"(?<=\d)([+-]\d{3})$", r"E\1", text))
 
 
 def numbers(values: Iterable[int], per_line: int = 12) -> str:
@@ -96,3 +107,9 @@ def elements(kind: str, name: str, first: int, corners: Sequence[Sequence[int]])
     """Elements of eight nodes, numbered from `first`."""
     rows = (f"{first + i}, {', '.join(map(str, nodes))}\n" for i, nodes in enumerate(corners))
     return f"*ELEMENT, TYPE={kind}, ELSET={name}\n" + "".join(rows)
+
+
+def write_states(folder: Path, states: Mapping[tuple[int, int], Floats]) -> None:
+    """Initial state variables by element and integration point, for TYPE=SOLUTION, USER (sdvini.f90)."""
+    rows = (f"{e} {p} {' '.join(map(repr, state.tolist()))}\n" for (e, p), state in sorted(states.items()))
+    (folder / "initial_state.txt").write_text("".join(rows))

@@ -1,12 +1,7 @@
-"""CalculiX with the UMAT of libasperity: run by `make hosts`.
-
-ASPERITY_LIBRARY names libasperity.so, ASPERITY_CALCULIX the folder for CalculiX, built once from Debian's
-source package.  Where that cannot be had all tests are skipped, with the reason.
-"""
+"""CalculiX with the UMAT of libasperity: run by `make hosts`; conftest.py says what it needs."""
 
 from __future__ import annotations
 
-import os
 import subprocess
 from pathlib import Path
 
@@ -17,30 +12,7 @@ import pytest
 from asperity import Interface, Material, Pattern
 from asperity.installed import driver
 from asperity.results import read_rows
-from calculix_run import TX, TY, Floats, N
-
-LIBRARY = Path(os.environ["ASPERITY_LIBRARY"]).resolve()
-FOLDER = Path(os.environ["ASPERITY_CALCULIX"]).resolve()
-HERE = Path(__file__).parent
-
-CANNOT = 77
-"""Exit code of build.sh where the machine cannot get or compile the source."""
-
-DIGITS = 5.0e-7
-"""Relative error of a number of seven digits, as the .dat file has."""
-
-
-@pytest.fixture(scope="session")
-def ccx(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ccx whose UMAT is ours."""
-    built = subprocess.run([HERE / "build.sh", FOLDER], capture_output=True, text=True, check=False)
-    if built.returncode == CANNOT:
-        pytest.skip(built.stdout.strip().splitlines()[-1])
-    assert built.returncode == 0, built.stdout + built.stderr
-    program = tmp_path_factory.mktemp("ccx") / "ccx"
-    subprocess.run([HERE / "link.sh", FOLDER, LIBRARY, program], check=True)
-    return program
-
+from calculix_run import DIGITS, TX, TY, Floats, N
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 ROUGH = Interface(MATERIAL, Pattern.regular(4, theta=30.0))

@@ -7,7 +7,7 @@
  *
  * What a script must do: raise ProcessInfo[STEP] with every step, and build the strategy with compute_reactions, so
  * that the last call of a step is at the converged displacements. A step solved again with the same number starts
- * from the same committed state. A number that falls begins another analysis: its points are virgin.
+ * from the same committed state. A number that falls, or another initial STRESS or STATEV, begins another analysis.
  *
  * Points are known by the address of STRESS, which stays with a law object (that of STATEV does not; NOEL and NPT are
  * 0). Threads may call for different points at once: the table is locked, a record has one owner. */
@@ -27,6 +27,7 @@ typedef struct record {
   int step;              /* KSTEP of the trial state; NONE: no call yet */
   double *committed;     /* STRESS, strain, STATEV at the start of the step */
   double *trial;         /* the same after the last call */
+  double *initial;       /* STRESS, strain, STATEV of the first call, as every call of the analysis has them */
 } record;
 
 enum {
@@ -72,12 +73,13 @@ static record *find(const double *key, size_t values) {
     *bucket = r;
   }
   if (r != NULL && r->values != values) { /* new, or another law where one was before */
-    double *room = realloc(r->committed, 2 * values * sizeof *room);
+    double *room = realloc(r->committed, 3 * values * sizeof *room);
     if (room == NULL) {
       r = NULL;
     } else {
       r->committed = room;
       r->trial = room + values;
+      r->initial = room + 2 * values;
       r->values = values;
       r->step = NONE;
     }
@@ -99,10 +101,12 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
     for (size_t i = 0; i < n; i++) stress[i] = NAN; /* the solver stops */
     return;
   }
-  if (r->step == NONE || *kstep < r->step) {
-    memcpy(r->committed, stress, n * sizeof *stress);
-    memcpy(r->committed + n, stran, n * sizeof *stran);
-    memcpy(r->committed + 2 * n, statev, m * sizeof *statev);
+  if (r->step == NONE || *kstep < r->step || memcmp(r->initial, stress, n * sizeof *stress) != 0 ||
+      memcmp(r->initial + 2 * n, statev, m * sizeof *statev) != 0) {
+    memcpy(r->initial, stress, n * sizeof *stress);
+    memcpy(r->initial + n, stran, n * sizeof *stran);
+    memcpy(r->initial + 2 * n, statev, m * sizeof *statev);
+    memcpy(r->committed, r->initial, values * sizeof *r->initial);
   } else if (*kstep > r->step) {
     memcpy(r->committed, r->trial, values * sizeof *r->trial);
   }

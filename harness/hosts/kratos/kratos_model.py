@@ -51,8 +51,8 @@ class Structure:
     def __init__(self, dimension: int) -> None:
         """An empty structure in 2 or 3 dimensions."""
         self.dimension = dimension
-        self._model = Kratos.Model()
-        self.part = part = self._model.CreateModelPart("Main", 2)
+        self.model = Kratos.Model()
+        self.part = part = self.model.CreateModelPart("Main", 2)
         for variable in (
             Kratos.DISPLACEMENT, Kratos.REACTION, Kratos.VELOCITY, Kratos.ACCELERATION,
             Kratos.VOLUME_ACCELERATION, Kratos.WATER_PRESSURE, Kratos.REACTION_WATER_PRESSURE,
@@ -147,6 +147,20 @@ class Structure:
         self.part.Nodes[int(number)].SetSolutionStepValue(Structural.POINT_LOAD, Kratos.Array3(list(force)))
 
     # --- steps -------------------------------------------------------------------
+
+    def initialise(self) -> None:
+        """Make the laws of all points, as the first step does; the model has to be complete."""
+        self._solver()
+
+    def stress_solids(self, stress: Sequence[float]) -> None:
+        """Give all solids an initial stress, xx, yy, (zz,) xy, (yz, xz); the model has to be complete."""
+        self.initialise()
+        interfaces = {element.Id for element in self.interfaces}
+        solids = self.part.CreateSubModelPart("Solids")
+        solids.AddElements([element.Id for element in self.part.Elements if element.Id not in interfaces])
+        process = getattr(Kratos, f"SetInitialStateProcess{self.dimension}D")
+        stress_type = 1  # 0: strain
+        process(solids, _vector(stress), stress_type).ExecuteInitializeSolutionStep()
 
     def step(self, tolerance: float, again: bool = False) -> list[float]:
         """Solve a step to a norm of the residual force; returns the norm after every iteration.

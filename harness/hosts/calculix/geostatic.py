@@ -1,0 +1,149 @@
+"""Slab on a slope in CalculiX: it starts from the stress of its own weight and stays at rest, then slides.
+
+An endless slab of rock on a rough joint, inclined by SLOPE: one period of it, its two ends tied to each
+other, x down the slope and z its normal; the lower face of the joint is held.  All stresses follow from
+equilibrium.  m, MN, MPa, plane strain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import calculix_run
+import numpy as np
+from asperity import Interface, Material, Pattern
+from calculix_run import TX, TY, Floats, N, Run
+from numpy.typing import ArrayLike
+
+LENGTH, WIDTH, HEIGHT = 4.0, 2.0, 10.0
+
+YOUNG, POISSON, WEIGHT = 20000.0, 0.2, 0.025
+SLOPE = np.radians(20.0)
+LATERAL = 0.5
+"""Stress along x and y as a share of that along z (K0)."""
+
+THICKNESS = 1.0e-3
+JOINT = Interface(Material(sigma0=0.3, Gc=2.0e-4, eta=0.95, mu=0.6, kc=4.0), Pattern.regular(2, theta=15.0))
+"""Three planes."""
+
+PULL = WEIGHT * np.array([np.sin(SLOPE), 0.0, -np.cos(SLOPE)])
+"""Weight by volume."""
+
+TRACTION = HEIGHT * np.array([PULL[2], PULL[0], PULL[1]])
+"""Of the joint under the weight of the slab, (N, Tx, Ty)."""
+
+COLUMNS, ROWS = 2, 4
+POINTS = 8
+"""Integration points of C3D8: the first four are the lower ones."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """After every increment.
+
+    displacement (T, nodes, 3); reaction of the ground (T, 3); separation, traction and state of the points of
+    the joint (T, points, ...); what ran.
+    """
+
+    displacement: Floats
+    reaction: Floats
+    separation: Floats
+    traction: Floats
+    state: Floats
+    run: Run
+
+
+def run(
+    program: Path, folder: Path, slide: float = 0.0, increments: int = 40, rock: bool = True,
+    traction: ArrayLike = TRACTION, state: Floats | None = None, moved: str = "FOOT",
+    parts: int = 1, at_once: bool = True,
+) -> Result:  # fmt: skip
+    """A step under the weight; where slide > 0 (m) another that moves the slab down the slope.
+
+    rock: whether the rock starts from its stress; traction: that the joint is given as its initial stress
+    (TYPE=STRESS), zeros for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin; moved: the
+    nodes, FOOT or TOP of the slab.  parts: increments of the first step; at_once: whether its load is there
+    from the first one on, or grows with time, as CalculiX has it by default.
+    """
+    text, solids, layer = _model()
+    rows = []
+    if rock:
+        for element, depths in zip(solids, np.repeat(_depths(), COLUMNS, axis=0), strict=True):
+            for point, depth in enumerate(depths, 1):
+                rows.append((element, point, *_components(TRACTION * depth / HEIGHT)))
+    numbers = [(element, point) for element in layer for point in range(1, POINTS + 1)]
+    if np.any(traction):
+        rows += [(*number, *_components(np.asarray(traction))) for number in numbers]
+    if rows:
+        text += "*INITIAL CONDITIONS, TYPE=STRESS\n"
+        text += "".join(", ".join(f"{value:.12g}" for value in row) + "\n" for row in rows)
+    if state is not None:
+        text += "*INITIAL CONDITIONS, TYPE=SOLUTION, USER\n"
+        calculix_run.write_states(folder, {number: state for number in numbers})
+
+    fall = ", ".join(f"{value:.15g}" for value in PULL / WEIGHT)
+    text += f"*AMPLITUDE, NAME=NOW\n0., 1., 1., 1.\n*STEP, INC=100\n*STATIC, DIRECT\n{1.0 / parts!r}, 1.\n"
+    text += f"*DLOAD{', AMPLITUDE=NOW' if at_once else ''}\nROCK, GRAV, 1., {fall}\n"
+    text += "*NODE PRINT, NSET=NALL\nU\n*NODE PRINT, NSET=GROUND\nRF\n*EL PRINT, ELSET=ROUGH\nE, S, SDV\n"
+    text += "*END STEP\n"
+    if slide > 0.0:
+        text += f"*STEP, INC=1000\n*STATIC\n{1.0 / increments!r}, 1., 1e-5, {1.0 / increments!r}\n"
+        text += f"*BOUNDARY\n{moved}, 1, 1, {slide!r}\n*END STEP\n"
+    done = calculix_run.run(program, folder, text)
+    if done.code != 0:
+        raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
+    _, u = done.table("NALL displacements")
+    _, force = done.table("GROUND forces")
+    _, strain = done.table("ROUGH strains")
+    _, stress = done.table("ROUGH stresses")
+    _, statev = done.table("ROUGH internal")
+    # the first two columns are element and point; shears of strains are tensor components
+    return Result(
+        u[:, :, 1:], force[:, :, 1:].sum(axis=1),
+        THICKNESS * strain[:, :, 2:][..., [N, TX, TY]] * [1.0, 2.0, 2.0],
+        stress[:, :, 2:][..., [N, TX, TY]], statev[:, :, 2:], done,
+    )  # fmt: skip
+
+
+def _model() -> tuple[str, range, range]:
+    """Input up to the boundary conditions; numbers of the elements of rock, from below, and of the layer."""
+    z = np.append(0.0, np.linspace(0.0, HEIGHT, ROWS + 1) + THICKNESS)
+    x = np.linspace(0.0, LENGTH, COLUMNS + 1)
+    grid = np.stack(np.meshgrid(x, [0.0, WIDTH], z, indexing="ij"), axis=-1)
+    number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:3])
+    around = ((0, 0), (1, 0), (1, 1), (0, 1))
+    cells = [
+        [number[i + a, b, k + c] for c in (0, 1) for a, b in around]
+        for k in range(ROWS + 1)
+        for i in range(COLUMNS)
+    ]
+    text = calculix_run.nodes(grid.reshape(-1, 3))
+    text += calculix_run.elements("C3D8", "ROUGH", 1, cells[:COLUMNS])
+    text += calculix_run.elements("C3D8", "ROCK", COLUMNS + 1, cells[COLUMNS:])
+    for name, members in (
+        ("GROUND", number[:, :, 0]),
+        ("FOOT", number[:-1, :, 1]),
+        ("TOP", number[:-1, :, -1]),
+    ):
+        text += f"*NSET, NSET={name}\n" + calculix_run.numbers(members.ravel())
+    for node, same in zip(number[-1, :, 1:].ravel(), number[0, :, 1:].ravel(), strict=True):
+        for axis in (1, 3):
+            text += f"*EQUATION\n2\n{node}, {axis}, 1., {same}, {axis}, -1.\n"
+    text += f"*MATERIAL, NAME=ROCK\n*ELASTIC\n{YOUNG}, {POISSON}\n*DENSITY\n{WEIGHT!r}\n"
+    text += JOINT.card("calculix", h=THICKNESS, name="ROUGH")
+    text += "*SOLID SECTION, ELSET=ROCK, MATERIAL=ROCK\n*BOUNDARY\nGROUND, 1, 3\nNALL, 2\n"
+    return text, range(COLUMNS + 1, len(cells) + 1), range(1, COLUMNS + 1)
+
+
+def _depths() -> Floats:
+    """Depths of the integration points of the rock below the surface (rows, 8)."""
+    row = HEIGHT / ROWS
+    middles = row * (np.arange(ROWS) + 0.5)
+    return HEIGHT - middles[:, None] - 0.5 * row / np.sqrt(3.0) * np.repeat([-1.0, 1.0], POINTS // 2)
+
+
+def _components(traction: Floats) -> list[float]:
+    """Stress 11, 22, 33, 12, 13, 23 of a traction (N, Tx, Ty) and the lateral stress."""
+    normal, x, y = traction.tolist()
+    return [LATERAL * normal, LATERAL * normal, normal, 0.0, x, y]

@@ -1,0 +1,55 @@
+!> Initial state variables of CalculiX (*INITIAL CONDITIONS, TYPE=SOLUTION, USER), read from a file.
+!>
+!> initial_state.txt, in the folder of the run: a row for each integration point, in rising order, of element, point,
+!> all state variables. A point without a row is virgin. CalculiX asks point by point, in that order. Its own sdvini,
+!> which this one replaces, sets all state variables to 1.
+subroutine sdvini(statev, coords, nstatv, ncrds, noel, npt, layer, kspt)
+  use, intrinsic :: iso_fortran_env, only: error_unit, iostat_end, real64
+  implicit none
+  integer, intent(in) :: nstatv                    !! state variables of the model
+  integer, intent(in) :: ncrds                     !! components of coords
+  integer, intent(in) :: noel, npt                 !! element and integration point
+  integer, intent(in) :: layer, kspt               !! not used
+  real(real64), intent(in) :: coords(ncrds)        !! of the point, not used
+  real(real64), intent(out) :: statev(nstatv)      !! initial values
+  character(len=*), parameter :: name = "initial_state.txt"
+  integer, parameter :: longest = 8192             !! of a row: 203 numbers of 25 characters and more
+  character(len=longest) :: row
+  real(real64) :: beyond
+  integer :: element, point, status, unit
+  logical :: opened
+
+  statev = 0.0_real64
+  inquire (file=name, opened=opened, number=unit)
+  if (.not. opened) then
+    open (newunit=unit, file=name, status="old", action="read", iostat=status)
+    if (status /= 0) call fail("expected a file with rows of element, point, state variables")
+  end if
+  read (unit, "(a)", iostat=status) row
+  if (status == iostat_end) then
+    backspace (unit)   ! the next point meets the end again
+    return
+  end if
+  read (row, *, iostat=status) element, point
+  if (status /= 0) call fail(trim(row) // ": expected element and point, then the state variables")
+  if (element > noel .or. (element == noel .and. point > npt)) then
+    backspace (unit)
+    return
+  end if
+  if (element /= noel .or. point /= npt) call fail(trim(row) // ": expected points of the model in rising order")
+  read (row, *, iostat=status) element, point, statev
+  if (status /= 0) call fail(trim(row) // ": too few state variables")
+  read (row, *, iostat=status) element, point, statev, beyond
+  if (status == 0) call fail(trim(row) // ": too many state variables")
+
+contains
+
+  !> End the run, as CalculiX does for an error in its input.
+  subroutine fail(message)
+    character(len=*), intent(in) :: message   !! what is wrong and what was expected
+    integer, parameter :: input_error = 201
+    write (error_unit, "(4a)") "sdvini: ", name, ": ", message
+    stop input_error
+  end subroutine fail
+
+end subroutine sdvini

@@ -1,0 +1,216 @@
+"""Initial stress and state variables in CalculiX: what reaches the UMAT, and a slab that starts at rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import calculix_run
+import geostatic
+import numpy as np
+import pytest
+from asperity import contract
+from calculix_run import DIGITS, TX, TY, Floats, N
+from geostatic import HEIGHT, JOINT, LENGTH, TRACTION, WIDTH
+from test_calculix import ROUGH, STIFFNESS, layer
+
+POINTS = range(1, geostatic.POINTS + 1)
+FRICTION, STATUS, OFFSET = 3, 5, slice(6, 9)
+"""In STATEV, from 0."""
+
+DAMAGE = slice(contract.N_POINT_STATEV, None, contract.N_PLANE_STATEV)
+
+REST = 1.0e-9
+"""Displacement of a slab at rest, as a share of what its weight does without initial stress: the initial
+stresses have twelve digits, and a point returns its own to 1e-10 of the strength."""
+
+STILL = ((1, (0.0, 0.0, 0.0)),)
+"""One increment without displacement."""
+
+
+def with_initial(text: str, kind: str, rows: str) -> str:
+    """The input of `layer` with initial conditions."""
+    return text.replace("*STEP", f"*INITIAL CONDITIONS, TYPE={kind}\n{rows}*STEP", 1)
+
+
+def lines(tractions: Floats) -> str:
+    """Initial stresses of the points of element 1, from tractions (8, 3)."""
+    rows = zip(POINTS, tractions.tolist(), strict=True)
+    return "".join(f"1, {point}, 0., 0., {n}, 0., {x}, {y}\n" for point, (n, x, y) in rows)
+
+
+def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
+    """Every point gets its own initial stress, sign and order kept, once: without strain it stays."""
+    grade = np.linspace(0.1, 0.8, len(POINTS))[:, None]
+    tractions = grade * [-1.0, 0.4, -0.2]
+    card = ROUGH.card("calculix", h=0.01, name="ROUGH")
+    text = layer(card, 0.01, (*STILL, (3, (0.0, 0.01, 0.0))), ", DIRECT")
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "STRESS", lines(tractions)))
+    assert done.code == 0, done.errors
+    _, stress = done.table("ROUGH stresses")
+    _, state = done.table("ROUGH internal")
+    traction, initial = stress[:, :, 2:][..., [N, TX, TY]], ROUGH.initial(tractions)
+    assert np.all(np.abs(traction[0] - tractions) <= DIGITS * np.abs(tractions).max())
+    offset = initial[:, OFFSET]
+    assert np.all(np.abs(state[0, :, 2:][:, OFFSET] - offset) <= DIGITS * np.abs(offset).max())
+    old, state_now = np.zeros((len(POINTS), 3)), initial
+    for slip, found in zip(np.arange(1, 4) * 0.01 / 3.0, traction[1:], strict=True):
+        s = np.broadcast_to([0.0, slip, 0.0], old.shape)
+        result = ROUGH.update(s, state_now, old)
+        old, state_now = s, result.state
+        assert np.all(np.abs(found - result.traction) <= DIGITS * STIFFNESS * slip)
+
+
+def test_traction_that_cannot_be(ccx: Path, tmp_path: Path) -> None:
+    """Tension beyond the strength: the message tells how much is carried, the run ends without a result."""
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
+    tractions = np.tile([6.0, 0.0, 0.0], (len(POINTS), 1))
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "STRESS", lines(tractions)))
+    assert done.code == calculix_run.DIVERGED and not done.increments
+    assert "asperity umat: initial t_N = 6: beyond the strength of the planes" in done.errors
+
+
+def test_type_solution_by_file(ccx: Path, tmp_path: Path) -> None:
+    """TYPE=SOLUTION, USER: every point gets its own state variables; a point that is not listed is virgin."""
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
+    states = {(1, k): ROUGH.initial([-0.1 * k, 0.0, 0.0], damage=k / 10.0) for k in POINTS if k != 3}
+    calculix_run.write_states(tmp_path, states)
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+    assert done.code == 0, done.errors
+    _, state = done.table("ROUGH internal")
+    expected = np.array([states.get((1, k), np.zeros(ROUGH.nstatv)) for k in POINTS])
+    expected[:, STATUS] = 1.0
+    assert np.all(np.abs(state[0, :, 2:] - expected) <= DIGITS * (1.0 + np.abs(expected)))
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [("1 1 0.0 0.0", "too few"), ("1 9" + " 0" * 24, "rising order"), ("1 1" + " 0" * 25, "too many"),
+     ("one" + " 0" * 25, "expected element and point")],
+)  # fmt: skip
+def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str, reason: str) -> None:
+    """A row that is short, long, of no point of the model or no numbers ends the run and is shown."""
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
+    text += "*ELEMENT, TYPE=C3D8, ELSET=ROUGH\n2, 1, 2, 3, 4, 5, 6, 7, 8\n" if "9" in row else ""
+    (tmp_path / "initial_state.txt").write_text(row + "\n")
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+    assert done.code == calculix_run.DIVERGED
+    assert f"initial_state.txt: {row}: " in done.errors and reason in done.errors
+
+
+def test_type_solution_in_the_input_ends_early(ccx: Path, tmp_path: Path) -> None:
+    """The smallest case of what CalculiX does wrong: of state variables in the input six of one point arrive.
+
+    The friction energy, SDV 4, tells, which a call adds to; the run goes on.
+    """
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
+    # element, point, six values; then eight a line
+    values = ["0., 0., 0., 0.25, 0., 0.", "0., 0., 0., 1., 0., 0., 1., 0."]
+    values += ["0., 1., 0., 0., 1., 0., 0., 1.", "0., 0."]
+    rows = "".join(f"1, {k}, " + "\n".join(values) + "\n" for k in POINTS)
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION", rows))
+    assert done.code == 0, done.errors
+    assert "Card image cannot be" in done.output
+    _, state = done.table("ROUGH internal")
+    friction, damage = state[0, :, 2:][:, FRICTION], state[0, :, 2:][:, DAMAGE]
+    assert friction.tolist() == [0.25] + [0.0] * 7 and np.all(damage == 0.0)
+
+
+CRACK = np.zeros(JOINT.nstatv)
+CRACK[DAMAGE] = 1.0
+PARTLY = [1.0, 0.5, 0.0]
+SLIDE = 0.005
+"""m: the slab moves until its joint is dead."""
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "damage"),
+    [("virgin, TYPE=STRESS", {}, 0.0),
+     ("cracked, TYPE=STRESS and SOLUTION", {"state": CRACK}, 1.0),
+     ("cracked, TYPE=SOLUTION", {"state": JOINT.initial(TRACTION, 1.0), "traction": 0.0}, 1.0),
+     ("partly cracked, TYPE=SOLUTION", {"state": JOINT.initial(TRACTION, PARTLY), "traction": 0.0}, PARTLY)],
+)  # fmt: skip
+def test_slab_starts_at_rest_and_slides(
+    ccx: Path, tmp_path: Path, name: str, given: dict[str, Floats], damage: float | list[float]
+) -> None:
+    """Under its weight the slab rests, with the stress it was given; then it slides, residual strength."""
+    result = geostatic.run(ccx, tmp_path, SLIDE, **given)
+    moved = geostatic.run(ccx, tmp_path, rock=False, traction=0.0).displacement[0]
+    weight = LENGTH * WIDTH * HEIGHT * geostatic.PULL
+    largest = float(np.abs(result.displacement[0]).max())
+    print(f"{name}: at rest displacements up to {largest:.1e} m, {result.run.iterations[0]} iterations")
+    assert largest <= REST * np.abs(moved).max()
+    assert np.all(np.abs(result.traction[0] - TRACTION) <= DIGITS * np.abs(TRACTION).max())
+    assert np.all(np.abs(result.reaction[0] + weight) <= len(moved) * DIGITS * np.abs(weight).max())
+    assert np.all(result.state[0][:, DAMAGE] == damage)
+
+    # the law of one point, by the library, on the separations that CalculiX found
+    state, old = JOINT.initial(TRACTION, damage)[None], np.zeros((1, 3))
+    reach = float(np.linalg.norm(result.separation[-1, 0]))
+    m = JOINT.material
+    k_c = m.kc * m.sigma0**2 / (2.0 * m.Gc * (1.0 - m.eta))
+    for s, found in zip(result.separation[:, 0], result.traction[:, 0], strict=True):
+        update = JOINT.update(s[None], state, old)
+        state, old = update.state, s[None]
+        assert np.all(np.abs(found - update.traction[0]) <= DIGITS * k_c * reach)
+
+    strength = -result.traction[:, :, 1] / result.traction[:, :, 0]
+    tangent = np.tan(np.radians(15.0))
+    residual = (m.mu + tangent) / (1.0 - m.mu * tangent)
+    end = float(strength[-1].mean())
+    print(f"  largest strength {strength.max():.4f}, at the end {end:.6f}, closed form {residual:.6f}")
+    assert strength[-1] == pytest.approx(residual, rel=2.0 * DIGITS)
+    if damage == 1.0:
+        assert strength.max() <= residual * (1.0 + 2.0 * DIGITS)
+    else:
+        assert strength.max() > 1.5 * residual
+
+
+def test_slab_without_initial_stress_moves(ccx: Path, tmp_path: Path) -> None:
+    """What initial stress prevents: joint and rock are compressed by the weight, as the elastic slab is."""
+    result = geostatic.run(ccx, tmp_path, rock=False, traction=0.0)
+    nu = geostatic.POISSON
+    modulus = geostatic.YOUNG * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    expected = JOINT.initial(TRACTION)[6] + geostatic.PULL[2] * HEIGHT**2 / (2.0 * modulus)
+    found = float(result.displacement[0, :, 2].min())
+    print(f"without initial stress the top sinks by {-found * 1e6:.2f} um, closed form {-expected * 1e6:.2f}")
+    # CalculiX accepts half a percent of the forces as residual
+    assert found == pytest.approx(expected, rel=5e-3)
+
+
+def test_load_has_to_be_there_at_once(ccx: Path, tmp_path: Path) -> None:
+    """A load that grows over the increments lets the slab rise first, by what is missing of the weight."""
+    largest = [
+        np.abs(geostatic.run(ccx, tmp_path, **options).displacement).max(axis=(1, 2))
+        for options in (dict(rock=False, traction=0.0), dict(parts=10), dict(parts=10, at_once=False))
+    ]
+    moved, rest, grown = largest
+    print(
+        f"all at once: up to {rest.max():.1e} m; growing: {grown[0]:.1e} m first, {grown[-1]:.1e} m at last"
+    )
+    assert rest.max() <= REST * moved[0] and grown[-1] <= REST * moved[0]
+    # joint and rock are elastic there; CalculiX accepts half a percent of the forces as residual
+    assert grown[:-1] == pytest.approx(moved[0] * np.arange(9, 0, -1) / 10.0, rel=5e-3)
+
+
+def test_symmetrised_tangent_under_dead_load(ccx: Path, tmp_path: Path) -> None:
+    """Moved at its top the slab is a spring in front of the joint: CalculiX' symmetrised tangent diverges.
+
+    With the library's own tangent the same spring and joint converge, in at most five iterations.
+    """
+    with pytest.raises(RuntimeError, match=r"increment size smaller than minimum|too many cutbacks"):
+        geostatic.run(ccx, tmp_path, SLIDE, moved="TOP")
+    spring = geostatic.YOUNG / (2.0 * (1.0 + geostatic.POISSON)) / HEIGHT
+    state, s, most = JOINT.initial(TRACTION)[None], np.zeros((1, 3)), 0
+    for move in np.linspace(0.0, SLIDE, 201):
+        old = s.copy()
+        for iteration in range(6):
+            update = JOINT.update(s, state, old)
+            residual = TRACTION - update.traction[0] + [0.0, spring * (move - s[0, 1]), 0.0]
+            if np.abs(residual).max() <= 1e-9 * JOINT.material.sigma0:
+                most = max(most, iteration)
+                break
+            s = s + np.linalg.solve(update.tangent[0] + np.diag([0.0, spring, 0.0]), residual)
+        else:
+            pytest.fail(f"no equilibrium at {move} m")
+        state = update.state
+    print(f"CalculiX diverges; by the library's tangent at most {most} iterations in 200 increments")
