@@ -34,6 +34,9 @@ PLAUSIBLE = (3.0e-3, 3.0)
 GROWTH = 1.1
 """The slopes depend on the scale, and it is told, where half the sampling length raises their rms by this."""
 
+UNLIKE = 1.5
+"""Ratio of the largest to the smallest spacing from which on it is told: slopes depend on the spacing."""
+
 PATIENCE = 2.0
 """Seconds before progress is shown."""
 
@@ -316,7 +319,7 @@ def _remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
     if rms > slopes.FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
         yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
     low, high = scan.steps()
-    if high > low * (1.0 + 2.0 * EVEN):
+    if high > UNLIKE * low:
         yield f"points are {low:g} to {high:g} {unit} apart, not one scale: --sampling {high:g} makes it one"
     length = 2.0 * scan.spacing
     if rms > slopes.FLATNESS and length <= slopes.longest(scan):
