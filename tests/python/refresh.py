@@ -57,15 +57,17 @@ def _run(language: str, code: str, folder: Path) -> str:
 
 
 def _excerpt(shown: str, printed: str) -> str:
-    """Lines of an excerpt by what is printed now."""
-    lines = {_key(line): line for line in reversed([one.strip('", ') for one in printed.splitlines()])}
-    whole = {_key(line): line.rstrip() for line in reversed(printed.splitlines())}
-    found = []
+    """Lines of an excerpt by those that are printed now, in their order; of JSON the strings."""
+    lines = [
+        text for line in printed.splitlines() for text in dict.fromkeys((line.rstrip(), line.strip('", ')))
+    ]
+    found, at = [], 0
     for line in shown.splitlines():
-        if _key(line) not in lines:
+        same = [i for i in range(at, len(lines)) if _key(lines[i]) == _key(line)]
+        if not same:
             raise SystemExit(f"not printed any more: {line}")
-        key = _key(line)
-        found.append(whole[key] if key in whole else lines[key])
+        found.append(lines[same[0]])
+        at = same[0] + 1
     return "\n".join(found) + "\n"
 
 
