@@ -13,9 +13,10 @@ import numpy as np
 from tqdm import tqdm
 
 from . import contract, slopes
-from .card_command import read_interface
 from .case_files import _TOKEN, groups
 from .contract import Floats
+from .interface import Interface
+from .material import Material
 from .pattern import Pattern
 from .slopes import EVEN, Facets, Planes, Scan, Slips
 
@@ -186,7 +187,9 @@ def _run(options: argparse.Namespace) -> int:
     """Read, level, bin, compare, write."""
     _check(options)
     table, png, case = _outputs(options)
-    material = options.material if options.case is None else _material_of(options.case)
+    of_case = None if options.case is None else _material_of(options.case)
+    head, tail = ("", "") if options.case is None else _around_pattern(options.case)
+    mu = of_case.mu if of_case is not None else options.material[3] if options.material is not None else MU
     original = scan = read_scan(options.scan, options.spacing, options.unit)
     if options.smooth is not None:
         scan = scan.smoothed(options.smooth)
@@ -201,7 +204,7 @@ def _run(options: argparse.Namespace) -> int:
     lengths = slopes.lengths_of(smooth)
     total = 2 * len(angles) + len(lengths)
     with tqdm(total=total, unit="step", disable=None, delay=PATIENCE, leave=False) as bar:
-        slips = Slips.of(found, angles, MU if material is None else material[3], bar.update)
+        slips = Slips.of(found, angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
         scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))
     print("\n".join(_report(original, scan, found, slips, options)))
@@ -218,11 +221,10 @@ def _run(options: argparse.Namespace) -> int:
     print("".join(f"\nremark      {text}" for text in _remarks(scan, found, options.direction)))
     chosen = regular if options.regular else listed
     written = [table, png]
-    if options.case is None:
-        props = props_line(chosen, material)
-    else:
-        case.write_text(_with_pattern(options.case, chosen), encoding="utf-8")
-        props = ", ".join(f"{value:.9g}" for value in read_interface(case)[0].props().tolist())
+    props = props_line(chosen, options.material)
+    if of_case is not None:
+        case.write_text(head + case_lines(chosen) + tail, encoding="utf-8")
+        props = ", ".join(f"{value:.9g}" for value in Interface(of_case, chosen).props().tolist())
         written.append(case)
     print(f"{case_lines(chosen)}\n\nPROPS  {props}\n")
     _write(table, chosen)
@@ -270,28 +272,35 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
     return table, png, case
 
 
-def _with_pattern(case: Path, pattern: Pattern) -> str:
-    """Text of a case with a pattern in place of its own."""
+def _around_pattern(case: Path) -> tuple[str, str]:
+    """Text of a case before and after its group &pattern."""
     text = case.read_text(encoding="utf-8")
     start = None
     for token in _TOKEN.finditer(text):
         if start is None and (token["group"] or "").lower() == "pattern":
             start = token.start()
         elif start is not None and token.lastgroup == "end":
-            return text[:start] + case_lines(pattern) + text[token.end() :]
+            return text[:start], text[token.end() :]
     raise ValueError(f"{case}: expected a group &pattern, to put the planes in its place")
 
 
-def _material_of(case: Path) -> tuple[float, ...]:
-    """sigma0, Gc, eta and mu of a case."""
+def _material_of(case: Path) -> Material:
+    """Material of a case; raises ValueError where a constant is missing or the name of a sweep."""
     try:
         given = dict(groups(case)).get("material", {})
     except OSError as error:
         raise ValueError(f"--case {case}: {error.strerror}: expected a case of the driver") from None
+    names = [field.name for field in fields(Material)]
     try:
-        return tuple(float(given[name.lower()][0].lower().replace("d", "e")) for name in REQUIRED)
-    except (KeyError, IndexError, ValueError):
-        raise ValueError(f"{case}: &material: expected numbers for {', '.join(REQUIRED)}") from None
+        constants = {
+            n: float(given[n.lower()][0].lower().replace("d", "e")) for n in names if n.lower() in given
+        }
+    except (IndexError, ValueError):
+        raise ValueError(f"{case}: &material: expected numbers, not the name of a sweep") from None
+    missing = [name for name in REQUIRED if name not in constants]
+    if missing:
+        raise ValueError(f"{case}: &material: expected {', '.join(missing)}")
+    return Material(**constants)
 
 
 def _shown(error: float) -> str:

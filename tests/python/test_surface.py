@@ -445,7 +445,7 @@ def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, 
         ("-o none/planes", r"-o none/planes: expected a folder that exists, none does not"),
         ("-o .", r"-o .: expected a name"),
         ("--case none.nml", r"none.nml: No such file or directory: expected a case of the driver"),
-        ("--case scan.csv", r"scan.csv: &material: expected numbers for sigma0, Gc, eta, mu"),
+        ("--case scan.csv", r"scan.csv: &material: expected sigma0, Gc, eta, mu"),
         ("--case scan.csv --material 3,0.3,0.9,0.5", r"--case, --material: expected one of them"),
         ("--sampling 0.5", r"sampling length 0.5: expected at least the spacing, 1"),
         ("--sampling 2", r"sampling length 2: expected at most 1.14286, for 8 points"),
@@ -602,12 +602,23 @@ def test_case_for_the_other_commands(
         assert "listed planes are a choice already" in capsys.readouterr().err
 
 
-def test_case_without_a_pattern(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """There is nothing that the planes could take the place of."""
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (r"&pattern.*?10.0 /", "", "box.nml: expected a group &pattern, to put the planes in its place"),
+        ("mu = 0.4", "mu = held", "box.nml: &material: expected numbers, not the name of a sweep"),
+        ("mu = 0.4, ", "", "box.nml: &material: expected mu"),
+    ],
+)
+def test_bad_cases(
+    folder: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
+) -> None:
+    """Told before anything is written."""
     write(LINE)
-    Path("box.nml").write_text(re.sub(r"&pattern.*?10.0 /", "", BOX, flags=re.DOTALL), encoding="utf-8")
+    Path("box.nml").write_text(re.sub(old, new, BOX, flags=re.DOTALL), encoding="utf-8")
     assert main(["surface", "scan.csv", "--case", "box.nml"]) == 1
-    assert "box.nml: expected a group &pattern" in capsys.readouterr().err
+    assert message in capsys.readouterr().err
+    assert {path.name for path in folder.iterdir()} == {"scan.csv", "box.nml"}
 
 
 def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
