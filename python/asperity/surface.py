@@ -218,7 +218,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
     for length, mean, rms, theta, flat in scales:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    print("".join(f"\nremark      {text}" for text in _remarks(scan, found, options.direction)))
+    remarks = [f"remark      {text}" for text in _remarks(scan, found, options.direction)]
+    print("\n".join(["", *remarks, ""]) if remarks else "")
     chosen = regular if options.regular else listed
     written = [table, png]
     props = props_line(chosen, options.material)
