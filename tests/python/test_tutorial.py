@@ -1,7 +1,7 @@
 """docs/tutorial.md: its commands in an empty folder, but for the host run, whose result is in docs/images.
 
-After a change of the fit, `make hosts`, then `.venv/bin/python tests/python/refresh.py docs/tutorial.md` runs the
-page, host and all, and fills in what is printed.
+After a change of the fit: `make hosts`, then `.venv/bin/python tests/python/refresh.py docs/tutorial.md`,
+which runs the page, host and all, and fills in what is printed.
 """
 
 from __future__ import annotations
