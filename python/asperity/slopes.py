@@ -7,7 +7,7 @@ gamma is a share of the true area: then a uniform pressure on all planes adds up
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,6 +31,9 @@ SAME = 1.0e-3
 
 TIE = 1.0e-9
 """Slopes along a slip that differ by less carry together."""
+
+EVEN = 0.05
+"""Points within this share of the spacing of even places are evenly spaced: files round coordinates."""
 
 AS_GOOD = 0.01
 """The fewest sides are taken whose error is at most this above the smallest."""
@@ -66,6 +69,10 @@ class Scan:
         """Shortest side, length."""
         return min(float(axis[-1] - axis[0]) for axis in self._axes())
 
+    def steps(self) -> tuple[float, float]:
+        """Smallest and largest distance of neighbouring points along an axis, length."""
+        return min(float(np.diff(axis).min()) for axis in self._axes()), self.spacing
+
     def sampled(self, length: float) -> Scan:
         """Heights at points `length` apart, by straight lines between the given ones.
 
@@ -73,10 +80,9 @@ class Scan:
         """
         if not length >= self.spacing * (1.0 - 1.0e-9):
             raise ValueError(f"sampling length {length:g}: expected at least the spacing, {self.spacing:g}")
-        if not length * (LEAST_POINTS - 1) <= self.extent * (1.0 + 1.0e-9):
-            longest = self.extent / (LEAST_POINTS - 1)
+        if not length <= longest(self):
             raise ValueError(
-                f"sampling length {length:g}: expected at most {longest:g}, for {LEAST_POINTS} points"
+                f"sampling length {length:g}: expected at most {longest(self):g}, for {LEAST_POINTS} points"
             )
         x, z = _interpolated(self.x, self.z, length)
         if self.y is None:
@@ -101,10 +107,17 @@ class Scan:
         return Scan(self.x, self.y, z + plane, self.unit)
 
     def heights(self) -> Floats:
-        """Heights (ny, nx) above the mean plane, which is subtracted, for pictures."""
+        """Distances (ny, nx) from the average plane, perpendicular to it, mean 0."""
         z = self.z - _mean_plane(self)
-        levelled: Floats = z - z.mean()
+        levelled: Floats = (z - z.mean()) / np.hypot(1.0, np.hypot(*_mean_gradient(self)))
         return levelled
+
+    def lean(self) -> float:
+        """Angle of the average plane to that of least squares, degrees: what the ends of the scan do."""
+        a = _least_squares(self.x, self.z.mean(axis=0))
+        b = 0.0 if self.y is None else _least_squares(self.y, self.z.mean(axis=1))
+        fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
+        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, average)), fitted @ average)))
 
     def _axes(self) -> tuple[Floats, ...]:
         return (self.x,) if self.y is None else (self.x, self.y)
@@ -155,11 +168,17 @@ class Planes:
         found: Floats = self.gradients.T @ (self.nominal[:, None] * self.gradients)
         return found
 
-    def uphill(self, angles: Floats) -> tuple[Floats, Floats]:
+    def uphill(self, angles: Floats, tick: Tick | None = None) -> tuple[Floats, Floats]:
         """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
-        ups = [np.maximum(self.gradients @ _unit(angle), 0.0) for angle in angles]
-        mean = np.array([self.nominal @ up for up in ups])
-        return mean, np.sqrt(np.array([self.nominal @ up**2 for up in ups]))
+        mean, square = np.empty(len(angles)), np.empty(len(angles))
+        for i, angle in enumerate(angles):  # one at a time: a map has millions of facets
+            up = np.maximum(self.gradients @ _unit(angle), 0.0)
+            mean[i] = self.nominal @ up
+            up *= up
+            square[i] = self.nominal @ up
+            if tick is not None:
+                tick()
+        return mean, np.sqrt(square)
 
     def residual(self, angles: Floats, mu: float, tick: Tick | None = None) -> Floats:
         """Strength over |sigma_N| of the dead interface that slips along each angle (radians); inf: locks.
@@ -193,6 +212,25 @@ class Facets(Planes):
     ratio: float = 1.0
     tilt: float = 0.0
     profile: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Slips:
+    """What facets do under slips along angles (n,), radians, with friction mu.
+
+    uphill: mean and root mean square of the slope that faces each slip, (n,) each.  residual: strength of the
+    dead interface over |sigma_N|, (n,).
+    """
+
+    angles: Floats
+    mu: float
+    uphill: tuple[Floats, Floats]
+    residual: Floats
+
+    @classmethod
+    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick | None = None) -> Slips:
+        """Slips of facets or planes; tick is called twice an angle."""
+        return cls(angles, mu, found.uphill(angles, tick), found.residual(angles, mu, tick))
 
 
 @dataclass(frozen=True)
@@ -236,10 +274,12 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
         c, s = _unit(np.radians(direction))
         vectors[:, 1:] = np.outer(vectors[:, 1], (c, s))
     area = np.linalg.norm(vectors, axis=1)
-    if not (vectors[:, 0] > FLATNESS * area).all():
+    over = vectors[:, 0] <= FLATNESS * area
+    if over.any():
         raise ValueError(
-            f"{np.count_nonzero(vectors[:, 0] <= FLATNESS * area)} facets overhang the average plane, which "
-            f"is tilted by {np.degrees(np.arccos(total[0] / nominal)):.3g} degrees: expected n_N > 0"
+            f"{np.count_nonzero(over)} facets, the first at {_place(scan, int(over.argmax()))}, overhang the "
+            f"average plane, which is tilted by {np.degrees(np.arccos(total[0] / nominal)):.3g} degrees: "
+            "expected n_N > 0; is z in the unit of x, is there a step that a longer sampling would bridge?"
         )
     normals = vectors / area[:, None]
     flat = np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]
@@ -288,42 +328,42 @@ def bin_facets(
     return Pattern.planes(normals[order], (area / area.sum())[order]), np.argsort(order)[label]
 
 
-def nearest_regular(found: Facets, angles: Floats, sides: int = 0, start: float = 0.0) -> Pattern:
+def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, start: float = 0.0) -> Pattern:
     """Regular pattern of the same mean and mean square slope over the nominal area.
 
     tan(theta) = mean square / mean, and the inclined planes have mean^2 / mean square of the nominal area.
     turn: of the planes that agree best with the azimuths, arg(sum of slope^2 exp(i sides azimuth)) / sides.
-    sides: 0 for the fewest whose mean and rms uphill slopes over the angles (radians) are within AS_GOOD of
-    the best; a profile has 2, turned to `start` (degrees).
+    sides: 0 for the fewest whose mean and rms uphill slopes under the slips are within AS_GOOD of the best.
+    Two sides have the moments of the slopes along their direction alone.  A profile has two, turned to
+    `start` (degrees).
     """
     if found.rms_slope <= FLATNESS:
         return Pattern.regular(0, 0.0)
     if found.profile:
         return _of_moments(found, 2, start)
-    turns = _turns(found)
     if sides:
-        return _of_moments(found, sides, turns.get(sides, 0.0))
-    uphill = found.uphill(angles)
+        return _of_moments(found, sides, _turns(found, [sides])[sides])
+    if slips is None:
+        raise ValueError("sides = 0: expected the slips under which sides are compared")
+    turns = _turns(found, range(2, contract.MAX_INCLINED + 1))
     tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
-    errors = [_difference(Planes.of(pattern).uphill(angles), uphill) for pattern in tried]
+    errors = [_difference(Planes.of(pattern).uphill(slips.angles), slips.uphill) for pattern in tried]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
 
 
-def compare(
-    pattern: Pattern, found: Facets, angles: Floats, mu: float, strength: Floats, of_listed: Floats
-) -> Errors:
-    """What a pattern differs by from the facets, whose residual strength over the angles is given.
+def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) -> Errors:
+    """What a pattern differs by from the facets, which do what is given under slips.
 
-    of_listed: residual strength of the listed planes.
+    of_listed: residual strength of the listed planes under the same.
     """
     planes = Planes.of(pattern)
-    residual = planes.residual(angles, mu)
+    own = Slips.of(planes, slips.angles, slips.mu)
     return Errors(
         _relative(planes.mean_slope, found.mean_slope),
         _relative(planes.fabric, found.fabric),
-        _difference(planes.uphill(angles), found.uphill(angles)),
-        _of_strength(residual, strength),
-        _of_strength(residual, of_listed),
+        _difference(own.uphill, slips.uphill),
+        _of_strength(own.residual, slips.residual),
+        _of_strength(own.residual, of_listed),
     )
 
 
@@ -334,22 +374,33 @@ def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
     return angles
 
 
+def even(axis: Floats) -> Floats:
+    """As many places from the first to the last, evenly spaced."""
+    places: Floats = np.linspace(axis[0], axis[-1], len(axis))
+    return places
+
+
+def longest(scan: Scan) -> float:
+    """Longest sampling length, which leaves LEAST_POINTS; rounding allowed for."""
+    return scan.extent / (LEAST_POINTS - 1) * (1.0 + 1.0e-9)
+
+
 def lengths_of(scan: Scan) -> Floats:
     """Sampling lengths: the spacing, its double, and so on."""
-    most = scan.extent / (LEAST_POINTS - 1)
-    count = int(np.floor(np.log2(most / scan.spacing) + 1.0e-9)) + 1
+    count = int(np.floor(np.log2(longest(scan) / scan.spacing))) + 1
     lengths: Floats = scan.spacing * 2.0 ** np.arange(max(count, 1))
     return lengths
 
 
-def _turns(found: Facets) -> dict[int, float]:
-    """Turn (degrees) of the planes that agree best with the azimuths, for every number of sides."""
+def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
+    """Turn (degrees) of the planes that agree best with the azimuths, for increasing numbers of sides."""
     share = found.nominal * found.slopes**2
     once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
-    wave = once.copy()
+    wave, power = np.ones_like(once), 0
     turns = {}
-    for sides in range(2, contract.MAX_INCLINED + 1):
-        wave *= once
+    for sides in numbers:
+        wave *= once ** (sides - power) if sides - power > 1 else once
+        power = sides
         total = share @ wave
         # where no azimuth is preferred rounding must not choose one
         turn = np.degrees(np.angle(total)) / sides if abs(total) > TIE * share.sum() else 0.0
@@ -438,18 +489,36 @@ def _rotation(n: Floats) -> Floats:
     return rotation
 
 
-def _mean_plane(scan: Scan) -> Floats:
-    """Plane of zero height at the first point whose gradient is the mean one."""
+def _place(scan: Scan, facet: int) -> str:
+    """Where a facet begins."""
+    if scan.y is None:
+        return f"x = {scan.x[facet]:g}"
+    j, i = divmod(facet // 4, len(scan.x) - 1)
+    return f"x = {scan.x[i]:g}, y = {scan.y[j]:g}"
+
+
+def _mean_gradient(scan: Scan) -> tuple[float, float]:
+    """Slopes of the average plane along x and y."""
     total = (scan.z[:, -1] - scan.z[:, 0]) / (scan.x[-1] - scan.x[0])
     if scan.y is None:
-        along: Floats = total * (scan.x - scan.x[0])
-        return along[None, :]
+        return float(total[0]), 0.0
     # over a side the mean is that of the trapezoid rule, as for the facets
-    a = _mean(scan.y, total)
     sides = (scan.z[-1] - scan.z[0]) / (scan.y[-1] - scan.y[0])
-    b = _mean(scan.x, sides)
-    plane: Floats = np.add.outer(b * (scan.y - scan.y[0]), a * (scan.x - scan.x[0]))
+    return _mean(scan.y, total), _mean(scan.x, sides)
+
+
+def _mean_plane(scan: Scan) -> Floats:
+    """Heights of the average plane, zero at the first point, (ny, nx)."""
+    a, b = _mean_gradient(scan)
+    y = np.zeros(1) if scan.y is None else scan.y - scan.y[0]
+    plane: Floats = np.add.outer(b * y, a * (scan.x - scan.x[0]))
     return plane
+
+
+def _least_squares(x: Floats, z: Floats) -> float:
+    """Slope of the straight line of least squares."""
+    away = x - x.mean()
+    return float(away @ (z - z.mean()) / (away @ away))
 
 
 def _mean(x: Floats, values: Floats) -> float:
@@ -468,8 +537,10 @@ def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
 def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
     """Gaussian mean along the rows; at the ends over what there is."""
     steps = np.diff(x)
-    if np.ptp(steps) > 1.0e-3 * steps.mean():
-        raise ValueError("smoothing: expected even spacing of the points")
+    if np.abs(x - even(x)).max() > EVEN * steps.mean():
+        raise ValueError(
+            f"smoothing: the points are {steps.min():g} to {steps.max():g} apart: expected even spacing"
+        )
     reach = min(int(np.ceil(cut_off / steps.mean())), len(x) - 1)
     kernel = np.exp(-np.pi * (np.arange(-reach, reach + 1) * steps.mean() / (GAUSS * cut_off)) ** 2)
     part = slice(reach, reach + len(x))

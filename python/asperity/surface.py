@@ -13,24 +13,46 @@ import numpy as np
 from tqdm import tqdm
 
 from . import contract, slopes
+from .case_files import _TOKEN, groups
 from .contract import Floats
+from .interface import Interface
+from .material import Material
 from .pattern import Pattern
-from .slopes import Facets, Planes, Scan
+from .slopes import EVEN, Facets, Planes, Scan, Slips
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "in": 0.0254}
 """Units of length that a header may name, in metres."""
 
-EVEN = 1.0e-3
-"""Spacings of a regular grid differ by less than this share of their mean."""
-
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
+
+REQUIRED = ("sigma0", "Gc", "eta", "mu")
+"""Constants of a material that have no default."""
+
+PLAUSIBLE = (3.0e-3, 3.0)
+"""Rms slopes beyond these are told: z may be in another unit than x."""
+
+GROWTH = 1.1
+"""The slopes depend on the scale, and it is told, where half the sampling length raises their rms by this."""
+
+UNLIKE = 1.5
+"""Ratio of the largest to the smallest spacing from which on it is told: slopes depend on the spacing."""
+
+PATIENCE = 2.0
+"""Seconds before progress is shown."""
+
+EXPECTED = (
+    "expected columns x, z (profile) or x, y, z (map), as x [mm],z [um]; --spacing for a matrix of heights"
+)
 
 ROUNDING = 1.0e-9
 """Errors and angles (degrees) below this are shown as 0."""
 
 PERCENT = (50, 90, 99, 100)
 """Percentiles of the inclination that are told."""
+
+_COMMA = re.compile(r"^[-+]?\d*,\d+$")
+"""A number with a decimal comma."""
 
 _CELL = re.compile(r"^\W*([A-Za-z]\w*)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\W*$")
 """Name of a column and its unit in brackets."""
@@ -54,7 +76,7 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--unit",
         default="mm",
-        help="of the lengths, where the header names none (default: %(default)s); sigma0 and Gc must fit it",
+        help="of the lengths, where the header names none (default: %(default)s)",
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
     scale.add_argument("--smooth", type=float, metavar="L", help="Gaussian filter of this cut-off first")
@@ -76,7 +98,6 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     planes.add_argument(
         "--flat",
         type=float,
-        default=0.0,
         metavar="DEG",
         help="facets up to this are the flat plane (default: 0)",
     )
@@ -94,11 +115,17 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         help=f"for the PROPS line and the residual strength (default: names, mu = {MU:g})",
     )
     parser.add_argument(
+        "--case",
+        type=Path,
+        metavar="CASE.nml",
+        help="a case of the driver: STEM.nml is written, the same with this pattern, for run, card, select",
+    )
+    parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="STEM",
-        help="of STEM.csv and STEM.png (default: the name of the scan with _planes, here)",
+        help="of STEM.csv, STEM.png and STEM.nml (default: the name of the scan with _planes, here)",
     )
     parser.set_defaults(action=_run)
 
@@ -148,7 +175,7 @@ def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str
     last = contract.N_FIXED_PROPS
     if pattern.m >= 0:
         last = max(i for i, value in enumerate(props) if i < 6 or value != defaults[i]) + 1
-    first = ["sigma0", "Gc", "eta", "mu"] if material is None else [f"{value:.9g}" for value in material]
+    first = list(REQUIRED) if material is None else [f"{value:.9g}" for value in material]
     rest = [f"{value:.9g}" for value in props[len(first) : last]]
     if pattern.m < 0:
         planes = np.column_stack([pattern.normals, pattern.weights])
@@ -158,14 +185,11 @@ def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str
 
 def _run(options: argparse.Namespace) -> int:
     """Read, level, bin, compare, write."""
-    if options.regular and (options.bins or options.planes or options.directions):
-        raise ValueError("--regular: expected without --bins, --directions and --planes, which list planes")
-    if options.bins and options.planes:
-        raise ValueError("--bins, --planes: expected one of them")
-    if options.sides is not None and not 2 <= options.sides <= contract.MAX_INCLINED:
-        raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
-    if not np.isfinite(options.direction):
-        raise ValueError(f"--direction {options.direction}: expected a finite angle")
+    _check(options)
+    table, png, case = _outputs(options)
+    of_case = None if options.case is None else _material_of(options.case)
+    head, tail = ("", "") if options.case is None else _around_pattern(options.case)
+    mu = of_case.mu if of_case is not None else options.material[3] if options.material is not None else MU
     original = scan = read_scan(options.scan, options.spacing, options.unit)
     if options.smooth is not None:
         scan = scan.smoothed(options.smooth)
@@ -173,37 +197,111 @@ def _run(options: argparse.Namespace) -> int:
     if options.sampling is not None:
         scan = scan.sampled(options.sampling)
     found = slopes.facets(scan, options.direction)
-    directions = _directions(options, found)
-    listed, label = _listed(options, found, directions)
-    angles = slopes.directions_of(found, options.direction)
     if found.profile and options.sides not in (None, 2):
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
-    regular = slopes.nearest_regular(found, angles, options.sides or 0, options.direction)
-    mu = MU if options.material is None else options.material[3]
-    with tqdm(total=len(angles), unit="direction", disable=None, delay=2.0) as bar:
-        strength = found.residual(angles, mu, bar.update)
-    chosen = regular if options.regular else listed
-    print("\n".join(_report(original, scan, found, angles, strength, mu, options)))
+    listed, label = _listed(options, found, _directions(options, found))
+    angles = slopes.directions_of(found, options.direction)
+    lengths = slopes.lengths_of(smooth)
+    total = 2 * len(angles) + len(lengths)
+    with tqdm(total=total, unit="step", disable=None, delay=PATIENCE, leave=False) as bar:
+        slips = Slips.of(found, angles, mu, bar.update)
+        regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
+        scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))
+    print("\n".join(_report(original, scan, found, slips, options)))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
-    of_listed = Planes.of(listed).residual(angles, mu)
+    of_listed = Planes.of(listed).residual(angles, slips.mu)
     for pattern in (listed, regular):
-        errors = slopes.compare(pattern, found, angles, mu, strength, of_listed)
-        values = (getattr(errors, field.name) for field in fields(errors))
-        texts = [_shown(value) for value in values]
+        errors = slopes.compare(pattern, found, slips, of_listed)
+        texts = [_shown(getattr(errors, field.name)) for field in fields(errors)]
         start = f"{_name(pattern):<22}{len(pattern.weights):>6}{texts[0]:>12}"
         print(start + "".join(f"{text:>10}" for text in texts[1:]))
-    scales = np.array(list(_scales(smooth, regular, angles, options.direction)))
-    print(f"\n{case_lines(chosen)}\n\nPROPS  {props_line(chosen, options.material)}\n")
-    stem = options.output or Path(f"{options.scan.stem}_planes")
-    table, png = stem.with_name(f"{stem.name}.csv"), stem.with_name(f"{stem.name}.png")
+    print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
+    for length, mean, rms, theta, flat in scales:
+        print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
+    remarks = [f"remark      {text}" for text in _remarks(scan, found, options.direction)]
+    print("\n".join(["", *remarks, ""]) if remarks else "")
+    chosen = regular if options.regular else listed
+    written = [table, png]
+    props = props_line(chosen, options.material)
+    if of_case is not None:
+        case.write_text(head + case_lines(chosen) + tail, encoding="utf-8")
+        props = ", ".join(f"{value:.9g}" for value in Interface(of_case, chosen).props().tolist())
+        written.append(case)
+    print(f"{case_lines(chosen)}\n\nPROPS  {props}\n")
     _write(table, chosen)
     from .surface_draw import draw
 
     shown = label if chosen is listed else _nearest(found, chosen)
-    draw(scan, found, (listed, regular), chosen, shown, angles, strength, mu, scales, png, options.scan.name)
-    print(table)
-    print(png)
+    draw(scan, found, (listed, regular), chosen, shown, slips, scales, png, options.scan.name)
+    print("\n".join(map(str, written)))
     return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Options that need no scan."""
+    listing = (options.bins, options.planes, options.directions, options.flat)
+    if options.regular and any(value is not None for value in listing):
+        raise ValueError(
+            "--regular: expected without --bins, --directions, --flat and --planes, which list planes"
+        )
+    if options.bins is not None and options.planes is not None:
+        raise ValueError("--bins, --planes: expected one of them")
+    if options.sides is not None and not 2 <= options.sides <= contract.MAX_INCLINED:
+        raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
+    if not np.isfinite(options.direction):
+        raise ValueError(f"--direction {options.direction}: expected a finite angle")
+    if options.unit not in UNITS:
+        raise ValueError(f"--unit {options.unit}: expected one of {', '.join(UNITS)}")
+    if options.case is not None and options.material is not None:
+        raise ValueError("--case, --material: expected one of them, a case has its material")
+
+
+def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
+    """Table, picture and case; never the scan or the case that is read, and in a folder that is there."""
+    stem = options.output or Path(f"{options.scan.stem}_planes")
+    if stem.suffix in (".csv", ".png", ".nml"):
+        stem = stem.with_suffix("")
+    if not stem.name:
+        raise ValueError(f"-o {stem}: expected a name")
+    if not stem.parent.is_dir():
+        raise ValueError(f"-o {stem}: expected a folder that exists, {stem.parent} does not")
+    table, png, case = (stem.with_name(stem.name + suffix) for suffix in (".csv", ".png", ".nml"))
+    read = [path.resolve() for path in (options.scan, options.case) if path is not None]
+    for path in (table, png, case):
+        if path.resolve() in read:
+            raise ValueError(f"-o {stem}: {path} is read: expected another name")
+    return table, png, case
+
+
+def _around_pattern(case: Path) -> tuple[str, str]:
+    """Text of a case before and after its group &pattern."""
+    text = case.read_text(encoding="utf-8")
+    start = None
+    for token in _TOKEN.finditer(text):
+        if start is None and (token["group"] or "").lower() == "pattern":
+            start = token.start()
+        elif start is not None and token.lastgroup == "end":
+            return text[:start], text[token.end() :]
+    raise ValueError(f"{case}: expected a group &pattern, to put the planes in its place")
+
+
+def _material_of(case: Path) -> Material:
+    """Material of a case; raises ValueError where a constant is missing or the name of a sweep."""
+    try:
+        given = dict(groups(case)).get("material", {})
+    except OSError as error:
+        raise ValueError(f"--case {case}: {error.strerror}: expected a case of the driver") from None
+    names = [field.name for field in fields(Material)]
+    try:
+        constants = {
+            n: float(given[n.lower()][0].lower().replace("d", "e")) for n in names if n.lower() in given
+        }
+    except (IndexError, ValueError):
+        raise ValueError(f"{case}: &material: expected numbers, not the name of a sweep") from None
+    missing = [name for name in REQUIRED if name not in constants]
+    if missing:
+        raise ValueError(f"{case}: &material: expected {', '.join(missing)}")
+    return Material(**constants)
 
 
 def _shown(error: float) -> str:
@@ -214,27 +312,40 @@ def _shown(error: float) -> str:
 
 
 def _scales(
-    scan: Scan, regular: Pattern, angles: Floats, direction: float
-) -> Iterator[tuple[float, float, float]]:
-    """Sampling length, mean and rms slope; prints them with the regular pattern of the same sides."""
-    title = f"sampling, {scan.unit}"
-    print(f"\n{title:>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
-    for length in slopes.lengths_of(scan):
+    scan: Scan, lengths: Floats, regular: Pattern, direction: float, tick: slopes.Tick
+) -> Iterator[tuple[float, ...]]:
+    """Sampling length, mean and rms slope, theta and flat share of the regular pattern of the same sides."""
+    for length in lengths:
         found = slopes.facets(scan.sampled(length), direction)
-        pattern = slopes.nearest_regular(found, angles, regular.m, direction)
+        pattern = slopes.nearest_regular(found, None, regular.m or 2, direction)
         theta, flat = (pattern.theta, pattern.flat) if pattern.m else (0.0, 1.0)
-        mean, rms = found.mean_slope, found.rms_slope
-        print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-        yield float(length), mean, rms
+        yield float(length), found.mean_slope, found.rms_slope, theta, flat
+        tick()
+
+
+def _remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
+    """Doubts about units and scale."""
+    rms, unit = found.rms_slope, scan.unit
+    if rms > slopes.FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
+        yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
+    low, high = scan.steps()
+    if high > UNLIKE * low:
+        yield f"points are {low:g} to {high:g} {unit} apart, not one scale: --sampling {high:g} makes it one"
+    length = 2.0 * scan.spacing
+    if rms > slopes.FLATNESS and length <= slopes.longest(scan):
+        coarse = slopes.facets(scan.sampled(length), direction).rms_slope
+        if rms > GROWTH * coarse:
+            yield (
+                f"the rms slope at {scan.spacing:g} {unit} is {rms / coarse - 1.0:.0%} above that at "
+                f"{length:g}: no plateau, the planes are those of this scale; --sampling, --smooth choose it"
+            )
 
 
 def _report(
     original: Scan,
     scan: Scan,
     found: Facets,
-    angles: Floats,
-    strength: Floats,
-    mu: float,
+    slips: Slips,
     options: argparse.Namespace,
 ) -> list[str]:
     """What the scan is like."""
@@ -252,19 +363,27 @@ def _report(
     steep = ", ".join(f"{p} %: {np.degrees(np.arctan(t)):.2f}" for p, t in zip(PERCENT, at, strict=True))
     heights = scan.heights()
     tilt = found.tilt if found.tilt > ROUNDING else 0.0
-    low, high = strength.min(), strength.max()
+    lean = lean if (lean := scan.lean()) > ROUNDING else 0.0
+    low, high = slips.residual.min(), slips.residual.max()
     shown = ["locks" if np.isinf(value) else f"{value:.4f}" for value in (low, high)]
     filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
     return [
         f"scan        {'profile' if scan.is_profile else 'map'}, {points}, {extent}{filtered}",
-        f"level       average plane tilted by {tilt:.4g} degrees, turned away",
-        f"facets      {len(found.gamma)} at {scan.spacing:g} {unit}; true/nominal area {found.ratio:.4f}",
+        f"level       average plane tilted by {tilt:.4g} degrees, turned away; "
+        f"{lean:.3g} degrees from that of least squares",
+        f"facets      {len(found.gamma)} at {_apart(scan)} {unit}; true/nominal area {found.ratio:.4f}",
         f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
         f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
         f"inclined    {steep} degrees (share of the nominal area)",
-        f"residual    {shown[0]} to {shown[1]} |sigma_N| over {len(angles)} directions, mu = {mu:g}: "
-        "set by the steepest facet along the slip",
+        f"residual    {shown[0]} to {shown[1]} |sigma_N| over {len(slips.angles)} directions, "
+        f"mu = {slips.mu:g}: set by the steepest facet along the slip",
     ]
+
+
+def _apart(scan: Scan) -> str:
+    """Spacing of the points."""
+    low, high = scan.steps()
+    return f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"
 
 
 def _directions(options: argparse.Namespace, found: Facets) -> int:
@@ -284,8 +403,9 @@ def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tupl
         value = getattr(options, name)
         if value is not None and not 1 <= value <= contract.MAX_INCLINED:
             raise ValueError(f"--{name} {value}: expected 1 to {contract.MAX_INCLINED}")
-    if not 0.0 <= options.flat < 90.0:
-        raise ValueError(f"--flat {options.flat:g}: expected an angle from 0 to below 90 degrees")
+    flat = 0.0 if options.flat is None else options.flat
+    if not 0.0 <= flat < 90.0:
+        raise ValueError(f"--flat {flat:g}: expected an angle from 0 to below 90 degrees")
     bins = options.bins or 3
     if options.planes is not None:
         if options.planes < directions + 1:
@@ -298,7 +418,7 @@ def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tupl
             f"{directions} directions of {bins} bins and the flat plane are {directions * bins + 1} planes: "
             f"expected at most {contract.MAX_INCLINED}"
         )
-    return slopes.bin_facets(found, directions, bins, options.direction, options.flat)
+    return slopes.bin_facets(found, directions, bins, options.direction, flat)
 
 
 def _nearest(found: Facets, pattern: Pattern) -> np.ndarray:
@@ -335,13 +455,22 @@ def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Header (empty without one) and the rows with their line numbers."""
     header: list[str] = []
     rows: list[tuple[int, list[str]]] = []
-    for line, text in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), start=1):
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}: expected a CSV with a profile or a height map") from None
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"{path}: byte {error.start} is no text in UTF-8: expected a CSV with a profile or a height map"
+        ) from None
+    shown = tqdm(lines, unit="line", desc="read", disable=None, delay=PATIENCE, leave=False)
+    for line, text in enumerate(shown, start=1):
         text = text.split("#")[0].strip()
         if not text:
             continue
         mark = next((mark for mark in ";,\t" if mark in text), None)
         cells = [cell.strip().strip('"') for cell in text.split(mark)]
-        if not rows and not header and not any(_is_number(cell) for cell in cells):
+        if not rows and not header and not any(_is_number(cell) or _COMMA.match(cell) for cell in cells):
             header = cells if mark else re.findall(r"\w+\s*(?:[\[(][^\])]*[\])])?", text)
         else:
             rows.append((line, cells))
@@ -350,15 +479,14 @@ def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 def _columns(path: Path, header: list[str], count: int) -> tuple[list[str], list[str]]:
     """Names and units of the columns."""
-    expected = "expected columns x, z (profile) or x, y, z (map), or --spacing for a matrix of heights"
     if not header:
         if count not in (2, 3):
-            raise ValueError(f"{path}: {count} columns without names: {expected}")
+            raise ValueError(f"{path}: {count} columns without names: {EXPECTED}")
         return ["x", "z"] if count == 2 else ["x", "y", "z"], [""] * count
     found = [_CELL.match(cell) for cell in header]
     names = ["" if m is None else m[1].lower() for m in found]
     if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
-        raise ValueError(f"{path}: columns {', '.join(header)}: {expected}")
+        raise ValueError(f"{path}: columns {', '.join(header)}: {EXPECTED}")
     units = ["" if m is None else m[2] or "" for m in found]
     if any(units) and not all(units):
         raise ValueError(f"{path}: columns {', '.join(header)}: expected a unit for all or none, as x [mm]")
@@ -375,7 +503,8 @@ def _table(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
             raise ValueError(f"{path}, line {line}: {len(cells)} values: expected {width}")
         for cell in cells:
             if not _is_number(cell) or not np.isfinite(float(cell)):
-                raise ValueError(f"{path}, line {line}: {cell or 'nothing'}: expected a finite number")
+                point = " with a decimal point" if _COMMA.match(cell) else ""
+                raise ValueError(f"{path}, line {line}: {cell or 'nothing'}: expected a finite number{point}")
     return np.array([cells for _, cells in rows], dtype=float)
 
 
@@ -402,21 +531,23 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         given = data[name]
         order = np.argsort(given, kind="stable")
         sizes = np.diff(given[order])
-        # values of one grid line may differ by rounding
+        # values of a grid line may differ by rounding
         new = sizes > EVEN * max(sizes.max(initial=0.0), 0.0)
         place = np.empty(len(given), dtype=int)
         place[order] = np.concatenate([[0], np.cumsum(new)])
         axis = np.bincount(place, given) / np.bincount(place)
+        if len(axis) == 1:
+            raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
         _enough(path, f"different {name}", len(axis))
         steps = np.diff(axis)
-        uneven = np.abs(steps - steps.mean()) > EVEN * steps.mean()
-        if uneven.any():
-            i = int(uneven.argmax())
+        if np.abs(axis - slopes.even(axis)).max() > EVEN * steps.mean():
+            i = int((np.abs(steps - np.median(steps)) > EVEN * np.median(steps)).argmax())
             raise ValueError(
-                f"{path}: {name} = {axis[i]:g} and {axis[i + 1]:g}: "
-                f"expected a regular grid of spacing {steps.mean():g}"
+                f"{path}: {name} = {axis[i]:g} and {axis[i + 1]:g}, {len(axis)} different {name}: expected a "
+                f"regular grid along x and y, here of spacing {np.median(steps):g}; interpolate points that "
+                "lie elsewhere onto one"
             )
-        axes.append(axis)
+        axes.append(slopes.even(axis))
         places.append(place)
     x, y = axes
     count = np.zeros((len(y), len(x)), dtype=int)
@@ -480,7 +611,7 @@ def _material(text: str) -> tuple[float, ...]:
         found = tuple(float(part) for part in text.split(","))
         if len(found) != contract.N_REQUIRED_PROPS:
             raise ValueError("expected sigma0, Gc, eta and mu")
-        contract.check(contract.pack(dict(zip(("sigma0", "Gc", "eta", "mu"), found, strict=True))))
+        contract.check(contract.pack(dict(zip(REQUIRED, found, strict=True))))
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"{text}: {error}") from None
     return found

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from .contract import Floats
 from .pattern import Pattern
 from .plots import COLOURS
-from .slopes import Facets, Planes, Scan
+from .slopes import Facets, Planes, Scan, Slips
 
 MOST_CELLS = 600
 """Cells of a map along a side that are drawn."""
@@ -36,16 +36,15 @@ def draw(
     patterns: tuple[Pattern, Pattern],
     chosen: Pattern,
     label: np.ndarray,
-    angles: Floats,
-    strength: Floats,
-    mu: float,
+    slips: Slips,
     scales: Floats,
     png: Path,
     title: str,
 ) -> None:
-    """Facets, normals, slopes over the scale (n, 3): length, mean, rms; of a map the residual strength, too.
+    """Facets, normals, slopes over the scale; of a map the residual strength, too.
 
-    patterns: listed and regular; label: plane of the chosen one, for every facet.
+    patterns: listed and regular; label: plane of the chosen one, for every facet; scales (n, 3 or more):
+    sampling length, mean and rms slope.
     """
     planes = Planes.of(chosen)
     listed, regular = map(Planes.of, patterns)
@@ -53,14 +52,14 @@ def draw(
     if scan.is_profile:
         grid = figure.add_gridspec(2, 2)
         _profile(figure.add_subplot(grid[0, :]), scan, found, planes, label)
-        _inclinations(figure.add_subplot(grid[1, 0]), found, listed, regular, angles[0])
+        _inclinations(figure.add_subplot(grid[1, 0]), found, listed, regular, slips.angles[0])
         _scales(figure.add_subplot(grid[1, 1]), scan, scales)
     else:
         grid = figure.add_gridspec(2, 2)
         _map(figure.add_subplot(grid[0, 0]), scan, planes, label)
         _normals(figure.add_subplot(grid[0, 1], projection="polar"), found, listed, regular)
         _scales(figure.add_subplot(grid[1, 0]), scan, scales)
-        _strengths(figure.add_subplot(grid[1, 1]), listed, regular, angles, strength, mu)
+        _strengths(figure.add_subplot(grid[1, 1]), listed, regular, slips)
     figure.suptitle(title, fontsize="medium")
     figure.savefig(png, dpi=120, metadata={"Software": None})
     plt.close(figure)
@@ -185,7 +184,7 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
     ax.semilogx(scales[:, 0], scales[:, 1], "o-", color=COLOURS[0], label="mean")
     ax.semilogx(scales[:, 0], scales[:, 2], "s--", color=COLOURS[1], label="rms")
     ax.axvline(scan.spacing, color=COLOURS[3], linestyle=":", label="in use")
-    ax.set_ylim(0.0, 1.05 * scales[:, 1:].max() or 1.0)
+    ax.set_ylim(0.0, 1.05 * scales[:, 1:3].max() or 1.0)
     ax.set_xticks(scales[:, 0], [f"{length:.3g}" for length in scales[:, 0]])
     ax.minorticks_off()
     ax.set_xlabel(f"sampling length [{scan.unit}]")
@@ -194,19 +193,18 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
     ax.legend(fontsize="small")
 
 
-def _strengths(
-    ax: Axes, planes: Planes, regular: Planes, angles: Floats, strength: Floats, mu: float
-) -> None:
+def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
     """Residual strength over the direction of slip; where it locks there is no line."""
+    angles, mu = slips.angles, slips.mu
     degrees = np.degrees(np.append(angles, angles[0] + 2.0 * np.pi))
     for values, style, colour, label in (
-        (strength, "-", COLOURS[3], "facets"),
+        (slips.residual, "-", COLOURS[3], "facets"),
         (planes.residual(angles, mu), "-", COLOURS[1], "listed planes"),
         (regular.residual(angles, mu), "--", COLOURS[0], "nearest regular"),
     ):
         shown = np.where(np.isinf(values), np.nan, values)
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
-    if np.isfinite(strength).any():
+    if np.isfinite(slips.residual).any():
         ax.set_ylim(bottom=0.0)
     ax.set_xlabel("direction of slip, from Tx [degrees]")
     ax.set_ylabel(r"residual $\tau_L / |\sigma_N|$ [-]")

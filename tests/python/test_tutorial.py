@@ -1,4 +1,8 @@
-"""docs/tutorial.md: its commands in an empty folder, but for the host run, whose result is in docs/images."""
+"""docs/tutorial.md: its commands in an empty folder, but for the host run, whose result is in docs/images.
+
+After a change of the fit: `make hosts`, then `.venv/bin/python tests/python/refresh.py docs/tutorial.md`,
+which runs the page, host and all, and fills in what is printed.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from asperity.card_command import read_interface
 from asperity.cli import main
 
 pytest.importorskip("scipy")  # asperity[fit]
@@ -44,6 +50,15 @@ def test_tutorial(
         assert found, name
         assert numbers(found[0]) == pytest.approx(numbers(line), rel=DIGITS)
     assert Path("tutorial_fit.png").exists()
+    [row] = re.findall(r"^eta +-.*$", page, re.MULTILINE)
+    correlation = re.findall(r"^eta .*$", out, re.MULTILINE)[1]
+    assert numbers(correlation) == pytest.approx(numbers(row), abs=0.005)
+    # "all five intervals hold the values behind the record"
+    behind = re.findall(r"(sigma0|Gc|eta|mu|theta)=([\d.]+)", code)
+    assert len(behind) == 5
+    for name, value in behind:
+        _, low, high = numbers(re.search(rf"^{name} .*$", table, re.MULTILINE)[0])
+        assert low < float(value) < high
 
     out = command(select, capsys)
     for line in pattern.splitlines():
@@ -55,15 +70,37 @@ def test_tutorial(
         if not line.startswith("reference"):
             assert numbers(same[0]) == pytest.approx(numbers(line), rel=0.05, abs=1e-6)
 
+    # "would miss the residual strength by ..."
+    missed = re.search(r"by (\d+) %. RT stays", page)
+    assert missed and float(missed[1]) == pytest.approx(
+        100.0 * numbers(pattern.splitlines()[-2])[-1], abs=0.5
+    )
+
     command(card, capsys)
     block = Path("joint.json").read_text(encoding="utf-8")
     for line in remarks.splitlines():
         assert line.split("=")[0] in block
 
-    shutil.copy(DOCS / "images" / "tutorial_host.csv", "host.csv")
+    # the host ran with this joint: its column of the material point is that of the case
+    shutil.copy(DOCS / "images" / "tutorial_host.csv", "tutorial_host.csv")
+    host = np.genfromtxt("tutorial_host.csv", delimiter=",", names=True)
+    joint, _ = read_interface(Path("joint.nml"))
+    point = joint.confined_slip(0.0, host["slip"], -0.5)
+    pressed = joint.confined_slip(0.0, [0.0], -0.5).separation[0, 0]
+    assert host["force_point"] == pytest.approx(420.0 * point.traction[:, 1], rel=DIGITS)
+    assert host["rise_point"] == pytest.approx(2.0 * (point.separation[:, 0] - pressed), abs=DIGITS)
+    forces = re.findall(r"^(?:largest force|force at the end) .*$", page, re.MULTILINE)
+    assert numbers("\n".join(forces)) == [
+        float(f"{value:.2f}")
+        for of in (np.max, lambda column: column[-1])
+        for value in (of(host["force"]), of(host["force_point"]))
+    ]
+
     [(code, shown)] = parts(page, "py")
     assert run("import matplotlib\nmatplotlib.use('Agg')\n" + code) == shown
     assert Path("tutorial_comparison.png").exists()
+    less = re.search(r"it is ([\d.]+) mm less", page)
+    assert less and float(less[1]) == pytest.approx(-numbers(shown)[-1], abs=0.0005)
 
 
 def command(text: str, capsys: pytest.CaptureFixture[str]) -> str:

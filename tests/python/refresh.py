@@ -1,0 +1,94 @@
+"""Follows pages of docs in an empty folder, block by block, and fills in what the commands print.
+
+    .venv/bin/python tests/python/refresh.py docs/surface.md docs/tutorial.md
+
+A fenced block that is followed by a text block is run: python and py by this Python, console and sh by the
+shell, with ASPERITY the folder of the project.  A text block right after it is replaced by what it printed;
+one with prose in between is an excerpt, of which each line is replaced by the printed one (or that of the
+file after -o) that is the same but for its numbers.  Files of docs/images that the page names are copied.
+Numbers in prose are not touched: the tests of the pages name those that have changed.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from itertools import pairwise
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def follow(page: Path, folder: Path) -> str:
+    """Text of the page with the output of its commands, which are run in a folder."""
+    text = page.read_text(encoding="utf-8")
+    blocks = list(FENCE.finditer(text))
+    pieces, done = [], 0
+    for block, after in pairwise(blocks):
+        if block[1] == "text" or after[1] != "text":
+            continue
+        print(f"{page.name}:{text.count(chr(10), 0, block.start()) + 1}", file=sys.stderr, flush=True)
+        printed = _run(block[1], block[2], folder)
+        if text[block.end() : after.start()].strip():
+            output = re.search(r" -o (\S+\.(?:json|csv|txt))", block[2])
+            told = printed + ((folder / output[1]).read_text(encoding="utf-8") if output else "")
+            printed = _excerpt(after[2], told)
+        pieces += [text[done : after.start(2)], printed]
+        done = after.end(2)
+    return "".join([*pieces, text[done:]])
+
+
+def _run(language: str, code: str, folder: Path) -> str:
+    """What a block prints; it has to end well."""
+    command = [sys.executable, "-c", code] if language in ("python", "py") else ["sh", "-ec", code]
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    env = os.environ | {"PATH": path, "ASPERITY": str(ROOT), "MPLBACKEND": "Agg"}
+    ended = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=env, check=False)
+    if ended.returncode != 0:
+        raise SystemExit(f"{code}\n{ended.stdout}{ended.stderr}")
+    return ended.stdout
+
+
+def _excerpt(shown: str, printed: str) -> str:
+    """Lines of an excerpt by those that are printed now, in their order; of JSON the strings."""
+    lines = [
+        text for line in printed.splitlines() for text in dict.fromkeys((line.rstrip(), line.strip('", ')))
+    ]
+    found, at = [], 0
+    for line in shown.splitlines():
+        same = [i for i in range(at, len(lines)) if _key(lines[i]) == _key(line)]
+        if not same:
+            raise SystemExit(f"not printed any more: {line}")
+        found.append(lines[same[0]])
+        at = same[0] + 1
+    return "\n".join(found) + "\n"
+
+
+def _key(line: str) -> str:
+    """A line but for its numbers and blanks."""
+    return "".join(NUMBER.sub("#", line).split())
+
+
+def main(names: list[str]) -> None:
+    """Refresh pages, with their files."""
+    for page in map(Path, names):
+        with tempfile.TemporaryDirectory() as name:
+            old, new = page.read_text(encoding="utf-8"), follow(page, Path(name))
+            page.write_text(new, encoding="utf-8")
+            sys.stdout.writelines(difflib.unified_diff(old.splitlines(True), new.splitlines(True), n=0))
+            for file in sorted(set(re.findall(r"\((images/[\w.]+)\)", new))):
+                made = Path(name) / Path(file).name
+                if made.exists():
+                    shutil.copy(made, ROOT / "docs" / file)
+                    print(ROOT / "docs" / file)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
