@@ -66,8 +66,15 @@ def _card(options: argparse.Namespace) -> int:
             size=options.size,
             **keywords,
         )
-    for warning in caught:
-        print(f"asperity: warning: {warning.message}", file=sys.stderr)
+    messages = [str(warning.message) for warning in caught]
+    messages += [
+        f"{options.case}: &{group}: not in the block, which is that of a virgin joint: expected initial "
+        "conditions of the host beside it"
+        for group, _ in groups(options.case)
+        if group in ("initial", "state")
+    ]
+    for message in messages:
+        print(f"asperity: warning: {message}", file=sys.stderr)
     if options.output is None:
         print(text, end="")
     else:
@@ -90,6 +97,12 @@ def read_interface(path: Path, value: str | None = None) -> tuple[Interface, dic
         replaced[name.lower()] = value
     elif value is not None:
         raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
+    guard = dict(found).get("material", {}).pop("guard", [".false."])
+    if " ".join(guard).lower().lstrip(".")[:1] != "f":
+        raise ValueError(
+            f"{path}: &material: guard = {' '.join(guard)}: expected .false., as PROPS has no entry "
+            "for it: a host runs without the guard"
+        )
     material = _numbers(path, found, "material", _MATERIAL, replaced)
     pattern = _numbers(
         path, found, "pattern", ("sides", "theta", "flat", "turn", "normals", "weights"), replaced

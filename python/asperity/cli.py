@@ -26,7 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(options.action(options))
     except (OSError, ValueError) as error:
-        print(f"asperity: {error}", file=sys.stderr)
+        named = isinstance(error, OSError) and error.filename is not None
+        print(f"asperity: {f'{error.filename}: {error.strerror}' if named else error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return 130

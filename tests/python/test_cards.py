@@ -231,6 +231,11 @@ def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["card", "--host", "calculix", path, "--h", "0.1", "--r", "1e-9", "-o", "card.inp"]) == 0
     assert capsys.readouterr().out == ""
     assert Path("card.inp").read_text(encoding="utf-8") == RT.card("calculix", h=0.1, r=1e-9)
+    cracked = write(CASE + "&initial traction = -1.0, 0.0, 0.0, damage = 1.0 /\n")
+    assert main(["card", "--host", "abaqus", cracked, "--name", "JOINT"]) == 0
+    out, err = capsys.readouterr()
+    assert out == RT.card("abaqus", name="JOINT")
+    assert "&initial: not in the block" in err and err.count("\n") == 1
 
 
 def test_interface_of_a_case(folder: Path) -> None:
@@ -244,6 +249,7 @@ def test_interface_of_a_case(folder: Path) -> None:
     assert found == {"h": 0.5, "map": 1}
     swept = CASE.replace("theta = 30.0", "theta = Angle") + "&sweep name = 'angle', values = 0.0, 30.0 /"
     assert read_interface(Path(write(swept)), "30") == (RT, {})
+    assert read_interface(Path(write(CASE.replace("mu = 0.5", "mu = 0.5, guard = .false.")))) == (RT, {})
     for path in cases():
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
@@ -256,6 +262,7 @@ def test_interface_of_a_case(folder: Path) -> None:
         ("mu = 0.5", "mu = -0.5", None, r"PROPS\(4\) mu = -0.5"),
         ("mu = 0.5", "nu = 0.5", None, "&material: nu: unknown name, expected one of sigma0, Gc"),
         (", mu = 0.5", "", None, "&material: expected mu"),
+        ("mu = 0.5", "mu = 0.5, guard = .true.", None, "&material: guard = .true.: expected .false."),
         ("theta = 30.0", "theta = steep", None, "&pattern: theta = steep: expected numbers"),
         ("sides = 2, ", "", None, "&pattern: expected sides, or normals and weights"),
         ("sides = 2", "sides = 2.5", None, "&pattern: sides = 2.5: expected a whole number"),

@@ -404,7 +404,7 @@ def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["tables", "--check"]) == 1
     assert_one_line(capsys.readouterr().err, "--check: expected files")
     assert main(["tables", "missing.md"]) == 1
-    assert_one_line(capsys.readouterr().err, "missing.md")
+    assert_one_line(capsys.readouterr().err, "asperity: missing.md: No such file or directory")
 
 
 def test_case_that_is_no_text(tmp_path: Path) -> None:
