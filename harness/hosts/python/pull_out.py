@@ -146,9 +146,9 @@ def main() -> None:
     curve = run(options.slip, options.steps, options.elements)
     print("slip [mm]  force [N/mm]  material point [N/mm]  rise [mm]")
     every = max(1, len(curve.slip) // 12)
-    points = material_point(curve.slip[every::every])
+    points = material_point(curve.slip[::every])
     for slip, force, point, rise in zip(
-        curve.slip[every::every], curve.force[every::every], points, curve.rise[every::every], strict=True
+        curve.slip[::every], curve.force[::every], points, curve.rise[::every], strict=True
     ):
         print(f"{slip:9.3f}{force:14.3f}{point:23.3f}{rise:11.4f}")
     print(f"residual strength {residual_strength():.6f}, force at the end {curve.force[-1]:.6f} N/mm")
