@@ -20,6 +20,7 @@ from asperity.results import read_rows
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import blocks
+import KratosMultiphysics
 import triplet
 from kratos_model import Floats, Structure
 
@@ -251,6 +252,21 @@ def test_blocks_converge_quadratically() -> None:
     print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
     assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, not elsewhere
     assert counts[1] > 2 * counts[0]
+
+
+def test_two_threads() -> None:
+    """The adapter keeps its points apart where two threads of Kratos call; `kratos_model` sets one."""
+    utilities = KratosMultiphysics.ParallelUtilities
+    assert utilities.GetNumThreads() == 1
+    _, expected, _ = blocks.run(ADAPTER)
+    utilities.SetNumThreads(2)
+    try:
+        _, separation, traction = blocks.run(ADAPTER)
+    finally:
+        utilities.SetNumThreads(1)
+    assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
+    # the sums of a node are in another order, and Newton's iterations end at 1e-10 N
+    assert np.allclose(separation, expected, rtol=0, atol=1e-10)
 
 
 def test_triplet() -> None:
