@@ -258,10 +258,10 @@ def test_two_threads() -> None:
     """The adapter keeps its points apart where two threads of Kratos call; `kratos_model` sets one."""
     utilities = KratosMultiphysics.ParallelUtilities
     assert utilities.GetNumThreads() == 1
-    _, expected, _ = blocks.run(ADAPTER)
+    _, expected, _ = blocks.run(ADAPTER, 2)
     utilities.SetNumThreads(2)
     try:
-        _, separation, traction = blocks.run(ADAPTER)
+        _, separation, traction = blocks.run(ADAPTER, 2)
     finally:
         utilities.SetNumThreads(1)
     assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
