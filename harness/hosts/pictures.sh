@@ -4,7 +4,8 @@
 set -eu
 python=$1 folder=$2 here=$(dirname "$0")
 drawn=""
-if "$python" -c "import KratosMultiphysics.GeoMechanicsApplication" >/dev/null 2>&1; then
+kratos=$("$python" -c "import KratosMultiphysics.GeoMechanicsApplication" >/dev/null 2>&1 && echo yes || true)
+if [ "$kratos" ]; then
   "$python" "$here/kratos/triplet.py" "$ASPERITY_KRATOS" -o "$folder/kratos-triplet.png"
   drawn="$drawn $folder/kratos-triplet.png"
 fi
@@ -17,5 +18,9 @@ if "$python" -c "import skfem" >/dev/null 2>&1; then
   "$python" "$here/python/dcb.py" -o "$folder/python-dcb.png"
   "$python" "$here/python/pull_out.py" -o "$folder/python-pull-out.png"
   drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png"
+  if [ "$kratos" ]; then
+    "$python" "$here/kratos/pulled_block.py" "$ASPERITY_KRATOS" -o "$folder/kratos-pulled-block.png"
+    drawn="$drawn $folder/kratos-pulled-block.png"
+  fi
 fi
 echo "${drawn:-none: no host is there}"

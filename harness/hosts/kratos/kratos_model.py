@@ -7,11 +7,8 @@ GeoMechanicsApplication 10.4.  Units are the user's; 2D is plane strain of thick
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.GeoMechanicsApplication as Geo
@@ -25,6 +22,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
+Kratos.ParallelUtilities.SetNumThreads(1)  # the same sums in every run, whoever has imported Kratos before
 
 SOLID = {2: ("SmallDisplacementElement2D4N", "LinearElasticPlaneStrain2DLaw"),
          3: ("SmallDisplacementElement3D8N", "LinearElastic3DLaw")}  # fmt: skip
@@ -35,6 +33,12 @@ INTERFACE = {
     3: "Geo_USurfaceInterfaceElement4Plus4N",
 }
 """Element of the interfaces; its law is that of the card, another pair runs and swaps normal with shear."""
+
+DRY = {"IGNORE_UNDRAINED": None, "GEO_DRAINAGE_TYPE": "constant_pw_field", "BIOT_COEFFICIENT": 0.0}
+"""Of an interface without water: no 0/0 in the rows of the water pressure, and no coupling with it.
+
+None: not set.  Kratos turns IGNORE_UNDRAINED into the type of drainage in a loop that its threads share.
+"""
 
 DISPLACEMENTS = (Kratos.DISPLACEMENT_X, Kratos.DISPLACEMENT_Y, Kratos.DISPLACEMENT_Z)
 REACTIONS = (Kratos.REACTION_X, Kratos.REACTION_Y, Kratos.REACTION_Z)
@@ -88,15 +92,16 @@ class Structure:
         return properties
 
     def umat(self, library: Path, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
-        """Properties of an interface as its card has them, but for the library and what else is given."""
+        """Properties of an interface as its card has them, but for library, DRY and what else is given."""
         card = json.loads(interface.card("kratos", dimension=self.dimension))
         material = card["properties"][0]["Material"]
         material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
-        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | other).items():
+        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | DRY | other).items():
             value = _vector(value) if isinstance(value, list) else value
-            properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
+            if value is not None:
+                properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
         return properties
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:

@@ -20,6 +20,7 @@ from asperity.results import read_rows
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import blocks
+import KratosMultiphysics
 import triplet
 from kratos_model import Floats, Structure
 
@@ -133,16 +134,63 @@ def test_another_law_swaps_normal_and_shear() -> None:
     assert abs(traction[0, 0] - right[0]) > 0.1 * MATERIAL.sigma0
 
 
-@pytest.mark.parametrize("ignored", [False, True])
-def test_rows_of_the_water_pressure(ignored: bool) -> None:
-    """Without IGNORE_UNDRAINED, which the card sets, the rows of the water pressure hold 0/0."""
+@pytest.mark.parametrize("drainage", ["drained", "undrained", "fully_coupled", "constant_pw_field"])
+def test_rows_of_the_water_pressure(drainage: str) -> None:
+    """Only a constant water pressure, which `umat` sets, leaves no 0/0 in the rows of the water pressure.
+
+    With a Biot coefficient of 0, which it sets too, Kratos would write over them.
+    """
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    s.add_interface(lower, upper, s.umat(ADAPTER, interface, IGNORE_UNDRAINED=ignored))
+    rough = s.umat(ADAPTER, interface, GEO_DRAINAGE_TYPE=drainage, BIOT_COEFFICIENT=None)
+    s.add_interface(lower, upper, rough)
     s.fix([*lower, *upper], 0, 1, 2)
     s.step(0.0)
-    assert np.isnan(s.matrix_values()).any() != ignored
+    assert np.isnan(s.matrix_values()).any() == (drainage != "constant_pw_field")
+
+
+def test_properties_are_written_while_elements_start() -> None:
+    """Kratos replaces IGNORE_UNDRAINED in the properties that all elements share, in a loop of its threads.
+
+    What a second thread reads meanwhile makes some runs fully coupled.  Here nothing is left to replace.
+    """
+    interface = Interface(MATERIAL, Pattern.regular(2, 30.0))
+    written = []
+    for given in ({"IGNORE_UNDRAINED": True, "GEO_DRAINAGE_TYPE": None}, {}):
+        s = Structure(2)
+        lower, upper = s.add_nodes(CORNERS[:2, :2]), s.add_nodes(CORNERS[:2, :2])
+        properties = s.umat(ADAPTER, interface, **given)
+        s.add_interface(lower, upper, properties)
+        s.fix([*lower, *upper], 0, 1)
+        before = str(properties)
+        s.step(0.0)
+        written.append(str(properties) != before)
+    assert written == [True, False]
+
+
+@pytest.mark.parametrize("biot", [1.0, 0.0])
+def test_a_held_node_under_an_open_joint(biot: float) -> None:
+    """A block torn off held nodes that have an interface alone: Kratos leaves a column without entries.
+
+    It sets the diagonal of rows without entries, and then drops the coupling with the fixed water pressure,
+    the only entry there.  The coupling is the Biot coefficient: 1 where none is set; `umat` sets 0.
+    """
+    s = Structure(2)
+    base, bottom, top = (s.add_nodes(np.array([[0.0, y], [1.0, y]])) for y in (0.0, 0.0, 1.0))
+    rough = s.umat(ADAPTER, Interface(MATERIAL, Pattern.regular(2, 30.0)), BIOT_COEFFICIENT=biot)
+    s.add_solid([*bottom, *top[::-1]], s.elastic(3000.0, 0.2))
+    s.add_interface(base, bottom, rough)
+    s.fix([*base, *top], 0, 1)
+    s.move(top, 1, 1.0)
+    if biot == 1.0:
+        with pytest.raises(RuntimeError, match="STRUCTURALLY SINGULAR"):
+            s.step(1e-10)
+        return
+    s.step(1e-10)
+    # the residual, 1e-10 N root mean square over four free components
+    assert s.reaction(top) == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert s.points()[0] == pytest.approx(np.array([[1.0, 0.0, 0.0]] * 2), abs=1e-9)
 
 
 def test_analyses_in_one_process() -> None:
@@ -204,6 +252,21 @@ def test_blocks_converge_quadratically() -> None:
     print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
     assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, not elsewhere
     assert counts[1] > 2 * counts[0]
+
+
+def test_two_threads() -> None:
+    """The adapter keeps its points apart where two threads of Kratos call; `kratos_model` sets one."""
+    utilities = KratosMultiphysics.ParallelUtilities
+    assert utilities.GetNumThreads() == 1
+    _, expected, _ = blocks.run(ADAPTER, 2)
+    utilities.SetNumThreads(2)
+    try:
+        _, separation, traction = blocks.run(ADAPTER, 2)
+    finally:
+        utilities.SetNumThreads(1)
+    assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
+    # the sums of a node are in another order, and Newton's iterations end at 1e-10 N
+    assert np.allclose(separation, expected, rtol=0, atol=1e-10)
 
 
 def test_triplet() -> None:

@@ -7,13 +7,10 @@ joints, and force and dilation over the slip beside the prediction of one materi
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from asperity import Interface, Material, Pattern

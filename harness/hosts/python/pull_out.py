@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from asperity import Interface, Material, Pattern
 from joint import Floats, Joint, Newton, NotConverged, progress
-from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
+from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 # mm, N, MPa: Table 2 of the paper with a stiffer contact
@@ -23,11 +23,17 @@ LENGTH, HEIGHT, PRESSURE = 200.0, 50.0, 1.0
 THETA = 30.0
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=10.0)
 INTERFACE = Interface(MATERIAL, Pattern.regular(2, THETA))
+PRESS_STEPS = 10
+ENDS = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
+"""Points and weights of the trapezoidal rule on a facet: its nodes."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Rows of a run: displacement of the pulled face, force, rise of the block; and how it went."""
+    """Rows of a run: displacement of the pulled face, force, rise of the block; and how it went.
+
+    separation: of the points of the base (rows, points, 3), the first row pressed and not yet pulled.
+    """
 
     slip: Floats
     force: Floats
@@ -36,6 +42,7 @@ class Curve:
     iterations: int
     cuts: int
     norms: list[list[float]]
+    separation: Floats
 
 
 def residual_strength() -> float:
@@ -49,12 +56,23 @@ def material_point(slips: Floats) -> Floats:
     return INTERFACE.confined_slip(0.0, slips, -PRESSURE).traction[:, 1] * LENGTH
 
 
-def run(slip: float, steps: int, n: int, symmetric: bool = False) -> Curve:
-    """Press, then pull the right face along x by a slip; n elements along the base."""
-    element = ElementVector(ElementQuad2())
-    mesh = MeshQuad.init_tensor(np.linspace(0, LENGTH, n + 1), np.linspace(0, HEIGHT, max(2, n // 4) + 1))
+def axes(n: int) -> tuple[Floats, Floats]:
+    """Lines of the mesh, n elements along the base."""
+    return np.linspace(0, LENGTH, n + 1), np.linspace(0, HEIGHT, max(2, n // 4) + 1)
+
+
+def run(slip: float, steps: int, n: int, symmetric: bool = False, nodal: bool = False) -> Curve:
+    """Press, then pull the right face along x by a slip; n elements along the base.
+
+    nodal: linear elements, and the points of the base are its nodes, as those of most interface elements are;
+    otherwise quadratic ones and Gauss points.
+    """
+    element = ElementVector(ElementQuad1() if nodal else ElementQuad2())
+    mesh = MeshQuad.init_tensor(*axes(n))
     basis = Basis(mesh, element)
-    base = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: p[1] < 1e-9), intorder=4)
+    facets = mesh.facets_satisfying(lambda p: p[1] < 1e-9)
+    points = {"quadrature": ENDS} if nodal else {"intorder": 4}
+    base = FacetBasis(mesh, element, facets=facets, **points)
     top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: p[1] > HEIGHT - 1e-9))
     right = np.flatnonzero(basis.doflocs[0] > LENGTH - 1e-9)
     pulled = right[::2]  # unknowns come in pairs x, y
@@ -65,9 +83,11 @@ def run(slip: float, steps: int, n: int, symmetric: bool = False) -> Curve:
         stiffness, Joint(INTERFACE, basis.N, base), pulled, symmetric, most=60 if symmetric else 20
     )
 
-    u, rows, norms, cuts = np.zeros(basis.N), [(0.0, 0.0, 0.0)], [], 0
-    for share in np.linspace(0.1, 1.0, 10):
-        u, _ = newton.step(u, np.zeros(len(pulled)), share * load)
+    u, norms, cuts = np.zeros(basis.N), [], 0
+    for k in range(PRESS_STEPS):
+        u, out = newton.step(u, np.zeros(len(pulled)), (k + 1) / PRESS_STEPS * load)
+    # the held face keeps the pressed block from widening
+    rows, separation = [(0.0, float(out[pulled].sum()), 0.0)], [newton.joint.separation]
     pressed, done, part = u[middle + 1], 0.0, 1.0 / steps
     while done < 1.0 - 1e-12:
         target = min(done + part, 1.0)
@@ -80,11 +100,12 @@ def run(slip: float, steps: int, n: int, symmetric: bool = False) -> Curve:
             continue
         done, part = target, min(1.0 / steps, 2 * part)
         norms.append(newton.norms)
+        separation.append(newton.joint.separation)
         rows.append((slip * done, float(out[pulled].sum()), float(u[middle + 1] - pressed)))
         progress(f"pull_out: slip {slip * done:.3f} of {slip:g} mm, {len(newton.norms)} iterations")
     progress("")
     damage = (newton.joint.x, newton.joint.state[:, 0])
-    return Curve(*np.array(rows).T, damage, newton.iterations, cuts, norms)
+    return Curve(*np.array(rows).T, damage, newton.iterations, cuts, norms, np.array(separation))
 
 
 def _nearest(basis: Basis, x: float, y: float) -> int:
@@ -125,9 +146,9 @@ def main() -> None:
     curve = run(options.slip, options.steps, options.elements)
     print("slip [mm]  force [N/mm]  material point [N/mm]  rise [mm]")
     every = max(1, len(curve.slip) // 12)
-    points = material_point(curve.slip[every::every])
+    points = material_point(curve.slip[::every])
     for slip, force, point, rise in zip(
-        curve.slip[every::every], curve.force[every::every], points, curve.rise[every::every], strict=True
+        curve.slip[::every], curve.force[::every], points, curve.rise[::every], strict=True
     ):
         print(f"{slip:9.3f}{force:14.3f}{point:23.3f}{rise:11.4f}")
     print(f"residual strength {residual_strength():.6f}, force at the end {curve.force[-1]:.6f} N/mm")

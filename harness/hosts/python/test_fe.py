@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -37,6 +40,25 @@ def test_pull_out_without_the_unsymmetric_part() -> None:
         assert pull_out.run(0.1, 8, 4, symmetric=True).iterations > 2 * whole.iterations
     except joint.NotConverged as error:
         assert "residuals" in str(error)
+
+
+def test_pull_out_is_that_of_kratos() -> None:
+    """Force, rise and every separation of the base, step by step: same mesh and points, two codes."""
+    pytest.importorskip(
+        "KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed"
+    )
+    sys.path.append(str(Path(__file__).parent.parent / "kratos"))
+    import pulled_block
+
+    both = pulled_block.compare(Path(os.environ["ASPERITY_KRATOS"]).resolve(), 0.4, 16, 16)
+    print(f"force {both.force.max():.1e} of the peak, separations {both.separation.max():.1e} mm")
+    assert both.force.max() <= pulled_block.FORCE_BOUND
+    assert both.separation.max() <= pulled_block.SEPARATION_BOUND
+    assert both.rise.max() <= pulled_block.SEPARATION_BOUND
+    # the held face keeps the pressed block from widening, before it is pulled
+    assert both.python.force[0] < -1.0
+    # not a material point in disguise: the joint gives way from the pulled face on
+    assert np.ptp(both.python.separation[:, :, 1], axis=1).max() > 0.01
 
 
 def test_double_cantilever_beam() -> None:

@@ -1,0 +1,158 @@
+"""The block of ../python/pull_out.py in Kratos, compared with the same in scikit-fem.
+
+Both have linear elements, the points of the base at its nodes, and the same mesh, material and steps.  Run
+as a script it prints and draws the first mesh row by row, and prints a line for each mesh.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from kratos_model import Floats, Structure
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
+import joint
+import pull_out
+import structure_picture
+
+TOLERANCE = 1.0e-10
+"""Residual force, N; the reactions are of 100 N."""
+
+FORCE_BOUND, SEPARATION_BOUND = 1.0e-9, 1.0e-10
+"""Most that the codes may differ by: force over its peak, separations in mm.
+
+What scikit-fem may leave out of balance, 1e-10 of some 100 N at a node, is 1e-11 of the peak.  Over the
+stiffness at a node, K = 1500 MPa/mm times an element of some 10 mm, it is 1e-12 mm.  Softening makes both
+larger: a factor of 100 is left for it.
+"""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A row for each slip: force, rise, separations (rows, points, 3); norms of Newton's iterations."""
+
+    force: Floats
+    rise: Floats
+    separation: Floats
+    norms: list[list[float]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Both codes, and by row the difference of forces over the peak, of separations and rises in mm."""
+
+    kratos: Result
+    python: pull_out.Curve
+    force: Floats
+    separation: Floats
+    rise: Floats
+
+    @property
+    def iterations(self) -> int:
+        """Newton's iterations in Kratos."""
+        return sum(map(len, self.kratos.norms))
+
+
+def run(library: Path, slips: Floats, n: int) -> Result:
+    """Press as `pull_out.run` does, then move the right face to each of the slips; n elements along x."""
+    s = Structure(2)
+    solid, rough = s.elastic(pull_out.MODULUS, pull_out.POISSON), s.umat(library, pull_out.INTERFACE)
+    x, y = pull_out.axes(n)
+    block = s.add_nodes(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1))
+    base = s.add_nodes(np.column_stack([x, np.zeros_like(x)]))
+    for i in range(len(x) - 1):
+        for j in range(len(y) - 1):
+            s.add_solid([block[i, j], block[i + 1, j], block[i + 1, j + 1], block[i, j + 1]], solid)
+        s.add_interface(base[i : i + 2], block[i : i + 2, 0], rough)
+    top, right = block[:, -1], block[-1]
+    s.fix(base, 0, 1)
+    s.fix(right, 0)
+    s.load({node: (0.0, 0.0, 0.0) for node in top})
+    area = np.full(n + 1, pull_out.LENGTH / n)
+    area[[0, -1]] *= 0.5
+
+    rows, norms = [], []
+    shares = [(k + 1) / pull_out.PRESS_STEPS for k in range(pull_out.PRESS_STEPS - 1)]
+    for share, slip in [*((share, 0.0) for share in shares), *((1.0, slip) for slip in slips)]:
+        for node, part in zip(top, area, strict=True):
+            s.set_load(node, (0.0, -pull_out.PRESSURE * share * part, 0.0))
+        s.move(right, 0, slip)
+        norms.append(s.step(TOLERANCE))
+        rows.append((s.reaction(right)[0], s.displacements()[top[n // 2] - 1, 1], s.points()[0]))
+        joint.progress(f"Kratos: slip {slip:.3f} of {slips[-1]:g} mm, {len(norms[-1])} iterations")
+    joint.progress("")
+    force, rise, separation = (np.array(column[len(shares) :]) for column in zip(*rows, strict=True))
+    return Result(force, rise - rise[0], separation, norms)
+
+
+def compare(library: Path, slip: float, steps: int, n: int) -> Comparison:
+    """Both codes on the same steps, those that scikit-fem has taken."""
+    python = pull_out.run(slip, steps, n, nodal=True)
+    kratos = run(library, python.slip, n)
+    force = np.abs(kratos.force - python.force) / python.force.max()
+    separation = np.abs(kratos.separation - python.separation).max(axis=(1, 2))
+    return Comparison(kratos, python, force, separation, np.abs(kratos.rise - python.rise))
+
+
+def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
+    """Force over the slip in both codes, and what is between them."""
+    import matplotlib.pyplot as plt
+
+    (blue, *_), (red, *_), (black, *_) = structure_picture.STYLES
+    slip, label = both.python.slip, "displacement of the pulled face [mm]"
+    figure, (force, apart) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    force.plot(slip, both.kratos.force, color=blue, linewidth=3.5, alpha=0.5, label="Kratos")
+    force.plot(slip, both.python.force, "--", color=red, label="scikit-fem, same mesh and points")
+    force.plot(fine.slip, fine.force, ":", color=black, label="scikit-fem, quadratic, Gauss points")
+    force.set(xlabel=label, ylabel="force over width [N/mm]")
+    force.legend()
+    apart.semilogy(slip, both.force, "o-", color=blue, markersize=4, label="force over its peak [-]")
+    apart.semilogy(slip, both.separation, "s--", color=red, markersize=4, label="separations, largest [mm]")
+    apart.axhline(FORCE_BOUND, color=blue, linestyle=":", label="bound of the test, force")
+    apart.axhline(SEPARATION_BOUND, color=red, linestyle="-.", label="bound of the test, separations")
+    apart.set(xlabel=label, ylabel="difference, Kratos from scikit-fem", ylim=(1e-18, 1e-8))
+    apart.legend(fontsize="small", loc="lower right")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def main() -> None:
+    """Run both, print and draw."""
+    parser = argparse.ArgumentParser(description="Pulled block in Kratos against scikit-fem.")
+    parser.add_argument("library", type=Path, help="libasperity_kratos.so, the commit adapter")
+    parser.add_argument("--slip", type=float, default=0.6, help="mm (default: %(default)s)")
+    parser.add_argument("--steps", type=int, default=30, help="default: %(default)s")
+    parser.add_argument("--elements", type=int, nargs="+", default=[20], help="along the base, a mesh each")
+    parser.add_argument("-o", "--output", type=Path, default=Path("pulled_block.png"), metavar="FILE.png")
+    options = parser.parse_args()
+    lines = []
+    for n in options.elements:
+        both = compare(options.library.resolve(), options.slip, options.steps, n)
+        fine = pull_out.run(options.slip, options.steps, n)
+        other = np.abs(both.kratos.force - np.interp(both.python.slip, fine.slip, fine.force)).max()
+        lines.append(
+            f"| {n} | {both.force.max():.1e} | {both.separation.max():.1e} | {both.rise.max():.1e} "
+            f"| {both.iterations}, {both.python.iterations} | {other / fine.force.max():.1e} |"
+        )
+        if len(lines) > 1:
+            continue
+        print("moved [mm]   force [N/mm]: Kratos  scikit-fem   over the peak   separations [mm]")
+        columns = (both.python.slip, both.kratos.force, both.python.force, both.force, both.separation)
+        for row in zip(*columns, strict=True):
+            print("{:10.3f}{:23.6f}{:12.6f}{:16.1e}{:19.1e}".format(*row))
+        end, residual = both.kratos.force[-1], pull_out.residual_strength()
+        print(f"force at the end {end:.6f}, residual strength {residual:.6f}; {both.python.cuts} cuts")
+        draw(both, fine, options.output)
+    print("| elements | force, of the peak | separations, mm | rise, mm | iterations: Kratos, scikit-fem "
+          "| force from quadratic elements and Gauss points |")  # fmt: skip
+    print("|---|---|---|---|---|---|", *lines, options.output, sep="\n")
+
+
+if __name__ == "__main__":
+    main()
