@@ -139,7 +139,8 @@ def _kratos(block: Block) -> str:
             "Variables": {
                 "UDSM_NAME": str(library()),
                 "IS_FORTRAN_UDSM": True,
-                "IGNORE_UNDRAINED": True,  # else 0/0 in the rows of the water pressure
+                "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else 0/0 in the rows of the water pressure
+                "BIOT_COEFFICIENT": 0.0,  # the water pressure is coupled with nothing
                 "UMAT_PARAMETERS": block.props.tolist(),
                 "STATE_VARIABLES": [0.0] * len(block.statev),
             },

@@ -112,7 +112,8 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     block = json.loads(RT.card("kratos", dimension=dimension))
     material = block["properties"][0]["Material"]
     assert material["constitutive_law"]["name"] == law
-    assert material["Variables"]["IGNORE_UNDRAINED"] is True  # see harness/hosts/kratos
+    assert material["Variables"]["GEO_DRAINAGE_TYPE"] == "constant_pw_field"  # see harness/hosts/kratos
+    assert material["Variables"]["BIOT_COEFFICIENT"] == 0.0
     assert element in block["elements"]
     assert block["remarks"][0].startswith("mu tan(theta) = 0.289 < 1")
     assert "the host passes no initial stress to a UMAT here" in block["remarks"][-1]

@@ -34,12 +34,6 @@ INTERFACE = {
 }
 """Element of the interfaces; its law is that of the card, another pair runs and swaps normal with shear."""
 
-DRY = {"IGNORE_UNDRAINED": None, "GEO_DRAINAGE_TYPE": "constant_pw_field", "BIOT_COEFFICIENT": 0.0}
-"""Of an interface without water: no 0/0 in the rows of the water pressure, and no coupling with it.
-
-None: not set.  Kratos turns IGNORE_UNDRAINED into the type of drainage in a loop that its threads share.
-"""
-
 DISPLACEMENTS = (Kratos.DISPLACEMENT_X, Kratos.DISPLACEMENT_Y, Kratos.DISPLACEMENT_Z)
 REACTIONS = (Kratos.REACTION_X, Kratos.REACTION_Y, Kratos.REACTION_Z)
 MOST_ITERATIONS = 30
@@ -92,13 +86,16 @@ class Structure:
         return properties
 
     def umat(self, library: Path, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
-        """Properties of an interface as its card has them, but for library, DRY and what else is given."""
+        """Properties of an interface as its card has them, but for the library and what else is given.
+
+        None leaves a variable out.
+        """
         card = json.loads(interface.card("kratos", dimension=self.dimension))
         material = card["properties"][0]["Material"]
         material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
-        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | DRY | other).items():
+        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | other).items():
             value = _vector(value) if isinstance(value, list) else value
             if value is not None:
                 properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)

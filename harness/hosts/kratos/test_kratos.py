@@ -136,9 +136,9 @@ def test_another_law_swaps_normal_and_shear() -> None:
 
 @pytest.mark.parametrize("drainage", ["drained", "undrained", "fully_coupled", "constant_pw_field"])
 def test_rows_of_the_water_pressure(drainage: str) -> None:
-    """Only a constant water pressure, which `umat` sets, leaves no 0/0 in the rows of the water pressure.
+    """Only a constant water pressure, which the card sets, leaves no 0/0 in the rows of the water pressure.
 
-    With a Biot coefficient of 0, which it sets too, Kratos would write over them.
+    With a Biot coefficient of 0, which it has too, Kratos would write over them.
     """
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
@@ -174,7 +174,7 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
     """A block torn off held nodes that have an interface alone: Kratos leaves a column without entries.
 
     It sets the diagonal of rows without entries, and then drops the coupling with the fixed water pressure,
-    the only entry there.  The coupling is the Biot coefficient: 1 where none is set; `umat` sets 0.
+    the only entry there.  The coupling is the Biot coefficient: 1 where none is set; the card has 0.
     """
     s = Structure(2)
     base, bottom, top = (s.add_nodes(np.array([[0.0, y], [1.0, y]])) for y in (0.0, 0.0, 1.0))
