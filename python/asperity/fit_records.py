@@ -274,7 +274,7 @@ def _test(
     stiffness = (k_N or 0.0) if stiffness is None else stiffness
     if stiffness < 0.0:
         raise ValueError(f"{path}: line {rows[0].line}, column k_N: {stiffness:g}: expected a stiffness >= 0")
-    held = float(sigma_N[0]) if stiffness > 0.0 else float(np.mean(sigma_N))
+    held = float(np.mean(sigma_N))
     if stiffness == 0.0:
         away = np.abs(sigma_N - held)
         worst = int(np.argmax(away))
@@ -295,6 +295,11 @@ def _test(
             f"{path}: line {rows[worst].line}, column dilation: {s_N[worst]:g} over slips up to "
             f"{np.abs(slip).max():g}: expected the unit of slip (at most {STEEPEST:g} times it)"
         )
+    if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
+        # measured along the way: back to the start of the slip, by all rows if the dilation is there
+        held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
+    if not held <= 0.0:
+        raise ValueError(f"{where}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")
     test = ShearTest(where, slip, tau, s_N, held, stiffness, units)
     _check_start(path, rows, test)
     if stiffness > 0.0:

@@ -338,6 +338,21 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         read_records([one, other])
 
 
+def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
+    """Measured along the way it is taken back to the start by the dilation; without it, by the first row."""
+    rng = np.random.default_rng(3)
+    text = "test,slip,tau,dilation,k_N,sigma_N\n"
+    for i in range(1, 101):
+        measured = -2.0 - 5.0 * 0.002 * i + rng.normal(0.0, 0.02)
+        text += f"a,{0.01 * i},{i},{0.002 * i},5,{measured}\nb,{0.01 * i},{i},,5,{measured}\n"
+        text += f"c,{0.01 * i},{i},{0.002 * i},5,-2\n"
+    a, b, c = read_records([write(tmp_path, text)])
+    first = float(text.splitlines()[1].rsplit(",", 1)[1])
+    assert abs(first + 2.0) > 0.01 and b.sigma_N == first and c.sigma_N == -2.0
+    # standard error of the mean 0.002
+    assert a.sigma_N == pytest.approx(-2.0, abs=0.008)
+
+
 def test_rows_out_of_order(tmp_path: Path) -> None:
     """Rows that were shuffled are told; a cycle and noise on the slip are not taken for that."""
     rng = np.random.default_rng(1)
