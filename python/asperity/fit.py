@@ -43,8 +43,11 @@ ENOUGH = 0.1
 """Shift of a parameter by finer increments, in standard errors, that is accepted: it makes a 95 % interval a
 94.8 % one."""
 
-MOST_INCREMENTS = 5000
-"""Asked for along a test, which may be refined to 256 times as many."""
+MOST_INCREMENTS = 10000
+"""Asked for along a test."""
+
+MOST_ROWS = 400000
+"""Increments of a test in the finest model: 150 MB of state of nine planes."""
 
 LEAST_ERROR = 1.0e-3
 """Least standard error, relative, by which a shift is judged: no two boxes agree to a thousandth."""
@@ -213,10 +216,10 @@ def fit(
         from scipy.stats import t as student
     except ImportError as error:
         raise NoScipyError from error
-    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
         if not 1 <= value <= most:
             raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
     for name, value in (start or {}).items():
         if name not in problem.free:
             raise ValueError(f"start: {name}: expected one of the free ones, {', '.join(problem.free)}")
@@ -272,7 +275,8 @@ def fit(
         known = _knowledge(problem, jacobian(best.x), best.fun)
         problem, coarse = replace(problem, refinement=parts), problem
         shift = known.shift(residuals(best.x) - best.fun)
-        if shift <= ENOUGH or parts > REFINE**REFINEMENTS:
+        longest = max(path.slips.size for path in problem.paths)
+        if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
             problem = coarse
             break
         best = solve(best.x)

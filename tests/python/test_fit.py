@@ -419,6 +419,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
         ({"sides": -3}, "sides = -3: expected 0, or 2 to 64"),
         ({"direction": np.nan}, "direction = nan: expected a finite angle in degrees"),
         ({"starts": 0}, "starts = 0: expected 1 to"),
+        ({"increments": 10**9}, "increments = 1000000000: expected 1 to"),
         ({"confidence": 1.0}, "confidence = 1: expected between 0 and 1"),
         (
             {"free": ("mu", "theta"), "fixed": {"sigma0": 1.5, "Gc": 150e-6}},
