@@ -220,7 +220,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--no-study", action="store_true", help="of the page only the example and its picture"
     )
-    parser.add_argument("--repetitions", type=int, default=200, help="of the study (default: %(default)s)")
+    parser.add_argument("--repetitions", type=int, default=100, help="of the study (default: %(default)s)")
     options = parser.parse_args(arguments)
     if (options.record is None) == (options.page is None):
         parser.error("expected RECORD.csv or --page FILE.md")
