@@ -194,8 +194,8 @@ def slip_curve(
 ) -> tuple[Floats, Floats, int]:
     """tau along the slip and s_N since its start, (T,) each, and how many rows converged.
 
-    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its search
-    for events, which takes longer than the path.  Rows without equilibrium repeat the last one.
+    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
+    events.  Rows without equilibrium repeat the last one.
     """
     n = slips.size
     separation, traction = np.zeros((n, 3)), np.zeros((n, 3))
