@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,26 +21,33 @@ def find_events(
     and those of `more`, by row.
     """
     first = contract.statev_names(len(normals)).index("alpha_1")
-    planes = state[:, first : first + 3 * len(normals)].reshape(len(state), len(normals), 3)
-    s_n = separation @ normals.T
-    last = np.zeros((len(normals), 3))
-    contact = apart = slides = np.zeros(len(normals), dtype=bool)
-    found = []
-    for row, (plane, gap) in enumerate(zip(planes, s_n, strict=True)):
-        now_contact = (gap < 0.0) | (contact & (gap <= 0.0))
-        now_apart = (gap > 0.0) | (apart & (gap >= 0.0))
-        alpha, old_alpha = plane[:, 0], last[:, 0]
-        now_slides = now_contact & (alpha > 0.0) & np.any(plane[:, 1:] != last[:, 1:], axis=1)
-        happened = {
-            "onset": alpha.any() and not old_alpha.any(),
-            "damaged": np.all(alpha >= 1.0) and not np.all(old_alpha >= 1.0),
-            "open": np.any(contact & ~now_contact),
-            "close": np.any(apart & now_contact),
-            "slip": np.any(now_slides & ~slides),
-        }
-        names = [name for name, yes in happened.items() if yes]
-        text = "+".join(dict.fromkeys([*names, *((more or {}).get(row, ()))]))
-        if text:
-            found.append((row, text))
-        contact, apart, slides, last = now_contact, now_apart, now_slides, plane
-    return tuple(found)
+    count = len(normals)
+    planes = state[:, first : first + 3 * count].reshape(len(state), count, 3)
+    alpha, slips = planes[:, :, 0], planes[:, :, 1:]
+    # in contact or apart is what the last gap was that is not zero
+    signs = np.sign(separation @ normals.T)
+    rows = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs))[:, None], -1), axis=0)
+    signs = np.where(rows >= 0, np.take_along_axis(signs, np.maximum(rows, 0), axis=0), 0.0)
+    contact, apart = signs < 0.0, signs > 0.0
+    slides = contact & (alpha > 0.0) & np.any(slips != _before(slips), axis=2)
+    damaged, broken = np.any(alpha != 0.0, axis=1), np.all(alpha >= 1.0, axis=1)
+    happened = {
+        "onset": damaged & ~_before(damaged),
+        "damaged": broken & ~_before(broken),
+        "open": np.any(_before(contact) & ~contact, axis=1),
+        "close": np.any(_before(apart) & contact, axis=1),
+        "slip": np.any(slides & ~_before(slides), axis=1),
+    }
+    names: dict[int, list[str]] = {}
+    for name, yes in happened.items():
+        for row in np.flatnonzero(yes).tolist():
+            names.setdefault(row, []).append(name)
+    for row, texts in (more or {}).items():
+        if row < len(state):
+            names.setdefault(row, []).extend(texts)
+    return tuple((row, "+".join(dict.fromkeys(names[row]))) for row in sorted(names))
+
+
+def _before(values: Any) -> Any:
+    """The row before each, zero or False before the first."""
+    return np.concatenate([np.zeros_like(values[:1]), values[:-1]])

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from . import contract
 from .contract import Floats
-from .fit_model import FINER, SCALES, SIDES, STEP, Problem, each
+from .fit_model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, each
 from .fit_records import LARGEST_RATIO, ShearTest
 from .interface import Interface
 
@@ -21,6 +21,9 @@ DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.de
 STARTS_TRIED = 5
 """A small s_f, a curve that never softens, is a local minimum that one start in four ends in."""
 
+MOST_SIDES = 64
+"""Of a regular pattern, by the contract."""
+
 SAMPLES = 48
 """Points of a Latin hypercube from which the best are taken as starts."""
 
@@ -29,6 +32,28 @@ SAME = 1.01
 
 COUPLED = 0.99
 """Correlation from which on two parameters are called not separable."""
+
+REFINE = 4
+"""Parts of an increment of which the next finer model is made."""
+
+REFINEMENTS = 3
+"""Most times that the increments are refined: to 1/64, a thousandth of what a record resolves."""
+
+ENOUGH = 0.1
+"""Shift of a parameter by finer increments, in standard errors, that is accepted: it makes a 95 % interval a
+94.8 % one."""
+
+MOST_INCREMENTS = 10000
+"""Asked for along a test."""
+
+MOST_ROWS = 400000
+"""Increments of a test in the finest model: 150 MB of state of nine planes."""
+
+LEAST_ERROR = 1.0e-3
+"""Least standard error, relative, by which a shift is judged: no two boxes agree to a thousandth."""
+
+MOST_EVALUATIONS = 60
+"""Of the residuals in one least-squares solution, those of derivatives not counted."""
 
 RANK = 1.0e-10
 """Singular values below this share of the largest one are differences that rounding makes."""
@@ -54,6 +79,9 @@ BOUNDS = {
 }
 """Bounds; those of sigma0 and Gc go with the record."""
 
+DEGREES = " in degrees"
+"""After bounds of theta."""
+
 STARTS = {"eta": (0.4, 0.97), "mu": (0.15, 1.0), "theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
 """Ranges in which starts are drawn."""
 
@@ -75,8 +103,10 @@ class Fit:
     quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit, of
     their spread (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
     derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
-    costs: sums of squares from the starts, the best first.  singular: of the Jacobian, in descending order,
-    directions (p, p) theirs, in rows.
+    shift: largest move of a parameter, in standard errors, if the increments were cut into REFINE parts.
+    costs: sums of squares from the starts with the increments asked for, the best first.  converged: whether
+    the least squares ended by themselves.  singular: of the Jacobian, in descending order, directions (p, p)
+    theirs, in rows.
     """
 
     problem: Problem
@@ -89,6 +119,8 @@ class Fit:
     scatter: tuple[float, float]
     neighbours: float
     derivative_error: float
+    shift: float
+    converged: bool
     costs: tuple[float, ...]
     evaluations: int
     singular: Floats
@@ -165,7 +197,7 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     sides: int = SIDES,
     direction: float = 0.0,
-    increments: int = 200,
+    increments: int = INCREMENTS,
     starts: int = STARTS_TRIED,
     seed: int = 0,
     confidence: float = 0.95,
@@ -175,23 +207,26 @@ def fit(
 
     free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; what is in neither is
     DEFAULT_FIXED.  start: a point tried besides the best of a Latin hypercube, `starts` in all, drawn by
-    `seed`.  bounds: (low, high) by name.  Raises ValueError for names and values that are not admissible and
-    for a record too short for what is free, NoScipyError without scipy.
+    `seed`.  bounds: (low, high) by name.  increments: least number along a test, to begin with; they are
+    refined until the parameters stay.  tick: told of every evaluation.  Raises ValueError for names and
+    values that are not admissible and for a record too short for what is free, NoScipyError without scipy.
     """
     try:
-        from scipy.optimize import least_squares
+        from scipy.optimize import OptimizeResult, least_squares
         from scipy.stats import t as student
     except ImportError as error:
         raise NoScipyError from error
-    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
-    for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, 100000)):
+    for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
         if not 1 <= value <= most:
             raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
     for name, value in (start or {}).items():
-        if name not in problem.free or not 0.0 < value < SCALES[name].top:
+        if name not in problem.free:
+            raise ValueError(f"start: {name}: expected one of the free ones, {', '.join(problem.free)}")
+        if not problem.bounds[name][0] <= value <= problem.bounds[name][1]:
+            ends = "{:g} to {:g}".format(*problem.bounds[name])
             raise ValueError(
-                f"start: {name} = {value:g}: expected one of the free ones, {', '.join(problem.free)}, "
-                "between 0 and its largest value"
+                f"start: {name} = {value:g}: expected {ends}, its bounds{DEGREES if name == 'theta' else ''}"
             )
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
@@ -215,11 +250,8 @@ def fit(
         tick(label)
         return found
 
-    best = None
-    costs = []
-    for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
-        label = f"start {i + 1} of {starts}"
-        found = least_squares(
+    def solve(x: Floats) -> OptimizeResult:
+        return least_squares(
             residuals,
             x,
             jacobian,
@@ -228,12 +260,46 @@ def fit(
             ftol=1e-8,
             xtol=1e-7,
             gtol=1e-8,
-            max_nfev=60,
+            max_nfev=MOST_EVALUATIONS,
         )
-        costs.append(2.0 * float(found.cost))
-        best = found if best is None or found.cost < best.cost else best
-    assert best is not None
-    return _result(problem, best.x, best.fun, tuple(sorted(costs)), evaluations, confidence, student.ppf)
+
+    ends = []
+    for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
+        label = f"start {i + 1} of {starts}"
+        ends.append(solve(x))
+    costs = tuple(sorted(2.0 * float(end.cost) for end in ends))
+    best = min(ends, key=lambda end: float(end.cost))
+    while True:
+        parts = problem.refinement * REFINE
+        label = f"1/{parts} of the increments"
+        known = _knowledge(problem, jacobian(best.x), best.fun)
+        problem, coarse = replace(problem, refinement=parts), problem
+        shift = known.shift(residuals(best.x) - best.fun)
+        longest = max(path.slips.size for path in problem.paths)
+        if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
+            problem = coarse
+            break
+        best = solve(best.x)
+    label = "intervals"
+    finer = problem.jacobian(best.x, FINER * STEP)
+    return Fit(
+        problem=problem,
+        values=problem.values(best.x),
+        x=best.x,
+        covariance=known.covariance,
+        quantile=float(student.ppf(0.5 + 0.5 * confidence, best.fun.size - best.x.size)),
+        confidence=confidence,
+        residuals=best.fun,
+        scatter=known.scatter,
+        neighbours=_neighbours(problem, best.fun),
+        derivative_error=known.difference(finer),
+        shift=shift,
+        converged=best.status > 0,
+        costs=costs,
+        evaluations=evaluations + 2 * best.x.size,
+        singular=known.singular,
+        directions=known.directions,
+    )
 
 
 def _problem(
@@ -246,6 +312,8 @@ def _problem(
     increments: int,
 ) -> Problem:
     """Names, values and bounds, checked."""
+    if not tests:
+        raise ValueError("no tests: expected one at least")
     for what, names in (("free", free), ("set", fixed), ("bounds", bounds)):
         unknown = [name for name in names if name not in SCALES]
         if unknown:
@@ -255,12 +323,24 @@ def _problem(
     both = [name for name in free if name in fixed]
     if both:
         raise ValueError(f"{both[0]}: expected it free or set, not both")
+    bound = [name for name in bounds if name not in free]
+    if bound:
+        raise ValueError(f"bounds: {bound[0]}: expected one of the free ones, {', '.join(free)}")
+    if sides != 0 and not 2 <= sides <= MOST_SIDES:
+        raise ValueError(f"sides = {sides}: expected 0, or 2 to {MOST_SIDES}")
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
     known = DEFAULT_FIXED | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
     missing = [name for name in SCALES if name not in free and name not in known]
     if missing:
         raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
     if sides == 0 and {"theta", "flat"} & set(free):
         raise ValueError("free: theta, flat: expected inclined planes, sides = 0 has none")
+    if 0.0 < known.get("theta", 0.0) < BOUNDS["theta"][0]:
+        raise ValueError(
+            f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {BOUNDS['theta'][0]:g} "
+            f"(a radian is {np.degrees(1.0):.1f})"
+        )
     largest = max(float(np.abs(test.tau).max()) for test in tests)
     length = max(float(np.abs(test.slip).max()) for test in tests)
     within = dict(BOUNDS) | {
@@ -350,22 +430,37 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
     return points
 
 
-def _result(
-    problem: Problem,
-    x: Floats,
-    residuals: Floats,
-    costs: tuple[float, ...],
-    evaluations: int,
-    confidence: float,
-    quantile: Callable[[float, int], float],
-) -> Fit:
-    """Intervals: (J^T J)^-1 with the scatter of tau and of s_N, each taken from its own residuals."""
-    jacobian = problem.jacobian(x)
-    finer = problem.jacobian(x, FINER * STEP)
-    sizes = np.maximum(np.linalg.norm(jacobian, axis=0), np.finfo(float).tiny)
-    error = float(np.max(np.linalg.norm(jacobian - finer, axis=0) / sizes))
+@dataclass(frozen=True, eq=False)
+class _Knowledge:
+    """What the residuals say of the parameters.
+
+    jacobian (n, p) and its inverse (p, n), covariance (p, p), scatter of tau and of s_N, singular values (p,)
+    and their directions (p, p), in rows.
+    """
+
+    jacobian: Floats
+    inverse: Floats
+    covariance: Floats
+    scatter: tuple[float, float]
+    singular: Floats
+    directions: Floats
+
+    def shift(self, change: Floats) -> float:
+        """Largest move of a parameter, in standard errors, by a change of the residuals (n,)."""
+        errors = np.maximum(np.sqrt(np.diag(self.covariance)), LEAST_ERROR)
+        return float(np.max(np.abs(self.inverse @ change) / errors))
+
+    def difference(self, other: Floats) -> float:
+        """Largest difference of a column from that of another Jacobian, relative."""
+        sizes = np.maximum(np.linalg.norm(self.jacobian, axis=0), np.finfo(float).tiny)
+        return float(np.max(np.linalg.norm(self.jacobian - other, axis=0) / sizes))
+
+
+def _knowledge(problem: Problem, jacobian: Floats, residuals: Floats) -> _Knowledge:
+    """(J^T J)^-1 with the scatter of tau and of s_N, each taken from its own residuals."""
+    parameters = jacobian.shape[1]
     _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
-    freedom = residuals.size - x.size
+    freedom = residuals.size - parameters
     # parameters are shared out among the quantities by their number of rows
     shares = [np.flatnonzero(problem.is_dilation == which) for which in (False, True)]
     variances = np.zeros(residuals.size)
@@ -374,33 +469,21 @@ def _result(
         left = rows.size * freedom / residuals.size
         scatter.append(float(np.sqrt(residuals[rows] @ residuals[rows] / left)) if rows.size else np.nan)
         variances[rows] = scatter[-1] ** 2 if rows.size else 0.0
-    inverse = np.linalg.inv if singular[-1] > RANK * singular[0] else np.linalg.pinv
-    inner = inverse(jacobian.T @ jacobian)
-    covariance = inner @ (jacobian.T * variances) @ jacobian @ inner
-    if inverse is np.linalg.pinv:
-        # nothing is known of directions that the record does not show
-        dark = directions[singular <= RANK * singular[0]]
-        covariance = covariance + dark.T @ dark / RANK
+    inverse = np.linalg.pinv(jacobian, rcond=RANK)
+    covariance = (inverse * variances) @ inverse.T
+    # nothing is known of directions that the record does not show
+    dark = directions[singular <= RANK * singular[0]]
+    covariance = covariance + dark.T @ dark / RANK
+    return _Knowledge(jacobian, inverse, covariance, (scatter[0], scatter[1]), singular, directions)
+
+
+def _neighbours(problem: Problem, residuals: Floats) -> float:
+    """Correlation of the residuals of neighbouring rows."""
     ends = np.cumsum([0, *(part.size for part in _parts(problem, residuals))])
     pairs = [(residuals[a : b - 1], residuals[a + 1 : b]) for a, b in pairwise(ends)]
     first, second = (np.concatenate(part) for part in zip(*pairs, strict=True))
     size = float(residuals @ residuals)
-    return Fit(
-        problem=problem,
-        values=problem.values(x),
-        x=x,
-        covariance=covariance,
-        quantile=float(quantile(0.5 + 0.5 * confidence, freedom)),
-        confidence=confidence,
-        residuals=residuals,
-        scatter=(scatter[0], scatter[1]),
-        neighbours=float(first @ second) / size if size > 0.0 else 0.0,
-        derivative_error=error,
-        costs=costs,
-        evaluations=evaluations + 4 * x.size,
-        singular=singular,
-        directions=directions,
-    )
+    return float(first @ second) / size if size > 0.0 else 0.0
 
 
 def _parts(problem: Problem, residuals: Floats) -> list[Floats]:

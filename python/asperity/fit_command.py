@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import warnings
 from collections.abc import Iterable
@@ -11,14 +12,19 @@ from pathlib import Path
 from tqdm import tqdm
 
 from .fit import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
-from .fit_model import SCALES, SIDES
-from .fit_records import read_records
+from .fit_model import INCREMENTS, SCALES, SIDES
+from .fit_records import read_records, unit_name
 from .material import ModelWarning
 
 PATIENCE = 2.0
 """Seconds before progress is shown."""
 
 BAD_INPUT = 1
+
+HOSTS = ("abaqus", "calculix", "kratos")
+
+DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
+"""Where neither the record nor the user tells."""
 
 
 def add_command(commands: argparse._SubParsersAction) -> None:
@@ -63,7 +69,10 @@ def add_command(commands: argparse._SubParsersAction) -> None:
         "--compression-positive", action="store_true", help="sigma_N of the record is > 0 in compression"
     )
     parser.add_argument(
-        "--increments", type=int, default=200, help="least number along a test (default: %(default)s)"
+        "--increments",
+        type=int,
+        default=INCREMENTS,
+        help="least number along a test, refined until the parameters stay (default: %(default)s)",
     )
     parser.add_argument(
         "--starts", type=int, default=STARTS_TRIED, help="of the least squares (default: %(default)s)"
@@ -72,19 +81,21 @@ def add_command(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--confidence", type=float, default=0.95, help="of intervals (default: %(default)s)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="record and fit, .png or .pdf")
     parser.add_argument("--case", type=Path, metavar="CASE.nml", help="write a case for run, card and select")
+    parser.add_argument("--card", choices=HOSTS, help="print the material block of a host, too")
     parser.add_argument(
-        "--units", default="mm,MPa", metavar="LENGTH,STRESS", help="for labels (default: %(default)s)"
+        "--units",
+        metavar="LENGTH,STRESS",
+        help=f"for labels (default: those of the record, or {','.join(DEFAULT_UNITS.values())})",
     )
     parser.set_defaults(action=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     """Read, fit, report."""
-    units = tuple(options.units.split(","))
-    if len(units) != 2:
-        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
     if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
+    for option, path in (("--plot", options.plot), ("--case", options.case)):
+        _check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
     with warnings.catch_warnings(record=True) as caught:
@@ -92,6 +103,7 @@ def _run(options: argparse.Namespace) -> int:
         tests = read_records(options.records, options.k_N, options.compression_positive)
     for warning in caught:
         print(f"asperity: warning: {warning.message}", file=sys.stderr)
+    units = _units(options.units, {kind: unit for test in tests for kind, unit in test.units.items()})
     with tqdm(unit="evaluation", delay=PATIENCE, disable=None, leave=False) as bar:
 
         def tick(label: str) -> None:
@@ -118,14 +130,39 @@ def _run(options: argparse.Namespace) -> int:
             return BAD_INPUT
     from .fit_report import case_text, draw, report
 
-    print(report(found, (units[0], units[1])))
+    print(report(found, units))
+    if options.card is not None:
+        print("\n" + found.interface.card(options.card), end="")
     if options.plot is not None:
-        draw(found, options.plot, (units[0], units[1]))
+        draw(found, options.plot, units)
         print(options.plot)
     if options.case is not None:
         options.case.write_text(case_text(found), encoding="utf-8")
         print(options.case)
     return 0
+
+
+def _check_output(option: str, path: Path | None) -> None:
+    """ValueError for a file that cannot be written, told before the work and not after it."""
+    if path is None:
+        return
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
+    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ValueError(f"{option} {path}: expected a file that can be written")
+
+
+def _units(option: str | None, of_record: dict[str, str]) -> tuple[str, str]:
+    """Units of length and stress for labels."""
+    texts = [unit_name(text) for text in option.split(",")] if option is not None else []
+    if option is not None and (len(texts) != len(DEFAULT_UNITS) or not all(texts)):
+        raise ValueError(f"--units {option}: expected LENGTH,STRESS")
+    given = dict(zip(DEFAULT_UNITS, texts, strict=False))
+    for kind, unit in given.items():
+        if of_record.get(kind, unit) != unit:
+            raise ValueError(f"--units {option}: expected {of_record[kind]}, the {kind} of the record")
+    known = DEFAULT_UNITS | of_record | given
+    return known["length"], known["stress"]
 
 
 def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
@@ -139,5 +176,7 @@ def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[fl
             numbers = []
         if len(numbers) != count:
             raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
+        if name.strip() in found:
+            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected it once")
         found[name.strip()] = numbers
     return found

@@ -20,15 +20,18 @@ from .pattern import Pattern
 SIDES = 8
 """Inclined planes: RP-8, nearly the same in every direction and cheap."""
 
+INCREMENTS = 200
+"""Least number along a test, where a fit begins."""
+
 PRELOAD = 50
 """Increments of sigma_N before the slip."""
 
-STEP = 1.0e-4
+STEP = 1.0e-3
 """Step of central differences in the transformed parameters, which are of the order of one.
 
-Their error is STEP**2 from the third derivative and e/STEP from the residual of the solver, e = 1e-13 to
-1e-12: both at most 1e-8 where the law is smooth, and the best step is e**(1/3) = 1e-4.  Rows that a kink
-passes within a step (a plane that begins to slip, breaks or opens) have an error of their own.
+Their error is STEP**2 from the third derivative, 1e-6 where the law is smooth; that of the solver, 1e-13 to
+1e-12 over STEP, is far below.  A row that a kink passes within the step (a plane begins to slip, breaks or
+opens) gets a mean of both slopes: that of the standard errors of a good record, which are as large.
 """
 
 FINER = 0.1
@@ -85,7 +88,8 @@ class Problem:
     """Residuals of a record by transformed parameters.
 
     tests: the record.  free: names of what is identified, fixed: values of the others.  sides, direction:
-    pattern and where the box slips (degrees).  increments: least number along a test.
+    pattern and where the box slips (degrees).  increments: least number along a test; refinement: into how
+    many parts each of them and those of the preload are cut.
     """
 
     tests: Sequence[ShearTest]
@@ -94,13 +98,15 @@ class Problem:
     bounds: Mapping[str, tuple[float, float]]
     sides: int = SIDES
     direction: float = 0.0
-    increments: int = 200
+    increments: int = INCREMENTS
+    refinement: int = 1
     paths: list[_Path] = field(init=False)
     spreads: list[tuple[float, float]] = field(init=False)
 
     def __post_init__(self) -> None:
         """Paths and scales."""
-        object.__setattr__(self, "paths", [_path(test.slip, self.increments) for test in self.tests])
+        paths = [_path(test.slip, self.increments, self.refinement) for test in self.tests]
+        object.__setattr__(self, "paths", paths)
         dilations = [0.0 if test.s_N is None else float(np.ptp(test.s_N)) for test in self.tests]
         least = LEAST_SPREAD * max(dilations)
         spreads = [
@@ -142,7 +148,8 @@ class Problem:
         """For each test tau and s_N along its path, and how many rows converged: `slip_curve`."""
         interface = self.interface(values)
         pairs = zip(self.tests, self.paths, strict=True)
-        return [slip_curve(interface, test, path.slips, self.direction, PRELOAD) for test, path in pairs]
+        preload = self.refinement * PRELOAD
+        return [slip_curve(interface, test, path.slips, self.direction, preload) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
         """Model less record, of the spread of tau and of s_N of each test."""
@@ -170,11 +177,14 @@ def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list
         return list(pool.map(function, points))
 
 
-def _path(slip: Floats, increments: int) -> _Path:
-    """From zero through the slips of a record, no increment longer than its length over `increments`."""
+def _path(slip: Floats, increments: int, refinement: int) -> _Path:
+    """From zero through the slips of a record, no increment longer than its length over `increments`.
+
+    Each increment is cut into `refinement` parts.
+    """
     nodes = np.concatenate([[0.0], slip])
     lengths = np.abs(np.diff(nodes))
-    parts = np.maximum(1, np.ceil(lengths / lengths.sum() * increments - 1e-9).astype(int))
+    parts = np.maximum(1, np.ceil(lengths / lengths.sum() * increments - 1e-9).astype(int)) * refinement
     pieces = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(nodes[:-1], nodes[1:], parts, strict=True)]
     return _Path(np.concatenate([[0.0], *pieces]), np.cumsum(parts))
 
@@ -184,8 +194,8 @@ def slip_curve(
 ) -> tuple[Floats, Floats, int]:
     """tau along the slip and s_N since its start, (T,) each, and how many rows converged.
 
-    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its search
-    for events, which takes longer than the path.  Rows without equilibrium repeat the last one.
+    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
+    events.  Rows without equilibrium repeat the last one.
     """
     n = slips.size
     separation, traction = np.zeros((n, 3)), np.zeros((n, 3))

@@ -14,13 +14,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from .contract import Floats
-from .fit import COUPLED, Estimate, Fit, derived, residual_ratio
+from .fit import COUPLED, ENOUGH, REFINE, Estimate, Fit, derived, residual_ratio
 from .fit_model import FINER, SCALES, STEP
 from .fit_records import ShearTest
 from .plots import COLOURS, LINES
 
 UNDETERMINED = 2.0
 """Factor: a parameter whose interval is wider to either side is called not determined."""
+
+POOR = 0.2
+"""Scatter, of the range of a test, from which on residuals that go together are called a poor fit."""
+
+UNKNOWN = 1.0e6
+"""Factor between the ends of an interval that says nothing."""
 
 DEPENDENT = 0.3
 """Correlation of neighbouring residuals from which on the intervals are called too narrow."""
@@ -63,6 +69,8 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
         f"{found.evaluations} evaluations",
         f"derivatives central differences, step {STEP:g}; with {FINER * STEP:g} a column changes by at most "
         f"{found.derivative_error:.1e}",
+        f"increments  1/{problem.increments * problem.refinement} of a test or shorter; cut into {REFINE} "
+        f"they move a parameter by at most {found.shift:.1g} standard errors",
         "",
         f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals",
     ]
@@ -104,12 +112,20 @@ def identifiability(found: Fit) -> list[str]:
     problem, texts = found.problem, []
     free = problem.free
     half = found.quantile * np.sqrt(np.diag(found.covariance))
+    poor = [value for value in found.scatter if value > POOR]
+    if poor and found.neighbours > DEPENDENT:
+        texts.append(
+            f"the fit is poor: residuals of {max(poor):.0%} of the range. Look at the plot, at the units and "
+            "at what is set; the numbers say little"
+        )
     if {"mu", "theta"} <= set(free):
         texts += _mu_and_theta(found)
+    if {"sigma0", "Gc"} <= set(free):
+        texts.append(_bond(found))
     for i, first in enumerate(free):
         for j in range(i + 1, len(free)):
             pair = {first, free[j]}
-            if abs(found.correlation[i, j]) > COUPLED and pair != {"mu", "theta"}:
+            if abs(found.correlation[i, j]) > COUPLED and pair not in ({"mu", "theta"}, {"sigma0", "Gc"}):
                 texts.append(_pair(found, i, j))
     for name, size in zip(free, half, strict=True):
         if size > np.log(UNDETERMINED):
@@ -127,6 +143,13 @@ def identifiability(found: Fit) -> list[str]:
         texts.append(
             f"{name} = {found.values[name]:.4g} is held by its bounds, {low:g} to {high:g}: "
             "its interval says nothing"
+        )
+    if not found.converged:
+        texts.append("the least squares ended before they converged: give a --start, or free less")
+    if found.shift > ENOUGH:
+        texts.append(
+            f"the increments are too long: finer ones move a parameter by {found.shift:.2g} standard errors, "
+            "raise --increments"
         )
     if found.agreeing == 1 and len(found.costs) > 1:
         texts.append(
@@ -158,6 +181,9 @@ def _mu_and_theta(found: Fit) -> list[str]:
         f"{formula} = {together.value:.5g} is known to +-{width:.2%}, mu to +-{alone[0]:.2%}, theta to "
         f"+-{alone[1]:.2%} (correlation {correlation:.4f})"
     )
+    held = [name for name in ("mu", "theta") if name in found.at_bounds]
+    if held:
+        return [f"mu and theta are not separated, {' and '.join(held)} held by bounds: {numbers}"]
     apart = abs(correlation) <= COUPLED and max(alone) <= UNDETERMINED - 1.0
     if found.problem.dilation:
         verdict = "are separated by the dilation" if apart else "cannot be separated"
@@ -169,6 +195,43 @@ def _mu_and_theta(found: Fit) -> list[str]:
         else f"cannot be separated, apart they are known {worse:.0f} times worse than together"
     )
     return [f"no dilation: mu and theta {verdict}: {numbers}; measure the dilation or set one of them"]
+
+
+def _bond(found: Fit) -> str:
+    """How far strength, rupture energy and stiffness are told apart."""
+    free = found.problem.free
+    names = [name for name in ("sigma0", "Gc", "eta") if name in free]
+    numbers = {name: found.estimates[name] for name in names} | {
+        "K": found.of(lambda values: derived(values)["K"])
+    }
+    widths = {name: _width(one) for name, one in numbers.items()}
+    told = ", ".join(f"{name} {text}" for name, text in widths.items())
+    places = [free.index(name) for name in names]
+    block = np.abs(found.correlation[np.ix_(places, places)] - np.eye(len(places)))
+    wide = any(_is_wide(one) for one in numbers.values())
+    if not wide and block.max() <= COUPLED:
+        return f"sigma0, Gc and K are told apart: {told}"
+    sizes, vectors = np.linalg.eigh(found.covariance[np.ix_(places, places)])
+    half = found.quantile * float(np.sqrt(max(sizes[0], 0.0)))
+    best = _combination(names, vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]))
+    return (
+        f"sigma0, Gc and K cannot be separated: {told}; known best is {best}, to +-{half:.2g}. Rows before "
+        "the peak tell K, at it sigma0, beyond it Gc"
+    )
+
+
+def _is_wide(one: Estimate) -> bool:
+    """Whether an interval is wider than UNDETERMINED to either side."""
+    return one.high > UNDETERMINED**2 * one.low
+
+
+def _width(one: Estimate) -> str:
+    """Half width of an interval as a share, or the factor between its ends."""
+    if one.high > UNKNOWN * one.low:
+        return "not at all"
+    if _is_wide(one):
+        return f"within a factor of {one.high / one.low:.2g}"
+    return f"+-{(one.high - one.low) / (2.0 * one.value):.2%}"
 
 
 def _pair(found: Fit, i: int, j: int) -> str:

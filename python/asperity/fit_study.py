@@ -40,7 +40,11 @@ ROWS = 60
 """Of a test."""
 
 FINE = 4000
-"""Increments of a record: twenty times those of a fit, so that it does not meet its own discretisation."""
+FINE_CYCLE = 100000
+"""Increments of a record: far more than those of a fit, so that it does not meet its own discretisation."""
+
+CYCLIC: dict[str, object] = {"turns": CYCLE, "rows": 150, "increments": FINE_CYCLE}
+"""Arguments of `synthetic`."""
 
 DEFAULT_NOISE = 0.03
 NOISES = (0.01, 0.03, 0.10)
@@ -142,7 +146,7 @@ STUDIES: dict[str, tuple[Sequence[str], dict[str, object]]] = {
     "held, dilation": (DEFAULT_FREE, {}),
     "held, no dilation": (DEFAULT_FREE, {"dilation": False}),
     "spring, dilation": (DEFAULT_FREE, {"k_N": K_N}),
-    "cycle, dilation": (DEFAULT_FREE, {"turns": CYCLE, "rows": 150}),
+    "cycle, dilation": (DEFAULT_FREE, CYCLIC),
     "held, dilation, all seven": (tuple(TRUTH), {}),
 }
 """Records and what is free."""
@@ -216,12 +220,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--no-study", action="store_true", help="of the page only the example and its picture"
     )
-    parser.add_argument("--repetitions", type=int, default=60, help="of the study (default: %(default)s)")
+    parser.add_argument("--repetitions", type=int, default=100, help="of the study (default: %(default)s)")
     options = parser.parse_args(arguments)
     if (options.record is None) == (options.page is None):
         parser.error("expected RECORD.csv or --page FILE.md")
     if options.record is not None:
-        path = {"turns": CYCLE, "rows": 150} if options.cycle else {}
+        path = CYCLIC if options.cycle else {}
         tests = synthetic(
             options.noise,
             options.seed,

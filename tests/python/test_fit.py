@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +128,27 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     assert 0.25 < misses / of < 0.75
 
 
+def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without noise a cycle gives back what it was made with, for the increments are refined.
+
+    The 200 asked for alone shift mu by 0.5 %, which is told.
+    """
+    tests = study.synthetic(0.0, 0, sigma_N=(-1.0,), **study.CYCLIC)
+    start = AT_TRUTH | {"mu": 0.7, "theta": 25.0}
+    found = fit(tests, fixed=study.SET, start=start, starts=1)
+    assert found.problem.increments == fit_model.INCREMENTS and found.problem.refinement > 1
+    assert found.shift <= fitting.ENOUGH
+    # of first order: what four parts move is three quarters of the error
+    most = 2.0 * fitting.ENOUGH * fitting.LEAST_ERROR
+    for name, value in AT_TRUTH.items():
+        assert found.values[name] == pytest.approx(value, rel=most), name
+    monkeypatch.setattr(fitting, "REFINEMENTS", 0)
+    coarse = fit(tests, fixed=study.SET, start=start, starts=1)
+    assert coarse.problem.refinement == 1 and coarse.shift > fitting.ENOUGH
+    assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.004
+    assert "the increments are too long: finer ones move" in "\n".join(identifiability(coarse))
+
+
 def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     """Starts drawn from the record find the minimum near the truth; a smaller step agrees."""
     problem = three_percent.problem
@@ -177,14 +199,45 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
         late.append(ShearTest(test.name, test.slip[rows], test.tau[rows], test.s_N[rows], test.sigma_N))
     found = fit(late, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = "\n".join(identifiability(found))
-    assert "Gc is not determined" in text or "sigma0 and Gc cannot be separated" in text, text
+    assert "K cannot be separated: sigma0 not at all, Gc not at all, K +-" in text, text
+    # tau hardly changes, its range is the noise: that is no poor fit
+    assert "Gc is not determined" in text and "poor" not in text, text
+
+
+def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
+    """The widths are those of the intervals, that of K = sigma0^2/(2 Gc (1 - eta)) from both."""
+    [text] = [one for one in identifiability(three_percent) if one.startswith("sigma0, Gc and K")]
+    told = re.fullmatch(r"sigma0, Gc and K are told apart: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
+    assert told, text
+    free = three_percent.problem.free
+    weights = np.array([{"sigma0": 2.0, "Gc": -1.0}.get(name, 0.0) for name in free])
+    covariance = three_percent.covariance
+    errors = [*np.sqrt(np.diag(covariance)[:2]), np.sqrt(weights @ covariance @ weights)]
+    # intervals are symmetric in the logarithms
+    widths = 100.0 * np.sinh(three_percent.quantile * np.array(errors))
+    assert free[:2] == ("sigma0", "Gc")
+    assert [float(one) for one in told.groups()] == pytest.approx(widths.tolist(), abs=0.006)
+
+
+def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A parameter on its bound is not known, nor is what did not converge."""
+    tests = three_percent.problem.tests
+    found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
+    text = "\n".join(identifiability(found))
+    assert "mu and theta are not separated, mu held by bounds" in text
+    assert "mu = 0.6 is held by its bounds, 0.6 to 0.9" in text
+    assert found.converged
+    monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 2)
+    found = fit(tests, fixed=study.SET, starts=1)
+    assert "ended before they converged" in "\n".join(identifiability(found))
 
 
 def test_model_that_does_not_fit_is_told() -> None:
     """A flat joint cannot dilate: residuals go together."""
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
     assert found.neighbours > 0.9
-    assert "intervals are too narrow" in "\n".join(identifiability(found))
+    text = "\n".join(identifiability(found))
+    assert "intervals are too narrow" in text and "the fit is poor: residuals of" in text
 
 
 # --- records ------------------------------------------------------------------------------------------------
@@ -208,6 +261,27 @@ def test_model_that_does_not_fit_is_told() -> None:
         (HEADER + ROWS + "0.9,1,,-1\n", "line 9, column dilation: empty: expected a number, or none in the"),
         (HEADER + ROWS + "0.9,1,0.1\n", "line 9: 3 values: expected 4"),
         (HEADER + ROWS.replace(",-1", ",1"), "line 2, column sigma_N: 1 is tension: expected compression"),
+        (HEADER.replace(",", ";") + "1;2;3;-1\n", "'slip;tau;dilation;sigma_N': expected commas between the"),
+        (
+            "slip [mm],tau [kPa],sigma_N [MPa]\n",
+            "line 1: tau [kPa], sigma_N [MPa]: expected one unit of stress",
+        ),
+        ("slip [mm],tau,sigma_N,s_N (um)\n", "line 1: slip [mm], dilation [um]: expected one unit of length"),
+        ("slip [mm],tau [MPa],sigma_N,k_N [kN/mm]\n", "k_N [kN/mm]: expected [MPa/mm], stress/length"),
+        (
+            HEADER + "".join(f"0.{i},{i},{5 + 0.01 * i},-1\n" for i in range(1, 8)),
+            "line 2, column dilation: 5.01 at slip 0.1: expected the change since the start of the slip",
+        ),
+        (
+            "slip,tau,dilation,k_N,sigma_N\n"
+            + "".join(f"{i},{i},{0.1 * i},1,{-1 - 100 * i}\n" for i in range(7)),
+            "column k_N: 1 times the dilation changes sigma_N by up to 0.6, the column by 600: expected",
+        ),
+        (
+            "slip,tau,dilation,k_N,sigma_N\n"
+            + "".join(f"{i},{i},{-0.1 * i},1,{-1 - 0.1 * i}\n" for i in range(7)),
+            "and dilation > 0 where it opens",
+        ),
         (HEADER + ROWS + "0.9,1,0.1,-2\n", "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
         (
             HEADER + ROWS.replace(",-1", ",-1e6"),
@@ -241,16 +315,85 @@ def test_bad_records(text: str, message: str, tmp_path: Path) -> None:
     assert "record.csv" in str(caught.value)
 
 
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    """Errors name the file and what was expected."""
+    with pytest.raises(FileNotFoundError, match=r"none.csv: no such file or directory: expected a CSV file"):
+        read_records([tmp_path / "none.csv"])
+    with pytest.raises(
+        IsADirectoryError, match=r": is a directory: expected a CSV file with slip, tau, sigma_N"
+    ):
+        read_records([tmp_path])
+    path = tmp_path / "old.csv"
+    path.write_bytes((HEADER + ROWS).replace("tau", "tau [\u00b5]").encode("latin-1"))
+    with pytest.raises(ValueError, match=r"old.csv: byte 10 is no text in UTF-8: expected a CSV file"):
+        read_records([path])
+    path = write(tmp_path, HEADER + ROWS)
+    with pytest.raises(ValueError, match=r"record.csv: given twice: expected each record once"):
+        read_records([path, tmp_path / "." / "record.csv"])
+    other = write(tmp_path, (HEADER + ROWS).replace("tau", "tau [kPa]"), "other.csv")
+    one = write(tmp_path, (HEADER + ROWS).replace("tau", "tau [MPa]"), "one.csv")
+    with pytest.raises(
+        ValueError, match=r"units of stress: MPa in .*one.csv, kPa in .*other.csv: expected one"
+    ):
+        read_records([one, other])
+
+
+def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
+    """Measured along the way it is taken back to the start by the dilation; without it, by the first row."""
+    rng = np.random.default_rng(3)
+    text = "test,slip,tau,dilation,k_N,sigma_N\n"
+    for i in range(1, 101):
+        measured = -2.0 - 5.0 * 0.002 * i + rng.normal(0.0, 0.02)
+        text += f"a,{0.01 * i},{i},{0.002 * i},5,{measured}\nb,{0.01 * i},{i},,5,{measured}\n"
+        text += f"c,{0.01 * i},{i},{0.002 * i},5,-2\n"
+    a, b, c = read_records([write(tmp_path, text)])
+    first = float(text.splitlines()[1].rsplit(",", 1)[1])
+    assert abs(first + 2.0) > 0.01 and b.sigma_N == first and c.sigma_N == -2.0
+    # standard error of the mean 0.002
+    assert a.sigma_N == pytest.approx(-2.0, abs=0.008)
+
+
+def test_rows_out_of_order(tmp_path: Path) -> None:
+    """Rows that were shuffled are told; a cycle and noise on the slip are not taken for that."""
+    rng = np.random.default_rng(1)
+    up, cycle = np.linspace(0.01, 0.6, 60), np.interp(np.arange(90.0), [0, 30, 60, 89], [0.0, 0.5, -0.5, 0.5])
+    for slips, told in ((rng.permutation(up), True), (up + rng.normal(0.0, 0.01, 60), False), (cycle, False)):
+        text = "slip,tau,sigma_N\n" + "".join(f"{slip},{i},-1\n" for i, slip in enumerate(slips))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            read_records([write(tmp_path, text)])
+        texts = [str(one.message) for one in caught]
+        assert any("expected the rows in the order of the test" in one for one in texts) == told, texts
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected it to change"),
+        ({"tau": np.arange(5.0)}, r"t: tau has shape \(5,\): expected finite numbers of shape \(6,\)"),
+        ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
+        ({"sigma_N": 1.0}, "t: sigma_N = 1: expected a finite compression"),
+        ({"k_N": -1.0}, "t: k_N = -1: expected a finite stiffness"),
+    ],
+)
+def test_tests_that_cannot_be(values: dict[str, Any], message: str) -> None:
+    """A test made by a script is checked, too."""
+    good = {"slip": np.arange(6.0), "tau": np.arange(6.0), "s_N": None, "sigma_N": -1.0}
+    with pytest.raises(ValueError, match=message):
+        ShearTest("t", **(good | values))
+
+
 def test_records_of_all_kinds(tmp_path: Path) -> None:
     """Units in the header, comments, interleaved tests, an alias, unused columns, several files."""
-    text = "# a box\ntest,slip [mm],tau [MPa],s_N [mm],sigma_N [MPa],k_N,time\n"
+    text = "# a box\nTest,Slip (mm),TAU [N/mm^2],s_n [mm],sigma_N [ MPa ],k_N [N/mm3],time,,\n"
     for i in range(1, 7):
-        text += f"a,{i},{i},{0.1 * i},2,,{i}\nb,{-i},{-i},{0.2 * i},3,4,{i}\n"
+        text += f"a,{i},{i},{0.1 * i},2,,{i},,\n\nb,{-i},{-i},{0.2 * i},3,4,{i}\n"
     path = write(tmp_path, text)
     plain = write(tmp_path, "slip,tau,sigma_N\n" + "".join(f"{i},{i},1\n" for i in range(6)), "plain.csv")
     with pytest.warns(asperity.ModelWarning, match=r"record.csv: columns not used: time"):
         a, b, c = read_records([path, plain], k_N=7.0, compression_positive=True)
     assert (a.sigma_N, a.k_N, b.sigma_N, b.k_N, c.sigma_N, c.k_N) == (-2.0, 7.0, -3.0, 4.0, -1.0, 7.0)
+    assert a.units == {"length": "mm", "stress": "MPa"} and c.units == {}
     assert "test a" in a.name and c.s_N is None and b.slip.tolist() == [-1, -2, -3, -4, -5, -6]
     assert a.s_N is not None and a.s_N.tolist() == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert ShearTest("", np.array([0, 1, 2, 1, -1, 0.5]), a.tau, None, -1.0).turns == [2.0, -1.0, 0.5]
@@ -266,8 +409,17 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
         ({"free": ("sigma0", "Gc", "mu", "theta"), "sides": 0}, "expected inclined planes"),
         ({"fixed": {"eta": 1.5}}, "eta = 1.5"),
         ({"bounds": {"mu": (0.5, 0.1)}}, "bounds: mu = 0.5, 0.1: expected 0 < low < high"),
-        ({"start": {"eta": 0.5}}, "start: eta = 0.5: expected one of the free ones"),
+        ({"start": {"eta": 0.5}}, "start: eta: expected one of the free ones, sigma0, Gc"),
+        ({"start": {"theta": 0.35}}, "start: theta = 0.35: expected 0.5 to 75, its bounds in degrees"),
+        ({"bounds": {"eta": (0.1, 0.5)}}, "bounds: eta: expected one of the free ones, sigma0, Gc"),
+        (
+            {"free": ("Gc", "sigma0", "mu"), "fixed": {"theta": 0.35}},
+            "theta = 0.35: expected degrees, 0 or at",
+        ),
+        ({"sides": -3}, "sides = -3: expected 0, or 2 to 64"),
+        ({"direction": np.nan}, "direction = nan: expected a finite angle in degrees"),
         ({"starts": 0}, "starts = 0: expected 1 to"),
+        ({"increments": 10**9}, "increments = 1000000000: expected 1 to"),
         ({"confidence": 1.0}, "confidence = 1: expected between 0 and 1"),
         (
             {"free": ("mu", "theta"), "fixed": {"sigma0": 1.5, "Gc": 150e-6}},
@@ -281,6 +433,8 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
     tests = read_records([write(tmp_path, HEADER + ROWS)])
     with pytest.raises(ValueError, match=re.escape(message)):
         fit(tests, **arguments)
+    with pytest.raises(ValueError, match="no tests: expected one at least"):
+        fit([])
 
 
 # --- command ------------------------------------------------------------------------------------------------
@@ -292,8 +446,9 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert study.main(["record.csv"]) == 0
     start = " ".join(f"{name}={value}" for name, value in AT_TRUTH.items())
     options = ["--set", "kc=20", "--start", start, "--starts", "1", "--plot", "fit.png", "--case", "fit.nml"]
-    assert main(["fit", "record.csv", *options]) == 0
+    assert main(["fit", "record.csv", *options, "--card", "abaqus"]) == 0
     printed = capsys.readouterr().out
+    assert "*User Material" in printed and "MPa mm" in printed
     assert printed.endswith("fit.png\nfit.nml\n")
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
     line = re.search(r"^PROPS\(19\)   (.*)$", printed, re.MULTILINE)
@@ -310,7 +465,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
 def test_case_without_a_sweep() -> None:
     """One test, cyclic, under a stiffness: no sweep, and the case says that it leaves out the spring."""
-    tests = study.synthetic(0.0, 0, sigma_N=(-2.0,), turns=study.CYCLE, k_N=study.K_N)
+    tests = study.synthetic(0.03, 0, sigma_N=(-2.0,), turns=study.CYCLE, k_N=study.K_N)
     found = fit(tests, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = case_text(found)
     assert "&sweep" not in text and "this case holds the normal traction of its start" in text
@@ -325,16 +480,46 @@ def test_case_without_a_sweep() -> None:
         (["--bounds", "mu=0.1"], "--bounds mu=0.1: expected NAME=LOW,HIGH"),
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
+        (["--units", "mm,kPa"], "--units mm,kPa: expected MPa, the stress of the record"),
+        (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected it once"),
+        (["--plot", "none/fit.png"], "--plot none/fit.png: no folder none: expected one that is there"),
+        (["--case", "."], "--case .: expected a file that can be written"),
         (["--k-N", "-1"], "k_N = -1: expected a finite stiffness >= 0"),
         (["--compression-positive"], "line 2, column sigma_N: -1 is tension: expected compression"),
     ],
 )
 def test_bad_options(
-    options: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    options: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Told on standard error, exit code 1."""
-    assert main(["fit", str(write(tmp_path, HEADER + ROWS)), *options]) == 1
+    """Told on standard error, exit code 1, before anything is fitted."""
+    monkeypatch.setattr(fit_model.Problem, "residuals", lambda *_: pytest.fail("fitted"))
+    assert main(["fit", str(write(tmp_path, HEADER.replace("tau", "tau [MPa]") + ROWS)), *options]) == 1
     assert message in capsys.readouterr().err
+
+
+def test_units_of_the_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Labels have the units of the header, as far as it tells them, else those of the option."""
+    monkeypatch.chdir(tmp_path)
+    study.main(["record.csv", "--noise", "0.01"])
+    text = Path("record.csv").read_text(encoding="utf-8")
+    options = ["--set", "kc=20", "--starts", "1", "--increments", "60"]
+    for header, units, expected in (
+        ({"mm": "in", "MPa": "ksi"}, [], "ksi in"),
+        ({"[mm]": "", "[MPa]": "", "[MPa/mm]": ""}, ["--units", "m,kPa"], "kPa m"),
+    ):
+        changed = text
+        for old, new in header.items():
+            changed = changed.replace(old, new)
+        write(tmp_path, changed)
+        assert main(["fit", "record.csv", *options, *units]) == 0
+        printed = capsys.readouterr().out
+        assert re.search(rf"^Gc .* {expected}$", printed, re.MULTILINE) and "MPa" not in printed
 
 
 def test_without_scipy(
