@@ -5,7 +5,7 @@ module asperity_initial
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_friction, v_offset, v_status, v_stored, v_work
-  use asperity_interface, only: interface_type, point_status
+  use asperity_interface, only: interface_type, point_status, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
@@ -25,8 +25,6 @@ module asperity_initial
   !> run away do not make it larger: `promised` of the traction and the strength (the contract says 1e-10), or `rounding`
   !> of the stiffest terms at the start.
   real(wp), parameter :: residual_tolerance = 1.0e-13_wp, promised = 5.0e-11_wp, rounding = 16.0_wp*epsilon(1.0_wp)
-  !> Largest traction that is tried: differences of two stay finite.
-  real(wp), parameter :: largest_traction = 0.25_wp*huge(1.0_wp)
   !> Condition of a tangent beyond which it counts as singular.
   real(wp), parameter :: worst_condition = 1.0e9_wp
   !> Damping of a motion relative to the stiffness: range, change after a step that went well and one that did not.
@@ -54,30 +52,35 @@ contains
   !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
   !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
   !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap").
-  pure subroutine carry_traction(interface, target, held, state, status, share)
+  pure subroutine carry_traction(interface, target, held, state, status, from, carried, endless)
     type(interface_type), intent(in) :: interface      !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of point_status
-    real(wp), intent(out), optional :: share           !! of the traction that was carried, 1: all
+    real(wp), intent(in), optional :: from(3)          !! what the host calls separation now, absent: zero, length
+    real(wp), intent(out), optional :: carried(3)      !! as much of the traction as was carried, stress
+    logical, intent(out), optional :: endless          !! whether beyond that the planes part or slide without end; else
+                                                       !! no rest was found in the steps allowed
     type(interface_type) :: rested
     real(wp), dimension(interface%n_statev) :: old, new
-    real(wp) :: rest(3), s(3), start(3), tangent(3, 3), goal(3), least, reached, next, step
+    real(wp) :: host(3), s(3), start(3), tangent(3, 3), goal(3), least, reached, next, step
     integer :: left
     logical :: good
 
-    if (present(share)) share = 0.0_wp
-    rest = 0.0_wp
-    status = point_status(interface, rest, rest, state)
+    host = 0.0_wp
+    if (present(from)) host = from
+    if (present(carried)) carried = 0.0_wp
+    if (present(endless)) endless = .false.
+    status = point_status(interface, host, host, state)
     if (status /= status_ok) return
-    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction))) status = status_initial
+    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(interface)))) status = status_initial
     if (status /= status_ok) return
     ! however long it took, it is over
     rested = interface
     rested%rie%material%tau_v = 0.0_wp
     old = state(:interface%n_statev)
-    s = old(v_offset:v_offset + 2)
+    s = host + old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(interface, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
     call update_point(rested%rie, s, s, old, new, start, tangent)
@@ -103,12 +106,13 @@ contains
         step = max(smallest_share, 0.5_wp*step)
       end if
     end do
-    if (present(share)) share = reached
+    if (present(carried)) carried = start + reached*(target - start)
+    if (present(endless)) endless = left > 0
     if (reached < 1.0_wp) then
       status = status_initial
       return
     end if
-    old(v_offset:v_offset + 2) = s
+    old(v_offset:v_offset + 2) = s - host
     old(v_status) = state(v_status)
     state(:interface%n_statev) = old
   end subroutine carry_traction
@@ -120,7 +124,7 @@ contains
     real(wp), intent(in) :: goal(3)                    !! traction that is held
     logical, intent(in) :: held(3)                     !! whether it is
     real(wp), intent(in) :: least                      !! residual that is small enough anyway, stress
-    integer, intent(inout) :: left                     !! steps that may be taken
+    integer, intent(inout) :: left                     !! steps that may be taken; 0 if there is no way on
     real(wp), intent(inout) :: s(3)                    !! separation, start -> rest
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> rest
     logical, intent(out) :: found                      !! whether there is a rest
@@ -138,6 +142,7 @@ contains
       call take_step(interface, goal, held, damping*elastic(interface), least, s, state, good)
       damping = max(least_damping, merge(less, more, good)*damping)
     end do
+    if (maxval(abs(s)) < far) left = 0
   end subroutine move_on
 
   !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no more
@@ -301,6 +306,13 @@ contains
     yes = first < least .or. third < least .or. first*second - third < least
   end function unstable
 
+  !> Largest traction that is tried: that of an elastic plane at the largest separation, stress.
+  pure function largest_traction(interface) result(largest)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: largest
+    largest = elastic(interface)*separation_bound(interface)
+  end function largest_traction
+
   !> Elastic stiffness of a plane, stress/length.
   pure function elastic(interface) result(stiffness)
     type(interface_type), intent(in) :: interface   !! the interface
@@ -368,37 +380,36 @@ contains
   end subroutine solve_linear
 
   !> Say why a state cannot carry a traction, and how much of it it does; nothing is appended if it can.
-  pure subroutine explain_initial(interface, target, held, state, message)
+  pure subroutine explain_initial(interface, target, held, state, message, from)
     type(interface_type), intent(in) :: interface              !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                             !! whether the traction is to be carried
     real(wp), intent(in), contiguous :: state(:)               !! STATEV
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
+    real(wp), intent(in), optional :: from(3)                  !! as in carry_traction
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
-    real(wp), dimension(interface%n_statev) :: pressed, sheared
-    real(wp) :: share
-    logical :: wanted(3)
+    real(wp), dimension(interface%n_statev) :: pressed
+    real(wp) :: carried(3), most
     integer :: dead, i, status
+    logical :: endless
 
-    wanted = held
+    most = largest_traction(interface)
     do i = 1, 3
-      if (.not. held(i)) cycle
-      wanted(i) = bounded(target(i), huge(1.0_wp))
-      if (.not. wanted(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
-        ": expected a finite traction")
+      if (.not. held(i) .or. bounded(target(i), most)) cycle
+      call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
+        ": expected a finite traction of magnitude up to " // to_text(most))
     end do
-    if (any(wanted .neqv. held)) return
+    if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
     pressed = state(:interface%n_statev)
-    call carry_traction(interface, target, held, pressed, status, share)
+    call carry_traction(interface, target, held, pressed, status, from, carried, endless)
     if (status /= status_initial) return
 
-    dead = 0
-    do i = 1, interface%rie%pattern%n
-      if (state(plane_statev(i)) >= 1.0_wp) dead = dead + 1
-    end do
+    dead = count(state(n_point_statev + 1:interface%n_statev:n_plane_statev) >= 1.0_wp)
     allocate (character(len=0) :: reason)
-    if (dead < interface%rie%pattern%n) then
+    if (.not. endless) then
+      reason = "no equilibrium was found"
+    else if (dead < interface%rie%pattern%n) then
       reason = "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
         integer_text(interface%rie%pattern%n) // " are fully damaged"
     else if (target(1) > 0.0_wp) then
@@ -407,18 +418,16 @@ contains
       reason = "outside the friction of the pattern"
     end if
     ! the normal traction first, to tell which part of the traction it is
-    pressed = state(:interface%n_statev)
-    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, share)
+    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, from, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &
-        to_text(share*target(1)))
+        to_text(carried(1)))
       return
     end if
-    sheared = pressed
-    call carry_traction(interface, target, held, sheared, status, share)
+    call carry_traction(interface, target, held, pressed, status, from, carried)
     call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
-      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(share*target(2)) // ", " // &
-      to_text(share*target(3)))
+      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
+      to_text(carried(3)))
   end subroutine explain_initial
 
 end module asperity_initial
