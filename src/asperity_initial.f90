@@ -25,6 +25,8 @@ module asperity_initial
   !> run away do not make it larger: `promised` of the traction and the strength (the contract says 1e-10), or `rounding`
   !> of the stiffest terms at the start.
   real(wp), parameter :: residual_tolerance = 1.0e-13_wp, promised = 5.0e-11_wp, rounding = 16.0_wp*epsilon(1.0_wp)
+  !> Closure of planes that just touch, of s0.
+  real(wp), parameter :: touch = 1.0e-6_wp
   !> Condition of a tangent beyond which it counts as singular.
   real(wp), parameter :: worst_condition = 1.0e9_wp
   !> Damping of a motion relative to the stiffness: range, change after a step that went well and one that did not.
@@ -197,6 +199,12 @@ contains
     real(wp) :: s_new(3), tangent(3, 3)
     s_new = s
     call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
+    if (.not. good .and. abs(interface%rie%material%k_c - interface%rie%material%k_n) > 0.0_wp) then
+      ! where planes just touch, the tangent is that of the bond: from a little closure
+      s_new = s
+      if (held(1)) s_new(1) = s_new(1) - touch*interface%rie%material%s0
+      call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
+    end if
     if (good) good = .not. unstable(tangent, held, damping, elastic(interface))
     if (good) good = maxval(new(n_point_statev + 1::n_plane_statev) - state(n_point_statev + 1::n_plane_statev)) <= &
       most_growth
@@ -390,7 +398,7 @@ contains
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
     real(wp), dimension(interface%n_statev) :: pressed
-    real(wp) :: carried(3), most
+    real(wp) :: carried(3), in_proportion(3), most
     integer :: dead, i, status
     logical :: endless
 
@@ -402,7 +410,7 @@ contains
     end do
     if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
     pressed = state(:interface%n_statev)
-    call carry_traction(interface, target, held, pressed, status, from, carried, endless)
+    call carry_traction(interface, target, held, pressed, status, from, in_proportion, endless)
     if (status /= status_initial) return
 
     dead = count(state(n_point_statev + 1:interface%n_statev:n_plane_statev) >= 1.0_wp)
@@ -425,9 +433,24 @@ contains
       return
     end if
     call carry_traction(interface, target, held, pressed, status, from, carried)
+    if (status == status_ok) then
+      call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
+        ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))
+      return
+    end if
     call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
       reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
       to_text(carried(3)))
+
+  contains
+
+    !> Text of three numbers.
+    pure function triple(x) result(text)
+      real(wp), intent(in) :: x(3)   !! any bits
+      character(len=len(to_text(x(1))) + len(to_text(x(2))) + len(to_text(x(3))) + 4) :: text
+      text = to_text(x(1)) // ", " // to_text(x(2)) // ", " // to_text(x(3))
+    end function triple
+
   end subroutine explain_initial
 
 end module asperity_initial
