@@ -22,7 +22,7 @@ module asperity_initial
   !> Newton iterations per part, and halvings of a Newton step that does not bring the residual down.
   integer, parameter :: most_iterations = 25, most_halvings = 6
   !> Residual accepted, relative to the terms that are summed: some hundred units in their last place. Separations that
-  !> run away do not make it larger: `promised` of the traction and the strength (the contract says 1e-10), or `rounding`
+  !> run away do not make it larger: `promised` of traction and strength (the contract says 1e-10), or `rounding`
   !> of the stiffest terms at the start.
   real(wp), parameter :: residual_tolerance = 1.0e-13_wp, promised = 5.0e-11_wp, rounding = 16.0_wp*epsilon(1.0_wp)
   !> Closure of planes that just touch, of s0.
@@ -147,8 +147,8 @@ contains
     if (maxval(abs(s)) < far) left = 0
   end subroutine move_on
 
-  !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no more
-  !> than the planes need to be clear of each other.
+  !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no
+  !> more than the planes need to be clear of each other.
   pure function slipped_separation(interface, state, held) result(s)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in) :: state(:)                !! STATEV
