@@ -206,8 +206,9 @@ contains
       call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
     end if
     if (good) good = .not. unstable(tangent, held, damping, elastic(interface))
-    if (good) good = maxval(new(n_point_statev + 1::n_plane_statev) - state(n_point_statev + 1::n_plane_statev)) <= &
-      most_growth
+    ! what the guard has held back comes at once
+    if (good) good = interface%rie%material%least_y >= 0.0_wp .or. &
+      maxval(new(n_point_statev + 1::n_plane_statev) - state(n_point_statev + 1::n_plane_statev)) <= most_growth
     if (.not. good) return
     s = s_new
     state = new
