@@ -150,7 +150,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, sta
 end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
-subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
+subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
@@ -161,6 +161,7 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
   integer, intent(in) :: nstatv                          !! state variables of a point
   integer, intent(in) :: n                               !! points
   double precision, intent(in) :: traction(3, n)         !! traction (N, Tx, Ty), stress
+  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, planes as they are -> with the offset
   integer, intent(out) :: status                         !! 0 or that of the first point rejected
   character(len=32768), intent(out) :: message           !! its bad values; points count from 0
@@ -171,7 +172,7 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
   character(len=:), allocatable :: reasons
   integer :: i
   message = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, interface, status, guarded /= 0)
   do i = 1, n
     if (status == status_ok) call carry_traction(interface, traction(:, i), all_held, state(:, i), status)
     if (status == status_ok) cycle

@@ -4,22 +4,36 @@
 module asperity_initial
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
-    v_offset, v_status
-  use asperity_interface, only: interface_type, point_status
+    v_friction, v_offset, v_status, v_stored, v_work
+  use asperity_interface, only: interface_type, point_status, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
+  use asperity_pattern, only: plane_normal
   implicit none
   private
   public :: first_traction, carry_traction, explain_initial
 
   !> Parts the traction is applied in, proportionally: the slips of inclined planes follow a curved path.
   integer, parameter :: parts = 32
-  !> Smallest share of the traction that is tried: what a state can carry is told to this share.
+  !> Smallest share of the traction that is tried: the place of a fold is known as well as that.
   real(wp), parameter :: smallest_share = 2.0_wp**(-17)
+  !> Largest growth of the damage of a plane in a part or a step of a motion: what grows more may be on another branch.
+  real(wp), parameter :: most_growth = 0.05_wp
   !> Newton iterations per part, and halvings of a Newton step that does not bring the residual down.
   integer, parameter :: most_iterations = 25, most_halvings = 6
-  !> Residual accepted, relative to the terms that are summed: some hundred units in their last place.
-  real(wp), parameter :: residual_tolerance = 1.0e-13_wp
+  !> Residual accepted, relative to the terms that are summed: some hundred units in their last place. Separations that
+  !> run away do not make it larger: `promised` of traction and strength (the contract says 1e-10), or `rounding`
+  !> of the stiffest terms at the start.
+  real(wp), parameter :: residual_tolerance = 1.0e-13_wp, promised = 5.0e-11_wp, rounding = 16.0_wp*epsilon(1.0_wp)
+  !> Closure of planes that just touch, of s0.
+  real(wp), parameter :: touch = 1.0e-6_wp
+  !> Condition of a tangent beyond which it counts as singular.
+  real(wp), parameter :: worst_condition = 1.0e9_wp
+  !> Damping of a motion relative to the stiffness: range, change after a step that went well and one that did not.
+  real(wp), parameter :: least_damping = 1.0e-13_wp, most_damping = 1.0e13_wp, less = 0.5_wp, more = 4.0_wp
+  !> Steps of a motion, at most; how far it may go, of s_f and what the traction moves an elastic contact by.
+  integer, parameter :: most_steps = 2000
+  real(wp), parameter :: farthest = 1000.0_wp
 
 contains
 
@@ -38,68 +52,109 @@ contains
   !> Give a state the offset at which it carries a traction; nothing is changed where it cannot.
   !>
   !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
-  !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path.
-  pure subroutine carry_traction(interface, target, held, state, status, share)
+  !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
+  !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap").
+  pure subroutine carry_traction(interface, target, held, state, status, from, carried, endless)
     type(interface_type), intent(in) :: interface      !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of point_status
-    real(wp), intent(out), optional :: share           !! of the traction that was carried, 1: all
+    real(wp), intent(in), optional :: from(3)          !! what the host calls separation now, absent: zero, length
+    real(wp), intent(out), optional :: carried(3)      !! as much of the traction as was carried, stress
+    logical, intent(out), optional :: endless          !! whether beyond that the planes part or slide without end; else
+                                                       !! no rest was found in the steps allowed
     type(interface_type) :: rested
     real(wp), dimension(interface%n_statev) :: old, new
-    real(wp) :: rest(3), s(3), s_new(3), start(3), traction(3), tangent(3, 3), goal(3), reached, next, step
-    logical :: converged
+    real(wp) :: host(3), s(3), start(3), tangent(3, 3), goal(3), least, reached, next, step
+    integer :: left
+    logical :: good
 
-    if (present(share)) share = 0.0_wp
-    rest = 0.0_wp
-    status = point_status(interface, rest, rest, state)
+    host = 0.0_wp
+    if (present(from)) host = from
+    if (present(carried)) carried = 0.0_wp
+    if (present(endless)) endless = .false.
+    status = point_status(interface, host, host, state)
     if (status /= status_ok) return
-    if (.not. all(bounded(target, huge(1.0_wp)))) status = status_initial
+    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(interface)))) status = status_initial
     if (status /= status_ok) return
     ! however long it took, it is over
     rested = interface
     rested%rie%material%tau_v = 0.0_wp
     old = state(:interface%n_statev)
-    s = old(v_offset:v_offset + 2)
+    s = host + old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(interface, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
     call update_point(rested%rie, s, s, old, new, start, tangent)
     old = new
+    ! what is stored and spent at the start, and was not told, counts as work
+    old(v_work) = old(v_work) + sum(old(v_stored:v_friction) - state(v_stored:v_friction))
+    least = rounding*stiffest(rested)*largest_length(rested, s, old)
     reached = 0.0_wp
     step = 1.0_wp/real(parts, wp)
-    do while (reached < 1.0_wp .and. step >= smallest_share)
+    left = most_steps
+    do while (reached < 1.0_wp .and. left > 0)
       next = min(1.0_wp, reached + step)
       goal = target
       if (next < 1.0_wp) goal = start + next*(target - start)
-      s_new = s
-      call solve(rested, goal, held, s, old, s_new, new, traction, tangent, converged)
-      if (converged) then
-        s = s_new
-        old = new
+      left = left - 1
+      call take_step(rested, goal, held, 0.0_wp, least, s, old, good)
+      if (.not. good .and. step <= smallest_share) call move_on(rested, goal, held, least, left, s, old, good)
+      if (good) then
         reached = next
         step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
       else
-        step = 0.5_wp*step
+        if (step <= smallest_share) exit
+        step = max(smallest_share, 0.5_wp*step)
       end if
     end do
-    if (present(share)) share = reached
+    if (present(carried)) carried = start + reached*(target - start)
+    if (present(endless)) endless = left > 0
     if (reached < 1.0_wp) then
       status = status_initial
       return
     end if
-    old(v_offset:v_offset + 2) = s
+    old(v_offset:v_offset + 2) = s - host
     old(v_status) = state(v_status)
     state(:interface%n_statev) = old
   end subroutine carry_traction
 
-  !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights).
+  !> No neighbouring separation carries the traction: the overdamped motion under it to the first rest, by implicit
+  !> Euler steps.
+  pure subroutine move_on(interface, goal, held, least, left, s, state, found)
+    type(interface_type), intent(in) :: interface      !! the interface
+    real(wp), intent(in) :: goal(3)                    !! traction that is held
+    logical, intent(in) :: held(3)                     !! whether it is
+    real(wp), intent(in) :: least                      !! residual that is small enough anyway, stress
+    integer, intent(inout) :: left                     !! steps that may be taken; 0 if there is no way on
+    real(wp), intent(inout) :: s(3)                    !! separation, start -> rest
+    real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> rest
+    logical, intent(out) :: found                      !! whether there is a rest
+    real(wp) :: damping, far
+    logical :: good
+    found = .false.
+    associate (m => interface%rie%material)
+      far = maxval(abs(s)) + farthest*(m%s0/(1.0_wp - m%eta) + maxval(abs(goal), mask=held)/min(m%k_n, m%k_t, m%k_c))
+    end associate
+    damping = 1.0_wp
+    do while (left > 0 .and. maxval(abs(s)) < far .and. damping < most_damping)
+      left = left - 1
+      call take_step(interface, goal, held, 0.0_wp, least, s, state, found)
+      if (found) return
+      call take_step(interface, goal, held, damping*elastic(interface), least, s, state, good)
+      damping = max(least_damping, merge(less, more, good)*damping)
+    end do
+    if (maxval(abs(s)) < far) left = 0
+  end subroutine move_on
+
+  !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no
+  !> more than the planes need to be clear of each other.
   pure function slipped_separation(interface, state, held) result(s)
     type(interface_type), intent(in) :: interface   !! the interface
     real(wp), intent(in) :: state(:)                !! STATEV
     logical, intent(in) :: held(3)                  !! components that may move
     real(wp) :: s(3)
-    real(wp) :: a(3, 3), b(3), t(3), h(3)
+    real(wp) :: a(3, 3), b(3), n(3), t(3), h(3), opening
     integer :: i, j, k
     logical :: good
     s = 0.0_wp
@@ -120,25 +175,64 @@ contains
     ! a small stiffness against opening: planes that are all flat say nothing of it
     a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
     call solve_linear(a, b, held, good)
-    if (good) s = b
+    if (.not. good) return
+    opening = 0.0_wp
+    do k = 1, interface%rie%pattern%n
+      n = plane_normal(interface%rie%pattern, k)
+      opening = max(opening, -dot_product(n(2:), b(2:))/n(1))
+    end do
+    s = [min(max(b(1), 0.0_wp), opening), b(2:)]
   end function slipped_separation
 
-  !> Newton's method with the consistent tangent for one part; steps that do not bring the residual down are halved.
-  pure subroutine solve(interface, goal, held, s_old, old, s, new, traction, tangent, converged)
+  !> Separation at which the traction, and the resistance to the motion there, are the traction held; nothing is changed
+  !> if none is found that is stable and near.
+  pure subroutine take_step(interface, goal, held, damping, least, s, state, good)
     type(interface_type), intent(in) :: interface           !! the interface
-    real(wp), intent(in) :: goal(3)                         !! traction to be carried
+    real(wp), intent(in) :: goal(3)                         !! traction that is held
     logical, intent(in) :: held(3)                          !! whether it is
+    real(wp), intent(in) :: damping                         !! resistance to the motion, stress/length
+    real(wp), intent(in) :: least                           !! residual that is small enough anyway, stress
+    real(wp), intent(inout) :: s(3)                         !! separation, start -> end
+    real(wp), intent(inout), contiguous :: state(:)         !! STATEV, start -> end
+    logical, intent(out) :: good                            !! whether there is one
+    real(wp), dimension(interface%n_statev) :: new
+    real(wp) :: s_new(3), tangent(3, 3)
+    s_new = s
+    call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
+    if (.not. good .and. abs(interface%rie%material%k_c - interface%rie%material%k_n) > 0.0_wp) then
+      ! where planes just touch, the tangent is that of the bond: from a little closure
+      s_new = s
+      if (held(1)) s_new(1) = s_new(1) - touch*interface%rie%material%s0
+      call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
+    end if
+    if (good) good = .not. unstable(tangent, held, damping, elastic(interface))
+    ! what the guard has held back comes at once
+    if (good) good = interface%rie%material%least_y >= 0.0_wp .or. &
+      maxval(new(n_point_statev + 1::n_plane_statev) - state(n_point_statev + 1::n_plane_statev)) <= most_growth
+    if (.not. good) return
+    s = s_new
+    state = new
+  end subroutine take_step
+
+  !> Newton's method with the consistent tangent; steps that do not bring the residual down are halved.
+  pure subroutine solve(interface, goal, held, damping, least, s_old, old, s, new, tangent, converged)
+    type(interface_type), intent(in) :: interface           !! the interface
+    real(wp), intent(in) :: goal(3)                         !! traction that is held
+    logical, intent(in) :: held(3)                          !! whether it is
+    real(wp), intent(in) :: damping                         !! resistance to the motion, stress/length
+    real(wp), intent(in) :: least                           !! residual that is small enough anyway, stress
     real(wp), intent(in) :: s_old(3)                        !! separation at the start
     real(wp), intent(in), contiguous :: old(:)              !! STATEV at the start
     real(wp), intent(inout) :: s(3)                         !! guess -> separation at the end
     real(wp), intent(inout), contiguous :: new(:)           !! STATEV at the end
-    real(wp), intent(inout) :: traction(3), tangent(3, 3)   !! at the end
+    real(wp), intent(out) :: tangent(3, 3)                  !! at the end
     logical, intent(out) :: converged                       !! whether the residual is small enough
-    real(wp) :: a(3, 3), b(3), s_trial(3), residual, last, scale
+    real(wp) :: b(3), s_trial(3), traction(3), residual, last, asked, summed
     integer :: halving, iteration
-    logical :: good
+    logical :: good, polished
 
     converged = .false.
+    asked = maxval(abs(goal), mask=held) + interface%rie%material%k_n*interface%rie%material%s0
     last = huge(last)
     s_trial = s
     do iteration = 1, most_iterations
@@ -147,25 +241,100 @@ contains
         residual = huge(residual)
         if (good) then
           call update_point(interface%rie, s_old, s_trial, old, new, traction, tangent)
-          b = merge(goal - traction, 0.0_wp, held)
+          b = merge(goal - traction - damping*(s_trial - s_old), 0.0_wp, held)
           residual = maxval(abs(b))
         end if
-        if (residual < last .or. halving == most_halvings) exit
+        ! the first step is free: its tangent may be that of the other side of a switch
+        if (residual < last .or. (good .and. (iteration == 2 .or. converged)) .or. halving == most_halvings) exit
         s_trial = s + 0.5_wp*(s_trial - s)
       end do
       if (.not. good) return
       s = s_trial
       last = residual
-      scale = max(interface%rie%material%k_n, interface%rie%material%k_t, interface%rie%material%k_c) &
-              *largest_length(interface, s, new) + maxval(abs(goal))
-      converged = residual <= residual_tolerance*scale
-      if (converged) return
-      a = tangent
-      call solve_linear(a, b, held, good)
+      summed = asked + stiffest(interface)*largest_length(interface, s, new)
+      polished = converged
+      converged = residual <= max(least, min(residual_tolerance*summed, promised*asked))
+      ! a step more costs little: to rounding
+      if (converged .and. (polished .or. (iteration > 1 .and. residual <= rounding*asked))) return
+      call newton_step(tangent, b, held, damping, elastic(interface), good)
       if (.not. good) return
       s_trial = s + b
     end do
   end subroutine solve
+
+  !> Newton's step; where there is no stiffness in a direction, as along a frictionless plane, there is no step in it.
+  pure subroutine newton_step(tangent, b, held, damping, stiffness, good)
+    real(wp), intent(in) :: tangent(3, 3)   !! consistent tangent, stress/length
+    real(wp), intent(inout) :: b(3)         !! residual -> step
+    logical, intent(in) :: held(3)          !! components that may move
+    real(wp), intent(in) :: damping         !! resistance to the motion, stress/length
+    real(wp), intent(in) :: stiffness       !! of the elastic interface, stress/length
+    logical, intent(out) :: good            !! false: there is none
+    real(wp) :: r(3), a(3, 3), added, most
+    integer :: i, j
+    r = b
+    added = damping
+    most = worst_condition
+    do i = 1, 2
+      a = tangent
+      do j = 1, 3
+        a(j, j) = a(j, j) + added
+      end do
+      b = r
+      call solve_linear(a, b, held, good)
+      if (good) good = damping > 0.0_wp .or. maxval(abs(b))*stiffness <= most*maxval(abs(r))
+      if (good) return
+      added = damping + stiffness/worst_condition
+      most = sqrt(worst_condition)
+    end do
+  end subroutine newton_step
+
+  !> Whether an overdamped motion leaves an equilibrium with this tangent (Routh and Hurwitz). Zero is not negative.
+  pure function unstable(tangent, held, damping, stiffness) result(yes)
+    real(wp), intent(in) :: tangent(3, 3)   !! consistent tangent, stress/length
+    logical, intent(in) :: held(3)          !! components that may move
+    real(wp), intent(in) :: damping         !! resistance to the motion, stress/length
+    real(wp), intent(in) :: stiffness       !! of the elastic interface, stress/length
+    logical :: yes
+    !> Rounding of a sum over the planes and of products of three.
+    real(wp), parameter :: least = -1.0e-12_wp
+    real(wp) :: b(3, 3), first, second, third
+    integer :: i
+    b = tangent/stiffness
+    do i = 1, 3
+      b(i, i) = b(i, i) + damping/stiffness
+      if (held(i)) cycle
+      b(i, :) = 0.0_wp
+      b(:, i) = 0.0_wp
+      b(i, i) = 1.0_wp
+    end do
+    first = b(1, 1) + b(2, 2) + b(3, 3)
+    second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)
+    third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
+      b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
+    yes = first < least .or. third < least .or. first*second - third < least
+  end function unstable
+
+  !> Largest traction that is tried: that of an elastic plane at the largest separation, stress.
+  pure function largest_traction(interface) result(largest)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: largest
+    largest = elastic(interface)*separation_bound(interface)
+  end function largest_traction
+
+  !> Elastic stiffness of a plane, stress/length.
+  pure function elastic(interface) result(stiffness)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: stiffness
+    stiffness = max(interface%rie%material%k_n, interface%rie%material%k_t)
+  end function elastic
+
+  !> The same or that of a closed plane, stress/length.
+  pure function stiffest(interface) result(stiffness)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: stiffness
+    stiffness = max(elastic(interface), interface%rie%material%k_c)
+  end function stiffest
 
   !> Largest separation or slip, length: what the rounding errors of the traction go with.
   pure function largest_length(interface, s, state) result(length)
@@ -220,37 +389,36 @@ contains
   end subroutine solve_linear
 
   !> Say why a state cannot carry a traction, and how much of it it does; nothing is appended if it can.
-  pure subroutine explain_initial(interface, target, held, state, message)
+  pure subroutine explain_initial(interface, target, held, state, message, from)
     type(interface_type), intent(in) :: interface              !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                             !! whether the traction is to be carried
     real(wp), intent(in), contiguous :: state(:)               !! STATEV
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
+    real(wp), intent(in), optional :: from(3)                  !! as in carry_traction
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
-    real(wp), dimension(interface%n_statev) :: pressed, sheared
-    real(wp) :: share
-    logical :: wanted(3)
+    real(wp), dimension(interface%n_statev) :: pressed
+    real(wp) :: carried(3), in_proportion(3), most
     integer :: dead, i, status
+    logical :: endless
 
-    wanted = held
+    most = largest_traction(interface)
     do i = 1, 3
-      if (.not. held(i)) cycle
-      wanted(i) = bounded(target(i), huge(1.0_wp))
-      if (.not. wanted(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
-        ": expected a finite traction")
+      if (.not. held(i) .or. bounded(target(i), most)) cycle
+      call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
+        ": expected a finite traction of magnitude up to " // to_text(most))
     end do
-    if (any(wanted .neqv. held)) return
+    if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
     pressed = state(:interface%n_statev)
-    call carry_traction(interface, target, held, pressed, status, share)
+    call carry_traction(interface, target, held, pressed, status, from, in_proportion, endless)
     if (status /= status_initial) return
 
-    dead = 0
-    do i = 1, interface%rie%pattern%n
-      if (state(plane_statev(i)) >= 1.0_wp) dead = dead + 1
-    end do
+    dead = count(state(n_point_statev + 1:interface%n_statev:n_plane_statev) >= 1.0_wp)
     allocate (character(len=0) :: reason)
-    if (dead < interface%rie%pattern%n) then
+    if (.not. endless) then
+      reason = "no equilibrium was found"
+    else if (dead < interface%rie%pattern%n) then
       reason = "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
         integer_text(interface%rie%pattern%n) // " are fully damaged"
     else if (target(1) > 0.0_wp) then
@@ -259,18 +427,31 @@ contains
       reason = "outside the friction of the pattern"
     end if
     ! the normal traction first, to tell which part of the traction it is
-    pressed = state(:interface%n_statev)
-    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, share)
+    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, from, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &
-        to_text(share*target(1)))
+        to_text(carried(1)))
       return
     end if
-    sheared = pressed
-    call carry_traction(interface, target, held, sheared, status, share)
+    call carry_traction(interface, target, held, pressed, status, from, carried)
+    if (status == status_ok) then
+      call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
+        ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))
+      return
+    end if
     call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
-      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(share*target(2)) // ", " // &
-      to_text(share*target(3)))
+      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
+      to_text(carried(3)))
+
+  contains
+
+    !> Text of three numbers.
+    pure function triple(x) result(text)
+      real(wp), intent(in) :: x(3)   !! any bits
+      character(len=len(to_text(x(1))) + len(to_text(x(2))) + len(to_text(x(3))) + 4) :: text
+      text = to_text(x(1)) // ", " // to_text(x(2)) // ", " // to_text(x(3))
+    end function triple
+
   end subroutine explain_initial
 
 end module asperity_initial

@@ -48,26 +48,27 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status == status_ok) status = host_status(interface, position, stran, dstran, statev, dtime)
   if (status == status_ok) then
     traction = 0.0_wp
+    from = 0.0_wp
     do i = 1, 3
-      if (position(i) > 0) traction(i) = stress(position(i))
+      if (position(i) == 0) cycle
+      traction(i) = stress(position(i))
+      from(i) = interface%h*stran(position(i))
     end do
-    if (first_traction(traction, statev)) call carry_traction(interface, traction, position > 0, statev, status)
+    if (first_traction(traction, statev)) call carry_traction(interface, traction, position > 0, statev, status, from)
   end if
   if (status /= status_ok) then
     message = ""
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
-    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message)
+    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message, from)
     call report_umat(message)
     call reject(stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)
     return
   end if
 
-  from = 0.0_wp
   to = 0.0_wp
   do i = 1, 3
     if (position(i) == 0) cycle
-    from(i) = interface%h*stran(position(i))
     to(i) = interface%h*(stran(position(i)) + dstran(position(i)))
   end do
   n = interface%rie%pattern%n

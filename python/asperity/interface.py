@@ -167,7 +167,7 @@ class Interface:
         planes[:, :, 0] = alpha
         planes[:, :, 1:] = slips
         if len(tractions) > 0:
-            _raise(*_core.interface_initial(self._props, tractions.T, state.T))
+            _raise(*_core.interface_initial(self._props, tractions.T, int(self.guarded), state.T))
         return state[0] if given.ndim == 1 else state
 
     def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:

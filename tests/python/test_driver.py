@@ -917,6 +917,7 @@ def carried_by_reference(pattern, traction: np.ndarray, damage: np.ndarray, s: n
     state = reference.virgin(pattern)
     state[9:] = np.column_stack([damage, slips]).ravel()
     state = reference.update(law, pattern, s, state, s).state
+    state[4] += state[1:4].sum()  # what is stored and spent at the start counts as work
     first = reference.update(law, pattern, s, state, s).traction
     for part in np.linspace(0.0, 1.0, PARTS + 1)[1:]:
         goal = first + part * (traction - first)

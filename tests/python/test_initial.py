@@ -84,3 +84,18 @@ def test_bad_input(keywords, message):
     """Errors name the value and what was expected."""
     with pytest.raises(ValueError, match=message):
         interface(4).initial(**keywords)
+
+
+@pytest.mark.parametrize("sides", [2, 4, 6])
+def test_guarded(sides):
+    """With the guard the way to the traction breaks less, and what it has held back comes at once."""
+    pattern = asperity.Pattern.regular(sides, 30.0)
+    traction = [-20.0, 1.0, 0.5]
+    states = []
+    for guarded in (False, True):
+        law = asperity.Interface(TABLE_2, pattern, guarded=guarded)
+        state = law.initial(traction, damage=0.3, slip=[0.05, 0.0])
+        update = law.update(np.zeros((1, 3)), state[None])
+        np.testing.assert_allclose(update.traction, [traction], rtol=0, atol=TOLERANCE * 20.0)
+        states.append(state)
+    assert states[1][0] < states[0][0] - 0.05
