@@ -99,9 +99,9 @@ contains
     real(wp), intent(out) :: residual(:)             !! (n) traction + spring*separation - given, stress
     real(wp), intent(out) :: scale                   !! stress that `residual_tolerance` refers to, > 0
     logical, intent(out) :: good                     !! false: the law does not take the separation, nothing is known
-    !> Largest growth of the scale with free separations: 1e-7 of the strength is left.
+    !> Largest scale by free separations, of strength and given tractions: 1e-7 of these is the largest residual.
     real(wp), parameter :: coarsest = 1.0e6_wp
-    real(wp) :: given, rest(3)
+    real(wp) :: given, held(3)
     residual = 0.0_wp
     scale = 1.0_wp
     associate (n => balance%n)
@@ -115,11 +115,12 @@ contains
         residual(:n) = point%traction(free) + balance%control%spring(free)*x(:n) - balance%given(free)
         given = maxval([0.0_wp, abs(balance%given(free))])
         scale = traction_scale(interface, point%s, point%state) + given
-        ! separations that run away do not make their residuals small
-        rest = balance%old%s
-        where (.not. balance%control%traction) rest = balance%given
-        scale = max(tiny(scale), min(scale, coarsest*(traction_scale(interface, rest, balance%old%state) + &
-          interface%rie%material%k_n*interface%rie%material%s0 + given)))
+        ! separations that run away do not make their residuals small, neither in an increment nor over many
+        held = whole_separation(balance%given, balance%old%state)
+        where (balance%control%traction) held = 0.0_wp
+        associate (m => interface%rie%material)
+          scale = max(tiny(scale), min(scale, coarsest*(m%k_n*m%s0 + given) + stiffest(interface)*maxval(abs(held))))
+        end associate
       end associate
     end associate
   end subroutine evaluate
@@ -137,8 +138,17 @@ contains
       i = plane_statev(k)
       largest = max(largest, abs(state(i + 1)), abs(state(i + 2)))
     end do
-    scale = max(interface%rie%material%k_n, interface%rie%material%k_t, interface%rie%material%k_c)*largest
+    scale = stiffest(interface)*largest
   end function traction_scale
+
+  !> Largest stiffness of a plane, stress/length.
+  pure function stiffest(interface) result(stiffness)
+    type(interface_type), intent(in) :: interface   !! the interface
+    real(wp) :: stiffness
+    associate (m => interface%rie%material)
+      stiffness = max(m%k_n, m%k_t, m%k_c)
+    end associate
+  end function stiffest
 
   !> Derivative of the residual by the free separations, in the upper left n x n, stress/length.
   pure function free_matrix(balance, point) result(a)
