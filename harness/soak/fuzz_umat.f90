@@ -100,7 +100,7 @@ contains
     subroutine begin()
       if (ntens < 1) return
       stress(:ntens) = 0.0_wp
-      call chance(stream, 0.2_wp, good)
+      call chance(stream, 0.03_wp, good)
       if (.not. good) return
       call log_uniform(stream, -2.0_wp, 2.0_wp, scale_of_traction)
       do i = 1, ntens
