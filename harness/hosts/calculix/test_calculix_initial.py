@@ -79,7 +79,38 @@ def test_type_solution_by_file(ccx: Path, tmp_path: Path) -> None:
     _, state = done.table("ROUGH internal")
     expected = np.array([states.get((1, k), np.zeros(ROUGH.nstatv)) for k in POINTS])
     expected[:, STATUS] = 1.0
-    assert np.all(np.abs(state[0, :, 2:] - expected) <= DIGITS * (1.0 + np.abs(expected)))
+    assert np.all(np.abs(state[0, :, 2:] - expected) <= DIGITS * np.abs(expected))
+
+
+def test_states_of_no_point(ccx: Path, tmp_path: Path) -> None:
+    """A row beyond the last point of the model is not lost silently."""
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
+    state = ROUGH.initial([-0.1, 0.0, 0.0], damage=0.5)
+    calculix_run.write_states(tmp_path, {(1, 8): state, (2, 1): state})
+    with pytest.raises(ValueError, match=r"initial_state\.txt: rows are left over"):
+        calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+
+
+def test_empty_rows_are_passed_over(ccx: Path, tmp_path: Path) -> None:
+    """An empty line between rows or at the end is none."""
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
+    state = ROUGH.initial([-0.1, 0.0, 0.0], damage=0.5)
+    calculix_run.write_states(tmp_path, {(1, 2): state, (1, 7): state})
+    file = tmp_path / calculix_run.STATES
+    file.write_text("\n" + file.read_text().replace("\n", "\n\n"))
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+    assert done.code == 0, done.errors
+    _, internal = done.table("ROUGH internal")
+    damage = internal[0, :, 2:][:, DAMAGE]
+    assert np.all(damage == np.where(np.isin(POINTS, (2, 7)), 0.5, 0.0)[:, None])
+
+
+def test_no_file_of_states(ccx: Path, tmp_path: Path) -> None:
+    """TYPE=SOLUTION, USER without the file ends the run and says what is expected."""
+    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
+    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+    assert done.code == calculix_run.DIVERGED
+    assert "sdvini: initial_state.txt: expected a file with rows of element, point" in done.errors
 
 
 @pytest.mark.parametrize(
@@ -91,7 +122,7 @@ def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str, reason: str) 
     """A row that is short, long, of no point of the model or no numbers ends the run and is shown."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
     text += "*ELEMENT, TYPE=C3D8, ELSET=ROUGH\n2, 1, 2, 3, 4, 5, 6, 7, 8\n" if "9" in row else ""
-    (tmp_path / "initial_state.txt").write_text(row + "\n")
+    (tmp_path / calculix_run.STATES).write_text(row + "\n")
     done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
     assert done.code == calculix_run.DIVERGED
     assert f"initial_state.txt: {row}: " in done.errors and reason in done.errors
