@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import subprocess
@@ -55,6 +56,14 @@ class Run:
         return np.array(times), np.array(rows)
 
 
+def program_file(text: str) -> Path:
+    """Path of a program, for argparse."""
+    path = Path(text).resolve()
+    if not path.is_file():
+        raise argparse.ArgumentTypeError(f"{path}: expected a ccx linked with libasperity, by link.sh")
+    return path
+
+
 def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     """Write an input and run it; the equation solver has one thread, so that its sums keep their order.
 
@@ -72,7 +81,10 @@ def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     )
     asked = re.search(r"^\*INITIAL CONDITIONS, *TYPE=SOLUTION, *USER", text, re.MULTILINE | re.IGNORECASE)
     if asked and done.returncode == 0 and f"{STATES}: every row has found its point" not in done.stdout:
-        raise ValueError(f"{folder / STATES}: rows are left over: expected points of elements of the model")
+        raise ValueError(
+            f"{folder / STATES}: rows are left over: expected points of elements of the model, "
+            f"and a program of link.sh, here {program}"
+        )
     data, status = folder / "job.dat", folder / "job.sta"
     rows = [line.split() for line in status.read_text().splitlines()] if status.is_file() else []
     attempts = [row for row in rows if row and row[0].isdigit()]

@@ -22,7 +22,8 @@ import structure_picture
 
 LENGTH, HEIGHT = 210.0, 52.0
 YOUNG, POISSON = 6000.0, 0.15
-JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=10.0))
+THETA = 10.0
+JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=THETA))
 PRESSURE = 0.5
 PRELOAD_STEPS = 4
 TOLERANCE = 1.0e-9
