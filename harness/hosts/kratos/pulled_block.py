@@ -138,10 +138,7 @@ def main() -> None:
     parser.add_argument("--elements", type=int, nargs="+", default=[20], help="along the base, a mesh each")
     parser.add_argument("-o", "--output", type=Path, default=Path("pulled_block.png"), metavar="FILE.png")
     options = parser.parse_args()
-    for name in ("slip", "steps", "elements"):
-        value = np.min(getattr(options, name))
-        if not value > 0:
-            parser.error(f"--{name} {value:g}: expected more than 0")
+    pull_out.check(parser, options)
     lines = []
     for n in options.elements:
         both = compare(options.library, options.slip, options.steps, n, options.back)

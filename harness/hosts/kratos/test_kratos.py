@@ -261,6 +261,7 @@ def test_two_threads() -> None:
     _, expected, _ = blocks.run(ADAPTER, 2)
     utilities.SetNumThreads(2)
     try:
+        assert utilities.GetNumThreads() == 2
         _, separation, traction = blocks.run(ADAPTER, 2)
     finally:
         utilities.SetNumThreads(1)

@@ -138,6 +138,14 @@ def draw(curve: Curve, path: Path) -> None:
     plt.close(figure)
 
 
+def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """End with a message where slip, steps or elements are not more than 0."""
+    for name in ("slip", "steps", "elements"):
+        value = np.min(getattr(options, name))
+        if not value > 0:
+            parser.error(f"--{name} {value:g}: expected more than 0")
+
+
 def main() -> None:
     """Run with the whole tangent and with its symmetric part, print and draw."""
     parser = argparse.ArgumentParser(
@@ -150,6 +158,7 @@ def main() -> None:
         "-o", "--output", type=Path, default=Path("pull_out.png"), help="default: %(default)s"
     )
     options = parser.parse_args()
+    check(parser, options)
     curve = run(options.slip, options.steps, options.elements)
     print("slip [mm]  force [N/mm]  material point [N/mm]  rise [mm]")
     every = max(1, len(curve.slip) // 12)
