@@ -202,3 +202,17 @@ def test_analyses_of_one_step() -> None:
         s, _ = one_element(STATE_VARIABLES=INTERFACE.initial(traction, damage).tolist())
         s.step(0.0)
         assert s.points()[1][0] == pytest.approx(traction, abs=EXACT * INTERFACE.material.sigma0)
+
+
+def test_next_stage_keeps_the_history() -> None:
+    """Elements that start once more, as a next stage of an analysis does, go on where the numbers go on."""
+    s, upper = one_element()
+    path = np.array([[0.05, 0.0, 0.0], [0.1, 0.0, 0.0], [0.02, 0.0, 0.0], [0.03, 0.0, 0.0]])
+    expected = INTERFACE.replay(path).traction
+    assert np.abs(INTERFACE.update(path[2:]).traction - expected[2:]).max() > INTERFACE.material.sigma0 / 3.0
+    for k, (row, traction) in enumerate(zip(path, expected, strict=True)):
+        if k == 2:
+            s.interfaces[0].Initialize(s.part.ProcessInfo)
+        s.move(upper, 2, row[0])
+        s.step(0.0)
+        assert s.points()[1][0] == pytest.approx(traction, abs=EXACT * INTERFACE.material.sigma0)
