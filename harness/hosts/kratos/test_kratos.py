@@ -5,6 +5,7 @@ ASPERITY_KRATOS names libasperity_kratos.so, the commit adapter; ASPERITY_LIBRAR
 
 from __future__ import annotations
 
+import argparse
 import ctypes
 import os
 import subprocess
@@ -20,6 +21,7 @@ from asperity.results import read_rows
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import blocks
+import kratos_model
 import KratosMultiphysics
 import triplet
 from kratos_model import Floats, Structure
@@ -191,6 +193,19 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
     # the residual, 1e-10 N root mean square over four free components
     assert s.reaction(top) == pytest.approx([0.0, 0.0], abs=1e-9)
     assert s.points()[0] == pytest.approx(np.array([[1.0, 0.0, 0.0]] * 2), abs=1e-9)
+
+
+def test_wrong_library(tmp_path: Path) -> None:
+    """A library that is not there, is none, or is not the adapter is named before anything runs."""
+    with pytest.raises(FileNotFoundError, match=r"none\.so: expected libasperity_kratos\.so"):
+        Structure(2).umat(tmp_path / "none.so", Interface(MATERIAL, Pattern.regular(2, 30.0)))
+    text = tmp_path / "text.so"
+    text.write_text("no library")
+    assert kratos_model.adapter(str(ADAPTER)) == ADAPTER
+    wrong = {tmp_path / "none.so": "cannot open", text: "too short|invalid", LIBRARY: "forgets every step"}
+    for path, reason in wrong.items():
+        with pytest.raises(argparse.ArgumentTypeError, match=reason):
+            kratos_model.adapter(str(path))
 
 
 def test_analyses_in_one_process() -> None:
