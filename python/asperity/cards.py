@@ -147,11 +147,15 @@ def _kratos(block: Block) -> str:
         },
     }
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
+    history = (
+        "UDSM_NAME: expected the commit adapter libasperity_kratos.so (-DASPERITY_HOSTS=ON) in place of this "
+        "library, which runs, but these elements commit no step: damage would heal on unloading"
+    )
     initial = (
         "zero STATE_VARIABLES are the virgin interface; the host passes no initial stress to a UMAT here: "
         "give a state of Interface.initial instead of the zeros"
     )
-    notes = {"elements": elements, "remarks": [*block.remarks, initial], "state_variables": names}
+    notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import subprocess
@@ -19,6 +20,9 @@ DIVERGED = 201
 
 DIGITS = 5.0e-7
 """Relative error of a number of seven digits, as the .dat file has."""
+
+STATES = "initial_state.txt"
+"""File of initial state variables, read by sdvini.f90."""
 
 N, TX, TY = 2, 4, 5
 """Positions of the components among 11, 22, 33, 12, 13, 23 (PROPS map 0)."""
@@ -52,9 +56,22 @@ class Run:
         return np.array(times), np.array(rows)
 
 
+def program_file(text: str) -> Path:
+    """Path of a program, for argparse."""
+    path = Path(text).resolve()
+    if not path.is_file():
+        raise argparse.ArgumentTypeError(f"{path}: expected a ccx linked with libasperity, by link.sh")
+    return path
+
+
 def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
-    """Write an input and run it; the equation solver has one thread, so that its sums keep their order."""
+    """Write an input and run it; the equation solver has one thread, so that its sums keep their order.
+
+    Raises ValueError where rows of `write_states` are left over, of points that CalculiX does not have.
+    """
     (folder / "job.inp").write_text(text)
+    for old in ("job.dat", "job.sta"):
+        (folder / old).unlink(missing_ok=True)
     environment = os.environ | {
         "OMP_NUM_THREADS": str(threads), "CCX_NPROC_RESULTS": str(threads),
         "CCX_NPROC_STIFFNESS": str(threads), "CCX_NPROC_EQUATION_SOLVER": "1",
@@ -62,6 +79,12 @@ def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     done = subprocess.run(
         [program, "job"], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
+    asked = re.search(r"^\*INITIAL CONDITIONS, *TYPE=SOLUTION, *USER", text, re.MULTILINE | re.IGNORECASE)
+    if asked and done.returncode == 0 and f"{STATES}: every row has found its point" not in done.stdout:
+        raise ValueError(
+            f"{folder / STATES}: rows are left over: expected points of elements of the model, "
+            f"and a program of link.sh, here {program}"
+        )
     data, status = folder / "job.dat", folder / "job.sta"
     rows = [line.split() for line in status.read_text().splitlines()] if status.is_file() else []
     attempts = [row for row in rows if row and row[0].isdigit()]
@@ -112,4 +135,4 @@ def elements(kind: str, name: str, first: int, corners: Sequence[Sequence[int]])
 def write_states(folder: Path, states: Mapping[tuple[int, int], Floats]) -> None:
     """Initial state variables by element and integration point, for TYPE=SOLUTION, USER (sdvini.f90)."""
     rows = (f"{e} {p} {' '.join(map(repr, state.tolist()))}\n" for (e, p), state in sorted(states.items()))
-    (folder / "initial_state.txt").write_text("".join(rows))
+    (folder / STATES).write_text("".join(rows))

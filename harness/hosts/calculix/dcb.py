@@ -159,12 +159,12 @@ def run(
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Mixed-mode beam in CalculiX, drawn.")
-    parser.add_argument("program", type=Path, help="ccx linked with libasperity")
+    parser.add_argument("program", type=calculix_run.program_file, help="ccx linked with libasperity")
     parser.add_argument("-o", "--output", type=Path, default=Path("calculix-dcb.png"), metavar="FILE.png")
     options = parser.parse_args()
     ratio, turn = 0.5, 0.06
     with tempfile.TemporaryDirectory() as folder:
-        result = run(options.program.resolve(), Path(folder), ROUGH, ratio, turn)
+        result = run(options.program, Path(folder), ROUGH, ratio, turn)
     # the law of one point, by the library, on the separations that CalculiX found
     state = ROUGH.replay(result.separation).state
     work = state[:, 4]

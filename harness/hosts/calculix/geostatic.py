@@ -2,17 +2,19 @@
 
 An endless slab of rock on a rough joint, inclined by SLOPE: one period of it, its two ends tied to each
 other, x down the slope and z its normal; the lower face of the joint is held.  All stresses follow from
-equilibrium.  m, MN, MPa, plane strain.
+equilibrium.  m, MN, MPa, plane strain.  Run as a script it prints a row for each state of the joint.
 """
 
 from __future__ import annotations
 
+import argparse
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import calculix_run
 import numpy as np
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, contract
 from calculix_run import TX, TY, Floats, N, Run
 from numpy.typing import ArrayLike
 
@@ -24,7 +26,8 @@ LATERAL = 0.5
 """Stress along x and y as a share of that along z (K0)."""
 
 THICKNESS = 1.0e-3
-JOINT = Interface(Material(sigma0=0.3, Gc=2.0e-4, eta=0.95, mu=0.6, kc=4.0), Pattern.regular(2, theta=15.0))
+THETA = 15.0
+JOINT = Interface(Material(sigma0=0.3, Gc=2.0e-4, eta=0.95, mu=0.6, kc=4.0), Pattern.regular(2, theta=THETA))
 """Three planes."""
 
 PULL = WEIGHT * np.array([np.sin(SLOPE), 0.0, -np.cos(SLOPE)])
@@ -32,6 +35,9 @@ PULL = WEIGHT * np.array([np.sin(SLOPE), 0.0, -np.cos(SLOPE)])
 
 TRACTION = HEIGHT * np.array([PULL[2], PULL[0], PULL[1]])
 """Of the joint under the weight of the slab, (N, Tx, Ty)."""
+
+SLIDE = 0.005
+"""m: the slab moves until its joint is dead."""
 
 COLUMNS, ROWS = 2, 4
 POINTS = 8
@@ -52,6 +58,19 @@ class Result:
     traction: Floats
     state: Floats
     run: Run
+
+
+def residual_strength() -> float:
+    """Shear over pressure, sliding up one facing plane."""
+    mu, tangent = JOINT.material.mu, np.tan(np.radians(THETA))
+    return float((mu + tangent) / (1.0 - mu * tangent))
+
+
+def crack() -> Floats:
+    """State variables of a joint that is cracked, and carries nothing yet."""
+    state = np.zeros(JOINT.nstatv)
+    state[contract.N_POINT_STATEV :: contract.N_PLANE_STATEV] = 1.0
+    return state
 
 
 def run(
@@ -147,3 +166,29 @@ def _components(traction: Floats) -> list[float]:
     """Stress 11, 22, 33, 12, 13, 23 of a traction (N, Tx, Ty) and the lateral stress."""
     normal, x, y = traction.tolist()
     return [LATERAL * normal, LATERAL * normal, normal, 0.0, x, y]
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="Slab on a slope in CalculiX, from its own stress.")
+    parser.add_argument("program", type=calculix_run.program_file, help="ccx linked with libasperity")
+    program = parser.parse_args().program
+    part = JOINT.initial(TRACTION, [1.0, 0.5, 0.0])
+    starts = {
+        "virgin, TYPE=STRESS": {},
+        "cracked, TYPE=STRESS and SOLUTION": {"state": crack()},
+        "cracked in part, TYPE=SOLUTION": {"state": part, "traction": 0.0},
+        "no initial stress": {"rock": False, "traction": 0.0},
+    }
+    print(f"residual strength, closed form {residual_strength():.6f}; strength is shear over pressure")
+    print("start                               moves by its weight [m]  largest strength  at the end")
+    for name, given in starts.items():
+        with tempfile.TemporaryDirectory() as folder:
+            result = run(program, Path(folder), SLIDE, **given)
+        strength = -(result.traction[:, :, 1] / result.traction[:, :, 0]).mean(axis=1)
+        moved = np.abs(result.displacement[0]).max()
+        print(f"{name:36}{moved:23.1e}{strength.max():18.3f}{strength[-1]:12.6f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -5,6 +5,8 @@
 set -eu
 [ $# = 3 ] || { echo "usage: link.sh FOLDER LIBRARY PROGRAM"; exit 2; }
 folder=$1 library=$2 program=$3
+[ -f "$folder/ready" ] || { echo "$folder: expected the folder that build.sh has made"; exit 2; }
+[ -f "$library" ] || { echo "$library: expected libasperity.so"; exit 2; }
 libraries=$(cd "$folder/deb/usr/lib/"*/ && pwd)
 gfortran -o "$program" "$folder/ccx.o" "$(dirname "$0")/sdvini.f90" -Wl,--no-as-needed "$library" -Wl,--as-needed "$folder/ccx.a" \
   "$libraries/libspooles.a" "$libraries/libarpack.so.2" -llapack -lblas -lpthread -lm -fopenmp \

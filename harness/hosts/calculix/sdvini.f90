@@ -1,10 +1,12 @@
 !> Initial state variables of CalculiX (*INITIAL CONDITIONS, TYPE=SOLUTION, USER), read from a file.
 !>
 !> initial_state.txt, in the folder of the run: a row for each integration point, in rising order, of element, point,
-!> all state variables. A point without a row is virgin. CalculiX asks point by point, in that order. Its own sdvini,
-!> which this one replaces, sets all state variables to 1.
+!> all state variables (as many as the largest *DEPVAR has). A point without a row is virgin. CalculiX asks once, point
+!> by point, in that order, one thread; so the file stays open and is read once. When the last row has found its point a
+!> line on standard output says so: where it is missing, rows are left of points that CalculiX does not have.
+!> Its own sdvini, which this one replaces, sets all state variables to 1.
 subroutine sdvini(statev, coords, nstatv, ncrds, noel, npt, layer, kspt)
-  use, intrinsic :: iso_fortran_env, only: error_unit, iostat_end, real64
+  use, intrinsic :: iso_fortran_env, only: error_unit, iostat_end, output_unit, real64
   implicit none
   integer, intent(in) :: nstatv                    !! state variables of the model
   integer, intent(in) :: ncrds                     !! components of coords
@@ -17,7 +19,7 @@ subroutine sdvini(statev, coords, nstatv, ncrds, noel, npt, layer, kspt)
   character(len=longest) :: row
   real(real64) :: beyond
   integer :: element, point, status, unit
-  logical :: opened
+  logical :: opened, ended
 
   statev = 0.0_real64
   inquire (file=name, opened=opened, number=unit)
@@ -25,24 +27,36 @@ subroutine sdvini(statev, coords, nstatv, ncrds, noel, npt, layer, kspt)
     open (newunit=unit, file=name, status="old", action="read", iostat=status)
     if (status /= 0) call fail("expected a file with rows of element, point, state variables")
   end if
-  read (unit, "(a)", iostat=status) row
-  if (status == iostat_end) then
-    backspace (unit)   ! the next point meets the end again
-    return
+  call next_row()
+  if (.not. ended) then
+    read (row, *, iostat=status) element, point
+    if (status /= 0) call fail(trim(row) // ": expected element and point, then the state variables")
+    if (element < noel .or. (element == noel .and. point < npt)) then
+      call fail(trim(row) // ": expected points of the model in rising order")
+    end if
+    if (element == noel .and. point == npt) then
+      read (row, *, iostat=status) element, point, statev
+      if (status /= 0) call fail(trim(row) // ": too few state variables")
+      read (row, *, iostat=status) element, point, statev, beyond
+      if (status == 0) call fail(trim(row) // ": too many state variables")
+      call next_row()
+      if (ended) write (output_unit, "(3a)") "sdvini: ", name, ": every row has found its point"
+    end if
   end if
-  read (row, *, iostat=status) element, point
-  if (status /= 0) call fail(trim(row) // ": expected element and point, then the state variables")
-  if (element > noel .or. (element == noel .and. point > npt)) then
-    backspace (unit)
-    return
-  end if
-  if (element /= noel .or. point /= npt) call fail(trim(row) // ": expected points of the model in rising order")
-  read (row, *, iostat=status) element, point, statev
-  if (status /= 0) call fail(trim(row) // ": too few state variables")
-  read (row, *, iostat=status) element, point, statev, beyond
-  if (status == 0) call fail(trim(row) // ": too many state variables")
+  backspace (unit)   ! the next point meets this row, or the end, again
 
 contains
+
+  !> The next row that is not empty, or the end.
+  subroutine next_row()
+    do
+      read (unit, "(a)", iostat=status) row
+      ended = status == iostat_end
+      if (ended) return
+      if (status /= 0) call fail("cannot be read: expected rows of element, point, state variables")
+      if (len_trim(row) > 0) return
+    end do
+  end subroutine next_row
 
   !> End the run, as CalculiX does for an error in its input.
   subroutine fail(message)

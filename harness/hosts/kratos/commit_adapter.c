@@ -25,7 +25,7 @@ typedef struct record {
   const double *key;     /* address of STRESS */
   size_t values;         /* in either state below */
   int step;              /* KSTEP of the trial state; NONE: no call yet */
-  double *committed;     /* STRESS, strain, STATEV at the start of the step */
+  double *committed;     /* STRESS, strain, STATEV at the start of the step; the memory of all three */
   double *trial;         /* the same after the last call */
   double *initial;       /* STRESS, strain, STATEV of the first call, as every call of the analysis has them */
 } record;
@@ -52,11 +52,17 @@ int asperity_kratos_symmetrise(int on) {
   return before;
 }
 
-/* Forget all points, for an analysis whose step numbers go on from another's; not while one runs. */
+/* Forget all points and free their memory: for an analysis whose step numbers go on from another's, and between many
+ * analyses in one process, whose points would pile up otherwise. Not while one runs. */
 void asperity_kratos_reset(void) {
   pthread_mutex_lock(&lock);
   for (int i = 0; i < BUCKETS; i++) {
-    for (record *r = table[i]; r != NULL; r = r->next) r->step = NONE;
+    for (record *r = table[i], *next; r != NULL; r = next) {
+      next = r->next;
+      free(r->committed); /* and what follows it */
+      free(r);
+    }
+    table[i] = NULL;
   }
   pthread_mutex_unlock(&lock);
 }

@@ -6,6 +6,8 @@ GeoMechanicsApplication 10.4.  Units are the user's; 2D is plane strain of thick
 
 from __future__ import annotations
 
+import argparse
+import ctypes
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -41,6 +43,20 @@ MOST_ITERATIONS = 30
 
 class Lost(RuntimeError):
     """Newton's iterations did not converge."""
+
+
+def adapter(text: str) -> Path:
+    """Path of the commit adapter, for argparse; an error where it cannot be loaded or is another library."""
+    path = Path(text).resolve()
+    try:
+        found = hasattr(ctypes.CDLL(str(path)), "asperity_kratos_reset")
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{error}: expected libasperity_kratos.so") from None
+    if not found:
+        raise argparse.ArgumentTypeError(
+            f"{text}: expected libasperity_kratos.so; without the commit adapter Kratos forgets every step"
+        )
+    return path
 
 
 class Structure:
@@ -90,6 +106,8 @@ class Structure:
 
         None leaves a variable out.
         """
+        if not library.is_file():
+            raise FileNotFoundError(f"{library}: expected libasperity_kratos.so, the commit adapter")
         card = json.loads(interface.card("kratos", dimension=self.dimension))
         material = card["properties"][0]["Material"]
         material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]

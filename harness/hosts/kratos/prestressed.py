@@ -1,21 +1,30 @@
 """Prestressed bed joint in Kratos: two bricks that carry pressure and shear from the start, then slide.
 
 All stresses are uniform, so every outer face has a known load.  2D plane strain, mm, N, MPa, thickness 1.
+Run as a script it prints a row for each state of the joint.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from kratos_model import Floats, Structure
-from triplet import HEIGHT, JOINT, LENGTH, POISSON, PRESSURE, TOLERANCE, YOUNG
+from asperity import contract
+from kratos_model import Floats, Structure, adapter
+from triplet import HEIGHT, JOINT, LENGTH, POISSON, PRESSURE, THETA, TOLERANCE, YOUNG
 
 SHEAR = 0.15
 TRACTION = np.array([-PRESSURE, SHEAR, 0.0])
 """Of the joint, (N, Tx, Ty)."""
+
+SLIPS = np.arange(1, 31) * 0.01
+"""mm: the joint is dead at the end."""
+
+PARTLY = np.array([1.0, 0.5, 0.0])
+"""Damage of the planes of a joint that is cracked in part."""
 
 COLUMNS, ROWS = 12, 3
 
@@ -85,3 +94,48 @@ def _shares(x: Floats) -> list[float]:
     shares = np.full(len(x), x[1] - x[0])
     shares[[0, -1]] *= 0.5
     return shares.tolist()
+
+
+def slipped() -> Floats:
+    """Slips (Np, 2) of the planes of a joint that was sheared by 0.5 mm, up on them."""
+    planes = JOINT.confined_slip(0.0, [0.5], -PRESSURE, tolerance=1e-3).state[-1, contract.N_POINT_STATEV :]
+    slips: Floats = planes.reshape(-1, contract.N_PLANE_STATEV)[:, 1:]
+    return slips
+
+
+def strength(result: Result) -> Floats:
+    """Shear over pressure, of the whole joint, for each step."""
+    normal, shear = result.traction[:, :, 0].mean(axis=1), result.traction[:, :, 1].mean(axis=1)
+    return np.abs(shear / normal)
+
+
+def residual_strength(direction: float) -> float:
+    """Shear over pressure, sliding up the facing plane (direction 1) or back down it (-1)."""
+    mu, slope = JOINT.material.mu, direction * np.tan(np.radians(THETA))
+    return float((mu + slope) / (1.0 - mu * slope))
+
+
+STARTS = (
+    ("virgin", JOINT.initial(TRACTION), 1.0),
+    ("cracked in part", JOINT.initial(TRACTION, PARTLY), 1.0),
+    ("cracked", JOINT.initial(TRACTION, 1.0), 1.0),
+    ("cracked and slipped, going back down", JOINT.initial(TRACTION, 1.0, slipped()), -1.0),
+)
+"""Name, state variables, direction of the slip."""
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="Prestressed bed joint in Kratos.")
+    parser.add_argument("library", type=adapter, help="libasperity_kratos.so, the commit adapter")
+    library = parser.parse_args().library
+    print(f"{'start':36}moves by its loads [mm]  largest strength  at the end  closed form")
+    for name, state, direction in (*STARTS, ("no initial stress", None, 1.0)):
+        result = run(library, state, direction * SLIPS, bricks_stressed=state is not None)
+        moved, found = np.abs(result.displacement[0]).max(), strength(result)
+        closed = residual_strength(direction)
+        print(f"{name:36}{moved:23.1e}{found.max():18.3f}{found[-1]:12.6f}{closed:13.6f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -5,6 +5,7 @@ ASPERITY_KRATOS names libasperity_kratos.so, the commit adapter; ASPERITY_LIBRAR
 
 from __future__ import annotations
 
+import argparse
 import ctypes
 import os
 import subprocess
@@ -20,6 +21,7 @@ from asperity.results import read_rows
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import blocks
+import kratos_model
 import KratosMultiphysics
 import triplet
 from kratos_model import Floats, Structure
@@ -193,6 +195,19 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
     assert s.points()[0] == pytest.approx(np.array([[1.0, 0.0, 0.0]] * 2), abs=1e-9)
 
 
+def test_wrong_library(tmp_path: Path) -> None:
+    """A library that is not there, is none, or is not the adapter is named before anything runs."""
+    with pytest.raises(FileNotFoundError, match=r"none\.so: expected libasperity_kratos\.so"):
+        Structure(2).umat(tmp_path / "none.so", Interface(MATERIAL, Pattern.regular(2, 30.0)))
+    text = tmp_path / "text.so"
+    text.write_text("no library")
+    assert kratos_model.adapter(str(ADAPTER)) == ADAPTER
+    wrong = {tmp_path / "none.so": "cannot open", text: "too short|invalid", LIBRARY: "forgets every step"}
+    for path, reason in wrong.items():
+        with pytest.raises(argparse.ArgumentTypeError, match=reason):
+            kratos_model.adapter(str(path))
+
+
 def test_analyses_in_one_process() -> None:
     """Analyses one after the other, on addresses that come again, do not know of each other."""
     path = np.array([[0.0, 0.05, 0.0], [0.1, 0.0, 0.0], [0.01, 0.01, 0.0]])
@@ -261,6 +276,7 @@ def test_two_threads() -> None:
     _, expected, _ = blocks.run(ADAPTER, 2)
     utilities.SetNumThreads(2)
     try:
+        assert utilities.GetNumThreads() == 2
         _, separation, traction = blocks.run(ADAPTER, 2)
     finally:
         utilities.SetNumThreads(1)

@@ -147,34 +147,15 @@ def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> Non
     assert s.points()[1] == pytest.approx(np.tile(expected, (4, 1)), abs=1e-12)
 
 
-SLIPS = np.arange(1, 31) * 0.01
-"""mm: the joint is dead at the end."""
-
-TAN = np.tan(np.radians(10.0))
-PARTLY = np.array([1.0, 0.5, 0.0])
-
 REST = 1.0e-9
 """Displacement of bricks at rest, as a share of what the loads do without initial stress; see EXACT."""
 
 
-def slipped() -> Floats:
-    """Slips (Np, 2) of the planes of a joint that was sheared by 0.5 mm, up on them."""
-    planes = JOINT.confined_slip(0.0, [0.5], -PRESSURE, tolerance=1e-3).state[-1, contract.N_POINT_STATEV :]
-    slips: Floats = planes.reshape(-1, contract.N_PLANE_STATEV)[:, 1:]
-    return slips
-
-
-@pytest.mark.parametrize(
-    ("name", "state", "direction", "slope"),
-    [("virgin", JOINT.initial(TRACTION), 1.0, TAN),
-     ("partly cracked", JOINT.initial(TRACTION, PARTLY), 1.0, TAN),
-     ("cracked", JOINT.initial(TRACTION, 1.0), 1.0, TAN),
-     ("cracked and slipped, going back down", JOINT.initial(TRACTION, 1.0, slipped()), -1.0, -TAN)],
-)  # fmt: skip
-def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction: float, slope: float) -> None:
+@pytest.mark.parametrize(("name", "state", "direction"), prestressed.STARTS)
+def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction: float) -> None:
     """Under the loads of its stress nothing moves; then the joint slides with its residual strength."""
     moved = np.abs(prestressed.run(ADAPTER, bricks_stressed=False).displacement).max()
-    result = prestressed.run(ADAPTER, state, direction * SLIPS)
+    result = prestressed.run(ADAPTER, state, direction * prestressed.SLIPS)
     largest = float(np.abs(result.displacement[0]).max())
     print(f"{name}: at rest displacements up to {largest:.1e} mm, first residual {result.norms[0][0]:.1e} N")
     print(f"  without initial stress {moved:.1e} mm")
@@ -191,16 +172,14 @@ def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction:
         points, old = update.state, s
         assert np.abs(found - update.traction).max() <= EXACT * JOINT.material.sigma0
 
-    mu = JOINT.material.mu
-    residual = (mu + slope) / (1.0 - mu * slope)
-    normal, shear = result.traction[:, :, 0].mean(axis=1), result.traction[:, :, 1].mean(axis=1)
-    strength = -direction * shear / normal
+    residual, strength = prestressed.residual_strength(direction), prestressed.strength(result)
     print(
         f"  largest strength {strength.max():.4f}, at the end {strength[-1]:.6f}, closed form {residual:.6f}"
     )
     # Newton's tolerance is 1e-11 of the forces
     assert strength[-1] == pytest.approx(residual, rel=1e-9)
-    assert normal[-1] == pytest.approx(-PRESSURE, rel=1e-9)
+    assert np.sign(result.traction[-1, :, 1]) == pytest.approx(direction)
+    assert result.traction[-1, :, 0].mean() == pytest.approx(-PRESSURE, rel=1e-9)
     if np.all(state[contract.N_POINT_STATEV :: contract.N_PLANE_STATEV] == 1.0):
         assert strength.max() <= residual * (1.0 + 1e-9)
     else:
@@ -221,5 +200,19 @@ def test_analyses_of_one_step() -> None:
     for damage in (0.0, 1.0, 0.5):
         traction = (1.0 + damage) * INITIAL
         s, _ = one_element(STATE_VARIABLES=INTERFACE.initial(traction, damage).tolist())
+        s.step(0.0)
+        assert s.points()[1][0] == pytest.approx(traction, abs=EXACT * INTERFACE.material.sigma0)
+
+
+def test_next_stage_keeps_the_history() -> None:
+    """Elements that start once more, as a next stage of an analysis does, go on where the numbers go on."""
+    s, upper = one_element()
+    path = np.array([[0.05, 0.0, 0.0], [0.1, 0.0, 0.0], [0.02, 0.0, 0.0], [0.03, 0.0, 0.0]])
+    expected = INTERFACE.replay(path).traction
+    assert np.abs(INTERFACE.update(path[2:]).traction - expected[2:]).max() > INTERFACE.material.sigma0 / 3.0
+    for k, (row, traction) in enumerate(zip(path, expected, strict=True)):
+        if k == 2:
+            s.interfaces[0].Initialize(s.part.ProcessInfo)
+        s.move(upper, 2, row[0])
         s.step(0.0)
         assert s.points()[1][0] == pytest.approx(traction, abs=EXACT * INTERFACE.material.sigma0)

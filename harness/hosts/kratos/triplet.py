@@ -15,14 +15,15 @@ from pathlib import Path
 import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.card_command import read_interface
-from kratos_model import Floats, Structure
+from kratos_model import Floats, Structure, adapter
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import structure_picture
 
 LENGTH, HEIGHT = 210.0, 52.0
 YOUNG, POISSON = 6000.0, 0.15
-JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=10.0))
+THETA = 10.0
+JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=THETA))
 PRESSURE = 0.5
 PRELOAD_STEPS = 4
 TOLERANCE = 1.0e-9
@@ -102,7 +103,7 @@ def prediction(slips: Floats, law: Interface = JOINT) -> tuple[Floats, Floats]:
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Masonry triplet in Kratos, drawn.")
-    parser.add_argument("library", type=Path, help="libasperity_kratos.so, the commit adapter")
+    parser.add_argument("library", type=adapter, help="libasperity_kratos.so, the commit adapter")
     parser.add_argument("-o", "--output", type=Path, default=Path("kratos-triplet.png"), metavar="FILE.png")
     parser.add_argument("--case", type=Path, metavar="CASE.nml", help="interface of the joints")
     parser.add_argument("--value", help="of the sweep of the case")
@@ -110,7 +111,7 @@ def main() -> None:
     parser.add_argument("--csv", type=Path, help="write slip, force and rise there")
     options = parser.parse_args()
     law = JOINT if options.case is None else read_interface(options.case, options.value)[0]
-    result = run(options.library.resolve(), options.turns, 0.01, law=law)
+    result = run(options.library, options.turns, 0.01, law=law)
     after = slice(PRELOAD_STEPS, None)
     slip, force, rise = result.slip[after], result.force[after], result.rise[after]
     rise = rise - result.rise[PRELOAD_STEPS - 1]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -61,11 +62,14 @@ def axes(n: int) -> tuple[Floats, Floats]:
     return np.linspace(0, LENGTH, n + 1), np.linspace(0, HEIGHT, max(2, n // 4) + 1)
 
 
-def run(slip: float, steps: int, n: int, symmetric: bool = False, nodal: bool = False) -> Curve:
+def run(
+    slip: float, steps: int, n: int, symmetric: bool = False, nodal: bool = False, back: float | None = None
+) -> Curve:
     """Press, then pull the right face along x by a slip; n elements along the base.
 
     nodal: linear elements, and the points of the base are its nodes, as those of most interface elements are;
-    otherwise quadratic ones and Gauss points.
+    otherwise quadratic ones and Gauss points.  back: the slip to which it is pushed back afterwards, in as
+    many steps; None for no way back.
     """
     element = ElementVector(ElementQuad1() if nodal else ElementQuad2())
     mesh = MeshQuad.init_tensor(*axes(n))
@@ -88,21 +92,24 @@ def run(slip: float, steps: int, n: int, symmetric: bool = False, nodal: bool = 
         u, out = newton.step(u, np.zeros(len(pulled)), (k + 1) / PRESS_STEPS * load)
     # the held face keeps the pressed block from widening
     rows, separation = [(0.0, float(out[pulled].sum()), 0.0)], [newton.joint.separation]
-    pressed, done, part = u[middle + 1], 0.0, 1.0 / steps
-    while done < 1.0 - 1e-12:
-        target = min(done + part, 1.0)
-        try:
-            u, out = newton.step(u, np.full(len(pulled), slip * target), load)
-        except NotConverged:
-            cuts, part = cuts + 1, part / 2
-            if part < 1e-3 / steps:
-                raise
-            continue
-        done, part = target, min(1.0 / steps, 2 * part)
-        norms.append(newton.norms)
-        separation.append(newton.joint.separation)
-        rows.append((slip * done, float(out[pulled].sum()), float(u[middle + 1] - pressed)))
-        progress(f"pull_out: slip {slip * done:.3f} of {slip:g} mm, {len(newton.norms)} iterations")
+    pressed = u[middle + 1]
+    for start, end in pairwise((0.0, slip) if back is None else (0.0, slip, back)):
+        done, part = 0.0, 1.0 / steps
+        while done < 1.0 - 1e-12:
+            target = min(done + part, 1.0)
+            moved = start + (end - start) * target
+            try:
+                u, out = newton.step(u, np.full(len(pulled), moved), load)
+            except NotConverged:
+                cuts, part = cuts + 1, part / 2
+                if part < 1e-3 / steps:
+                    raise
+                continue
+            done, part = target, min(1.0 / steps, 2 * part)
+            norms.append(newton.norms)
+            separation.append(newton.joint.separation)
+            rows.append((moved, float(out[pulled].sum()), float(u[middle + 1] - pressed)))
+            progress(f"pull_out: slip {moved:.3f} of {end:g} mm, {len(newton.norms)} iterations")
     progress("")
     damage = (newton.joint.x, newton.joint.state[:, 0])
     return Curve(*np.array(rows).T, damage, newton.iterations, cuts, norms, np.array(separation))
@@ -131,6 +138,14 @@ def draw(curve: Curve, path: Path) -> None:
     plt.close(figure)
 
 
+def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """End with a message where slip, steps or elements are not more than 0."""
+    for name in ("slip", "steps", "elements"):
+        value = np.min(getattr(options, name))
+        if not value > 0:
+            parser.error(f"--{name} {value:g}: expected more than 0")
+
+
 def main() -> None:
     """Run with the whole tangent and with its symmetric part, print and draw."""
     parser = argparse.ArgumentParser(
@@ -143,6 +158,7 @@ def main() -> None:
         "-o", "--output", type=Path, default=Path("pull_out.png"), help="default: %(default)s"
     )
     options = parser.parse_args()
+    check(parser, options)
     curve = run(options.slip, options.steps, options.elements)
     print("slip [mm]  force [N/mm]  material point [N/mm]  rise [mm]")
     every = max(1, len(curve.slip) // 12)

@@ -1,0 +1,148 @@
+"""The commit adapter alone, called as Kratos calls a UMAT, on addresses of our choice; needs no Kratos.
+
+Run by `make hosts`; ASPERITY_KRATOS names libasperity_kratos.so.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+LIBRARY = ctypes.CDLL(str(Path(os.environ["ASPERITY_KRATOS"]).resolve()))
+ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
+PATH = np.array([[0.0, 0.05, 0.0], [0.03, 0.1, 0.0], [0.01, 0.01, 0.02], [-0.01, -0.05, 0.0]])
+"""Separations, step by step: sliding, opening, unloading, closing."""
+
+ROUNDING = 1.0e-12
+"""Tractions, MPa: the separation is the sum of a start and an increment here."""
+
+
+class Point:
+    """An integration point that never commits: every call has the initial STRESS and STATEV, and no STRAN."""
+
+    def __init__(self, statev: ArrayLike | None = None, stress: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Initial STATEV (nstatv,), None for zeros, and STRESS (3,)."""
+        self.stress, self.statev = np.zeros(3), np.zeros(ROUGH.nstatv)
+        self.start(statev, stress)
+
+    def start(self, statev: ArrayLike | None = None, stress: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Other initial values, on the same addresses."""
+        self.initial = np.zeros(ROUGH.nstatv) if statev is None else np.array(statev)
+        self.initial_stress = np.array(stress, dtype=float)
+
+    def call(self, step: int, separation: ArrayLike, stran: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
+        """Traction (3,) at a separation (3,)."""
+        self.stress[:], self.statev[:] = self.initial_stress, self.initial
+        tangent, energies, props = np.zeros((3, 3)), np.zeros((3, 1)), np.array(ROUGH.props())
+        strain, increment = np.array(stran), np.array(separation) - stran
+        name = ctypes.create_string_buffer(b"JOINT".ljust(80), 80)
+
+        def double(values: Floats) -> ctypes.c_void_p:
+            return ctypes.c_void_p(values.ctypes.data)
+
+        def integer(value: int) -> object:
+            return ctypes.byref(ctypes.c_int(value))
+
+        one, null = np.ones(2), None
+        LIBRARY.umat_(
+            double(self.stress), double(self.statev), double(tangent), *map(double, energies),
+            null, null, null, null, double(strain), double(increment), double(one), double(one),
+            null, null, null, null, name, *map(integer, (1, 2, 3, len(self.statev))), double(props),
+            integer(len(props)), null, null, null, null, null, null,
+            integer(0), integer(0), null, null, integer(step), integer(1),
+        )  # fmt: skip
+        return self.stress.copy()
+
+    def follow(self, first: int = 1, path: Floats = PATH) -> Floats:
+        """Tractions (T, 3) along separations, a step each, with Newton's other calls before."""
+        rows = []
+        for step, separation in enumerate(path, first):
+            self.call(step, 3.0 * separation)
+            rows.append(self.call(step, separation))
+        return np.array(rows)
+
+
+@pytest.fixture(autouse=True)
+def forgotten() -> None:
+    """Every test begins without points of the one before, whose addresses may come again."""
+    LIBRARY.asperity_kratos_reset()
+
+
+def same(found: Floats, expected: Floats) -> bool:
+    """Whether tractions are equal but for rounding."""
+    return bool(np.abs(found - expected).max() <= ROUNDING)
+
+
+def test_steps_are_committed() -> None:
+    """The last call of a step counts, whatever was tried before; a virgin point would be elsewhere."""
+    expected = ROUGH.replay(PATH).traction
+    assert same(Point().follow(), expected)
+    assert np.abs(ROUGH.update(PATH).traction - expected).max() > 1.0
+
+
+def test_a_number_that_falls_begins_anew() -> None:
+    """The same address and initial values, from step 1 again."""
+    point = Point()
+    first = point.follow()
+    assert np.array_equal(point.follow(), first)
+
+
+@pytest.mark.parametrize("what", ["statev", "stress"])
+def test_other_initial_values_begin_anew(what: str) -> None:
+    """On the same address, though the numbers of the steps go on: the new start is that of the values."""
+    point, traction = Point(), np.array([-1.0, 0.3, -0.2])
+    point.follow()
+    point.start(**{what: ROUGH.initial(traction) if what == "statev" else traction})
+    found = point.follow(first=len(PATH) + 1)
+    rest = ROUGH.update([[0.0, 0.0, 0.0]], ROUGH.initial(traction)[None])
+    state, old = rest.state, np.zeros((1, 3))
+    for separation, row in zip(PATH, found, strict=True):
+        result = ROUGH.update(separation[None], state, old)
+        state, old = result.state, separation[None]
+        assert same(row, result.traction[0])
+
+
+def test_numbers_that_go_on_need_a_reset() -> None:
+    """What the adapter cannot tell: another analysis, same values and address, whose numbers are higher."""
+    expected = ROUGH.replay(PATH).traction
+    point = Point()
+    point.follow()
+    assert not same(point.follow(first=len(PATH) + 1), expected)
+    LIBRARY.asperity_kratos_reset()
+    assert same(point.follow(first=2 * len(PATH) + 1), expected)
+
+
+def test_initial_stress_that_is_no_number() -> None:
+    """A host that leaves garbage in STRESS, the same in every call, keeps the history of its points."""
+    found = Point(stress=[np.nan, np.inf, 0.0]).follow()
+    assert same(found, ROUGH.replay(PATH).traction)
+
+
+def test_a_host_that_commits() -> None:
+    """A host that keeps its history itself, as Kratos may learn to, gets what the UMAT alone gives."""
+    point, old = Point(), np.zeros(3)
+    for step, (separation, expected) in enumerate(zip(PATH, ROUGH.replay(PATH).traction, strict=True), 1):
+        point.call(step, 3.0 * separation, old)
+        found = point.call(step, separation, old)
+        point.start(point.statev, found)
+        assert same(found, expected)
+        old = separation
+
+
+def test_threads() -> None:
+    """Points of several threads at once do not mix."""
+    points = [Point() for _ in range(400)]
+    paths = [PATH * (1.0 + k / len(points)) for k in range(len(points))]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda pair: pair[0].follow(path=pair[1]), zip(points, paths, strict=True)))
+    for path, rows in zip(paths, found, strict=True):
+        assert same(rows, ROUGH.replay(path).traction)
