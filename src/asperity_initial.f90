@@ -101,6 +101,12 @@ contains
       if (good) then
         reached = next
         step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
+        if (reached < 1.0_wp) cycle
+        ! damage that the guard has held back on the way may grow where the point rests: from there again
+        call update_point(rested%rie, s, s, old, new, start, tangent)
+        if (.not. any(new(n_point_statev + 1::n_plane_statev) > old(n_point_statev + 1::n_plane_statev))) cycle
+        old = new
+        reached = 0.0_wp
       else
         if (step <= smallest_share) exit
         step = max(smallest_share, 0.5_wp*step)
