@@ -19,8 +19,8 @@ module asperity_initial
   real(wp), parameter :: smallest_share = 2.0_wp**(-17)
   !> Largest growth of the damage of a plane in a part or a step of a motion: what grows more may be on another branch.
   real(wp), parameter :: most_growth = 0.05_wp
-  !> Newton iterations per part, and halvings of a Newton step that does not bring the residual down.
-  integer, parameter :: most_iterations = 25, most_halvings = 6
+  !> Newton iterations per part.
+  integer, parameter :: most_iterations = 25
   !> Residual accepted, relative to the terms that are summed: some hundred units in their last place. Separations that
   !> run away do not make it larger: `promised` of traction and strength (the contract says 1e-10), or `rounding`
   !> of the stiffest terms at the start.
@@ -221,7 +221,7 @@ contains
     state = new
   end subroutine take_step
 
-  !> Newton's method with the consistent tangent; steps that do not bring the residual down are halved.
+  !> Newton's method with the consistent tangent.
   pure subroutine solve(interface, goal, held, damping, least, s_old, old, s, new, tangent, converged)
     type(interface_type), intent(in) :: interface           !! the interface
     real(wp), intent(in) :: goal(3)                         !! traction that is held
@@ -234,30 +234,19 @@ contains
     real(wp), intent(inout), contiguous :: new(:)           !! STATEV at the end
     real(wp), intent(out) :: tangent(3, 3)                  !! at the end
     logical, intent(out) :: converged                       !! whether the residual is small enough
-    real(wp) :: b(3), s_trial(3), traction(3), residual, last, asked, summed
-    integer :: halving, iteration
+    real(wp) :: b(3), s_trial(3), traction(3), residual, asked, summed
+    integer :: iteration
     logical :: good, polished
 
     converged = .false.
     asked = maxval(abs(goal), mask=held) + interface%rie%material%k_n*interface%rie%material%s0
-    last = huge(last)
     s_trial = s
     do iteration = 1, most_iterations
-      do halving = 0, most_halvings
-        good = point_status(interface, s_old, s_trial, old) == status_ok
-        residual = huge(residual)
-        if (good) then
-          call update_point(interface%rie, s_old, s_trial, old, new, traction, tangent)
-          b = merge(goal - traction - damping*(s_trial - s_old), 0.0_wp, held)
-          residual = maxval(abs(b))
-        end if
-        ! the first step is free: its tangent may be that of the other side of a switch
-        if (residual < last .or. (good .and. (iteration == 2 .or. converged)) .or. halving == most_halvings) exit
-        s_trial = s + 0.5_wp*(s_trial - s)
-      end do
-      if (.not. good) return
+      if (point_status(interface, s_old, s_trial, old) /= status_ok) return
       s = s_trial
-      last = residual
+      call update_point(interface%rie, s_old, s, old, new, traction, tangent)
+      b = merge(goal - traction - damping*(s - s_old), 0.0_wp, held)
+      residual = maxval(abs(b))
       summed = asked + stiffest(interface)*largest_length(interface, s, new)
       polished = converged
       converged = residual <= max(least, min(residual_tolerance*summed, promised*asked))
@@ -277,11 +266,10 @@ contains
     real(wp), intent(in) :: damping         !! resistance to the motion, stress/length
     real(wp), intent(in) :: stiffness       !! of the elastic interface, stress/length
     logical, intent(out) :: good            !! false: there is none
-    real(wp) :: r(3), a(3, 3), added, most
+    real(wp) :: r(3), a(3, 3), added
     integer :: i, j
     r = b
     added = damping
-    most = worst_condition
     do i = 1, 2
       a = tangent/stiffness
       do j = 1, 3
@@ -289,10 +277,9 @@ contains
       end do
       b = r/stiffness
       call solve_linear(a, b, held, good)
-      if (good) good = damping > 0.0_wp .or. maxval(abs(b))*stiffness <= most*maxval(abs(r))
+      if (good) good = damping > 0.0_wp .or. maxval(abs(b))*stiffness <= worst_condition*maxval(abs(r))
       if (good) return
       added = damping + stiffness/worst_condition
-      most = sqrt(worst_condition)
     end do
   end subroutine newton_step
 

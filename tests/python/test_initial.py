@@ -105,7 +105,7 @@ def test_what_the_guard_held_back():
     """Damage that waits for the driving force on the way has grown at its end: the traction is returned."""
     draw = np.random.default_rng(3)
     accepted = 0
-    for _ in range(400):
+    for _ in range(150):
         material = asperity.Material(3.0, 0.3, eta=draw.uniform(0.6, 0.98), mu=0.5 * draw.random(), kc=100.0)
         rough = asperity.Interface(
             material, asperity.Pattern.regular(4, theta=draw.uniform(10.0, 50.0)), guarded=True
@@ -119,4 +119,4 @@ def test_what_the_guard_held_back():
         accepted += 1
         result = rough.update(np.zeros((1, 3)), state[None])
         np.testing.assert_allclose(result.traction[0], traction, rtol=0, atol=TOLERANCE * 3.0)
-    assert accepted > 100
+    assert accepted > 40
