@@ -5,7 +5,7 @@ module asperity_initial
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_friction, v_offset, v_status, v_stored, v_work
-  use asperity_interface, only: interface_type, point_status, separation_bound
+  use asperity_interface, only: interface_type, point_status, separation_bound, state_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
@@ -19,8 +19,8 @@ module asperity_initial
   real(wp), parameter :: smallest_share = 2.0_wp**(-17)
   !> Largest growth of the damage of a plane in a part or a step of a motion: what grows more may be on another branch.
   real(wp), parameter :: most_growth = 0.05_wp
-  !> Newton iterations per part, and halvings of a Newton step that does not bring the residual down.
-  integer, parameter :: most_iterations = 25, most_halvings = 6
+  !> Newton iterations per part.
+  integer, parameter :: most_iterations = 25
   !> Residual accepted, relative to the terms that are summed: some hundred units in their last place. Separations that
   !> run away do not make it larger: `promised` of traction and strength (the contract says 1e-10), or `rounding`
   !> of the stiffest terms at the start.
@@ -53,28 +53,26 @@ contains
   !>
   !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
   !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
-  !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap").
-  pure subroutine carry_traction(interface, target, held, state, status, from, carried, endless)
+  !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap"). What the host
+  !> calls separation is taken as zero; where it is not, the caller takes it off the offset.
+  pure subroutine carry_traction(interface, target, held, state, status, carried, endless)
     type(interface_type), intent(in) :: interface      !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
-    integer, intent(out) :: status                     !! 0, status_initial, or those of point_status
-    real(wp), intent(in), optional :: from(3)          !! what the host calls separation now, absent: zero, length
+    integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
     real(wp), intent(out), optional :: carried(3)      !! as much of the traction as was carried, stress
     logical, intent(out), optional :: endless          !! whether beyond that the planes part or slide without end; else
                                                        !! no rest was found in the steps allowed
     type(interface_type) :: rested
     real(wp), dimension(interface%n_statev) :: old, new
-    real(wp) :: host(3), s(3), start(3), tangent(3, 3), goal(3), least, reached, next, step
+    real(wp) :: s(3), start(3), tangent(3, 3), goal(3), least, reached, next, step
     integer :: left
     logical :: good
 
-    host = 0.0_wp
-    if (present(from)) host = from
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
-    status = point_status(interface, host, host, state)
+    status = state_status(interface, state)
     if (status /= status_ok) return
     if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(interface)))) status = status_initial
     if (status /= status_ok) return
@@ -82,7 +80,7 @@ contains
     rested = interface
     rested%rie%material%tau_v = 0.0_wp
     old = state(:interface%n_statev)
-    s = host + old(v_offset:v_offset + 2)
+    s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(interface, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
     call update_point(rested%rie, s, s, old, new, start, tangent)
@@ -103,6 +101,12 @@ contains
       if (good) then
         reached = next
         step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
+        if (reached < 1.0_wp) cycle
+        ! damage that the guard has held back on the way may grow where the point rests: from there again
+        call update_point(rested%rie, s, s, old, new, start, tangent)
+        if (.not. any(new(n_point_statev + 1::n_plane_statev) > old(n_point_statev + 1::n_plane_statev))) cycle
+        old = new
+        reached = 0.0_wp
       else
         if (step <= smallest_share) exit
         step = max(smallest_share, 0.5_wp*step)
@@ -114,7 +118,7 @@ contains
       status = status_initial
       return
     end if
-    old(v_offset:v_offset + 2) = s - host
+    old(v_offset:v_offset + 2) = s
     old(v_status) = state(v_status)
     state(:interface%n_statev) = old
   end subroutine carry_traction
@@ -130,11 +134,13 @@ contains
     real(wp), intent(inout) :: s(3)                    !! separation, start -> rest
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> rest
     logical, intent(out) :: found                      !! whether there is a rest
-    real(wp) :: damping, far
+    real(wp) :: damping, far, softest
     logical :: good
     found = .false.
     associate (m => interface%rie%material)
-      far = maxval(abs(s)) + farthest*(m%s0/(1.0_wp - m%eta) + maxval(abs(goal), mask=held)/min(m%k_n, m%k_t, m%k_c))
+      softest = max(tiny(softest), min(m%k_n, m%k_t, m%k_c))
+      far = min(maxval(abs(goal), mask=held), softest*separation_bound(interface))/softest
+      far = maxval(abs(s)) + farthest*(m%s0/(1.0_wp - m%eta) + far)
     end associate
     damping = 1.0_wp
     do while (left > 0 .and. maxval(abs(s)) < far .and. damping < most_damping)
@@ -179,9 +185,10 @@ contains
     opening = 0.0_wp
     do k = 1, interface%rie%pattern%n
       n = plane_normal(interface%rie%pattern, k)
-      opening = max(opening, -dot_product(n(2:), b(2:))/n(1))
+      ! no quotient of a plane that is nearly upright
+      opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
     end do
-    s = [min(max(b(1), 0.0_wp), opening), b(2:)]
+    s = [opening, b(2:)]
   end function slipped_separation
 
   !> Separation at which the traction, and the resistance to the motion there, are the traction held; nothing is changed
@@ -214,7 +221,7 @@ contains
     state = new
   end subroutine take_step
 
-  !> Newton's method with the consistent tangent; steps that do not bring the residual down are halved.
+  !> Newton's method with the consistent tangent.
   pure subroutine solve(interface, goal, held, damping, least, s_old, old, s, new, tangent, converged)
     type(interface_type), intent(in) :: interface           !! the interface
     real(wp), intent(in) :: goal(3)                         !! traction that is held
@@ -227,30 +234,19 @@ contains
     real(wp), intent(inout), contiguous :: new(:)           !! STATEV at the end
     real(wp), intent(out) :: tangent(3, 3)                  !! at the end
     logical, intent(out) :: converged                       !! whether the residual is small enough
-    real(wp) :: b(3), s_trial(3), traction(3), residual, last, asked, summed
-    integer :: halving, iteration
+    real(wp) :: b(3), s_trial(3), traction(3), residual, asked, summed
+    integer :: iteration
     logical :: good, polished
 
     converged = .false.
     asked = maxval(abs(goal), mask=held) + interface%rie%material%k_n*interface%rie%material%s0
-    last = huge(last)
     s_trial = s
     do iteration = 1, most_iterations
-      do halving = 0, most_halvings
-        good = point_status(interface, s_old, s_trial, old) == status_ok
-        residual = huge(residual)
-        if (good) then
-          call update_point(interface%rie, s_old, s_trial, old, new, traction, tangent)
-          b = merge(goal - traction - damping*(s_trial - s_old), 0.0_wp, held)
-          residual = maxval(abs(b))
-        end if
-        ! the first step is free: its tangent may be that of the other side of a switch
-        if (residual < last .or. (good .and. (iteration == 2 .or. converged)) .or. halving == most_halvings) exit
-        s_trial = s + 0.5_wp*(s_trial - s)
-      end do
-      if (.not. good) return
+      if (point_status(interface, s_old, s_trial, old) /= status_ok) return
       s = s_trial
-      last = residual
+      call update_point(interface%rie, s_old, s, old, new, traction, tangent)
+      b = merge(goal - traction - damping*(s - s_old), 0.0_wp, held)
+      residual = maxval(abs(b))
       summed = asked + stiffest(interface)*largest_length(interface, s, new)
       polished = converged
       converged = residual <= max(least, min(residual_tolerance*summed, promised*asked))
@@ -270,22 +266,20 @@ contains
     real(wp), intent(in) :: damping         !! resistance to the motion, stress/length
     real(wp), intent(in) :: stiffness       !! of the elastic interface, stress/length
     logical, intent(out) :: good            !! false: there is none
-    real(wp) :: r(3), a(3, 3), added, most
+    real(wp) :: r(3), a(3, 3), added
     integer :: i, j
     r = b
     added = damping
-    most = worst_condition
     do i = 1, 2
-      a = tangent
+      a = tangent/stiffness
       do j = 1, 3
-        a(j, j) = a(j, j) + added
+        a(j, j) = a(j, j) + added/stiffness
       end do
-      b = r
+      b = r/stiffness
       call solve_linear(a, b, held, good)
-      if (good) good = damping > 0.0_wp .or. maxval(abs(b))*stiffness <= most*maxval(abs(r))
+      if (good) good = damping > 0.0_wp .or. maxval(abs(b))*stiffness <= worst_condition*maxval(abs(r))
       if (good) return
       added = damping + stiffness/worst_condition
-      most = sqrt(worst_condition)
     end do
   end subroutine newton_step
 
@@ -349,27 +343,28 @@ contains
     end do
   end function largest_length
 
-  !> Solve a x = b for the components that may move, by elimination with pivots; the others become 0.
+  !> Solve a x = b for the components that may move, by elimination with pivots; the others become 0. What is small
+  !> counts as small beside 1.
   pure subroutine solve_linear(a, b, moves, good)
     real(wp), intent(inout) :: a(3, 3)   !! destroyed
     real(wp), intent(inout) :: b(3)      !! right-hand side -> x
     logical, intent(in) :: moves(3)      !! components of x that are free
     logical, intent(out) :: good         !! false: singular to rounding
-    real(wp) :: row(3), factor, largest
+    real(wp) :: row(3), factor, least
     integer :: i, j, p
     do i = 1, 3
       if (moves(i)) cycle
       a(i, :) = 0.0_wp
       a(:, i) = 0.0_wp
-      a(i, i) = maxval(abs(a))
+      a(i, i) = 1.0_wp
       b(i) = 0.0_wp
     end do
-    largest = maxval(abs(a))
-    good = largest > 0.0_wp
+    least = epsilon(least)*max(1.0_wp, maxval(abs(a)))
+    good = .true.
     do i = 1, 3
       if (.not. good) return
       p = i - 1 + maxloc(abs(a(i:, i)), dim=1)
-      good = abs(a(p, i)) > epsilon(largest)*largest
+      good = abs(a(p, i)) > least
       if (.not. good) return
       row = a(i, :)
       a(i, :) = a(p, :)
@@ -389,13 +384,12 @@ contains
   end subroutine solve_linear
 
   !> Say why a state cannot carry a traction, and how much of it it does; nothing is appended if it can.
-  pure subroutine explain_initial(interface, target, held, state, message, from)
+  pure subroutine explain_initial(interface, target, held, state, message)
     type(interface_type), intent(in) :: interface              !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                             !! whether the traction is to be carried
     real(wp), intent(in), contiguous :: state(:)               !! STATEV
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
-    real(wp), intent(in), optional :: from(3)                  !! as in carry_traction
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
     real(wp), dimension(interface%n_statev) :: pressed
@@ -411,7 +405,7 @@ contains
     end do
     if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
     pressed = state(:interface%n_statev)
-    call carry_traction(interface, target, held, pressed, status, from, in_proportion, endless)
+    call carry_traction(interface, target, held, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
     dead = count(state(n_point_statev + 1:interface%n_statev:n_plane_statev) >= 1.0_wp)
@@ -427,13 +421,13 @@ contains
       reason = "outside the friction of the pattern"
     end if
     ! the normal traction first, to tell which part of the traction it is
-    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, from, carried)
+    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &
         to_text(carried(1)))
       return
     end if
-    call carry_traction(interface, target, held, pressed, status, from, carried)
+    call carry_traction(interface, target, held, pressed, status, carried)
     if (status == status_ok) then
       call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
         ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))

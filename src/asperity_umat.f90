@@ -9,7 +9,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
   use asperity_contract, only: max_ntens, max_planes, n_plane_statev, n_point_statev, status_initial, &
-    status_ok, v_friction, v_rupture, v_stored
+    status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: component_map, explain_call, host_status, reject, rejected_pnewdt, request_cut, &
     request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
@@ -54,12 +54,16 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
       traction(i) = stress(position(i))
       from(i) = interface%h*stran(position(i))
     end do
-    if (first_traction(traction, statev)) call carry_traction(interface, traction, position > 0, statev, status, from)
+    if (first_traction(traction, statev)) then
+      call carry_traction(interface, traction, position > 0, statev, status)
+      ! the traction belongs to the strain at the start
+      if (status == status_ok) statev(v_offset:v_offset + 2) = statev(v_offset:v_offset + 2) - from
+    end if
   end if
   if (status /= status_ok) then
     message = ""
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
-    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message, from)
+    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message)
     call report_umat(message)
     call reject(stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)

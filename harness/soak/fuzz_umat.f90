@@ -113,19 +113,16 @@ contains
 
     !> What is wrong with the traction a point never called comes with.
     subroutine explain_start()
-      real(wp) :: from(3), traction(3)
+      real(wp) :: traction(3)
       integer :: position(3), k
       call new_interface(props(:nprops), interface, status)
       position = component_map(ntens, interface%map)
       traction = 0.0_wp
-      from = 0.0_wp
       do k = 1, 3
-        if (position(k) == 0) cycle
-        traction(k) = start_stress(position(k))
-        from(k) = interface%h*stran(position(k))
+        if (position(k) > 0) traction(k) = start_stress(position(k))
       end do
       if (first_traction(traction, before(:nstatv))) call explain_initial(interface, traction, position > 0, &
-        before(:nstatv), message, from)
+        before(:nstatv), message)
     end subroutine explain_start
 
     !> Spoil one to three of the arguments.

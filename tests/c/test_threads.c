@@ -11,19 +11,22 @@
 #include "asperity.h"
 #include "check.h"
 
-enum { NSTATV = 24, STEPS = 2000, REJECTED = 300 };
+enum { NSTATV = 24, STEPS = 2000, REJECTED = 300, INITIAL = 100 };
 static const double rp_4[] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
 
 /* A path of one point; thread k walks its own. */
 typedef struct {
   int k;
-  int wrong;               /* rejected calls with another message than expected */
+  int wrong;               /* rejected calls with another message, initial states with other bits than expected */
   double umat[NSTATV];     /* STATEV at the end, through umat_ */
   double points[NSTATV];   /* STATEV at the end, through asperity_update */
 } walk_type;
 
-static void umat_call(double *statev, const double *stran, const double *dstran) {
-  double stress[3] = {0}, ddsdde[9], sse, spd, scd;
+/* The traction thread k starts from: on a way that damages the planes and makes them slide. */
+static const double start[2][3] = {{-20.0, 1.0, 0.5}, {-12.0, -0.5, 2.0}};
+
+static void umat_call(double *statev, double *stress, const double *stran, const double *dstran) {
+  double ddsdde[9], sse, spd, scd;
   const int ndi = 1, nshr = 2, ntens = 3, nstatv = NSTATV, nprops = 6;
   umat_(stress, statev, ddsdde, &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, dstran, NULL, NULL, NULL, NULL, NULL,
         NULL, "A", &ndi, &nshr, &ntens, &nstatv, rp_4, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
@@ -32,15 +35,22 @@ static void umat_call(double *statev, const double *stran, const double *dstran)
 
 static void *walk(void *argument) {
   walk_type *w = argument;
-  double from[3] = {0}, to[3], step[3], traction[3];
+  double from[3] = {0}, to[3], step[3], stress[3], traction[3], again[NSTATV];
   memset(w->umat, 0, sizeof w->umat);
   memset(w->points, 0, sizeof w->points);
+  memcpy(stress, start[w->k], sizeof stress);
+  asperity_initial_state(rp_4, 6, 1, start[w->k], NSTATV, w->points, NULL, 0);
+  for (int i = 0; i < INITIAL; i++) {
+    memset(again, 0, sizeof again);
+    asperity_initial_state(rp_4, 6, 1, start[w->k], NSTATV, again, NULL, 0);
+    if (memcmp(again, w->points, sizeof again) != 0) w->wrong++;
+  }
   for (int i = 1; i <= STEPS; i++) {
     to[0] = 0.03 * sin(0.011 * i * (w->k + 1)) - 0.01;
     to[1] = 0.2 * sin(0.007 * i);
     to[2] = 0.1 * sin(0.013 * i + w->k);
     for (int j = 0; j < 3; j++) step[j] = to[j] - from[j];
-    umat_call(w->umat, from, step);
+    umat_call(w->umat, stress, from, step);
     asperity_update(rp_4, 6, 1, from, to, NSTATV, w->points, traction, NULL, NULL, 0);
     for (int j = 0; j < 3; j++) from[j] += step[j];
   }
@@ -58,7 +68,13 @@ static int two_threads_get_what_one_gets(void) {
   for (int k = 0; k < 2; k++) {
     failures += FAILS(memcmp(alone[k].umat, both[k].umat, sizeof alone[k].umat) == 0);
     failures += FAILS(memcmp(alone[k].points, both[k].points, sizeof alone[k].points) == 0);
+    failures += FAILS(both[k].wrong == 0);
     failures += FAILS(alone[k].umat[0] > 0.5);
+    /* both start from the traction, and go on from the same offset */
+    for (int j = 6; j < 9; j++) {
+      failures += FAILS(alone[k].umat[j] != 0.0);
+      failures += FAILS(alone[k].umat[j] == alone[k].points[j]);
+    }
   }
   return failures;
 }
@@ -101,14 +117,14 @@ static long resident_kilobytes(void) {
 static int memory_does_not_grow(void) {
   const char *count = getenv("ASPERITY_CALLS");
   const long calls = count ? atol(count) : 1000000;
-  double state[NSTATV] = {0}, s[3] = {0.01, 0.02, 0.0}, traction[3], zero[3] = {0};
+  double state[NSTATV] = {0}, s[3] = {0.01, 0.02, 0.0}, stress[3] = {0}, traction[3], zero[3] = {0};
   double bad[6] = {-3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
   char message[256];
   long before = 0;
   for (long i = 0; i < calls + 1000; i++) {
     if (i == 1000) before = resident_kilobytes();
     s[1] = 1e-4 * (double)(i % 1000);
-    umat_call(state, zero, s);
+    umat_call(state, stress, zero, s);
     asperity_update(rp_4, 6, 1, NULL, s, NSTATV, state, traction, NULL, NULL, 0);
     if (i % 100 == 0) asperity_update(bad, 6, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
   }

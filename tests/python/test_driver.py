@@ -1242,6 +1242,44 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
     assert events[0] == events[1]
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("h", [1.0, 0.01])
+def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> None:
+    """UMAT and VUMAT agree on random increments from a random stress, and are the independent law."""
+    draw = np.random.default_rng(seed)
+    pattern = reference.regular_pattern(4, 30.0)
+    traction = np.array([-3.0, 0.6, 0.6]) + draw.uniform(-0.5, 0.5, 3)
+    damage = draw.uniform(0.0, 0.8, 5)
+    law, offset, state = carried_by_reference(pattern, traction, damage, np.zeros(3), np.zeros((5, 2)))
+    steps = np.cumsum(draw.normal(scale=[0.003, 0.02, 0.02], size=(200, 3)), axis=0)
+    steps[0] = 0.0
+    record = "\n".join(",".join(repr(x) for x in row) for row in steps.tolist())
+    (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n" + record + "\n")
+    numbers = [", ".join(repr(x) for x in values.tolist()) for values in (traction, damage)]
+    start = f"&initial traction = {numbers[0]}, damage = {numbers[1]} /\n"
+    umat, vumat = (
+        run(
+            MATERIAL + RP_4 + start + f"&replay file = 'record.csv', through = '{through}', h = {h} /\n",
+            "--planes",
+        )
+        for through in ("umat", "vumat")
+    )
+    assert len(umat.rows) == len(vumat.rows) == len(steps)
+    for name in umat.header:
+        if name not in ("iterations", "event"):
+            # sums of increments and totals: an ulp of K |s| an increment
+            np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    np.testing.assert_allclose(umat.vector("t")[0], traction, rtol=0, atol=1e-10 * SIGMA0)
+    s_old = offset
+    for s, row in zip(steps, umat.vector("t"), strict=True):
+        response = reference.update(law, pattern, s + offset, state, s_old)
+        s_old, state = s + offset, response.state
+        assert_traction(row, response.traction)
+    assert umat["damage"][-1] == pytest.approx(state[0], abs=1e-10)
+    for i, name in enumerate(("stored", "rupture", "friction", "work"), start=1):
+        assert umat[name][-1] == pytest.approx(state[i], abs=1e-10 * GC), name
+
+
 @pytest.mark.parametrize(
     ("initial", "options", "fragment"),
     [

@@ -99,3 +99,24 @@ def test_guarded(sides):
         np.testing.assert_allclose(update.traction, [traction], rtol=0, atol=TOLERANCE * 20.0)
         states.append(state)
     assert states[1][0] < states[0][0] - 0.05
+
+
+def test_what_the_guard_held_back():
+    """Damage that waits for the driving force on the way has grown at its end: the traction is returned."""
+    draw = np.random.default_rng(3)
+    accepted = 0
+    for _ in range(150):
+        material = asperity.Material(3.0, 0.3, eta=draw.uniform(0.6, 0.98), mu=0.5 * draw.random(), kc=100.0)
+        rough = asperity.Interface(
+            material, asperity.Pattern.regular(4, theta=draw.uniform(10.0, 50.0)), guarded=True
+        )
+        traction = 3.0 * draw.uniform([-0.2, -0.5, -0.5], [0.5, 0.5, 0.5])
+        damage, slip = draw.random(5), 0.1 * draw.uniform(-1.0, 1.0, (5, 2))
+        try:
+            state = rough.initial(traction, damage=damage, slip=slip)
+        except ValueError:
+            continue
+        accepted += 1
+        result = rough.update(np.zeros((1, 3)), state[None])
+        np.testing.assert_allclose(result.traction[0], traction, rtol=0, atol=TOLERANCE * 3.0)
+    assert accepted > 40
