@@ -37,7 +37,7 @@ contains
     !> Range to each side: multiples of s_f, of the largest separation and slip so far, of the closure under what is
     !> held.
     real(wp), parameter :: around = 5.0_wp
-    !> Several separations: at most this share of where they count as running away.
+    !> At most this share of where separations count as running away.
     real(wp), parameter :: share = 0.5_wp
     type(balance_type) :: balance
     real(wp) :: reach
@@ -71,7 +71,9 @@ contains
     integer :: i
 
     sense = 1.0_wp
-    here = force(point%s(scan%free))
+    ! where the point is, or on its side of the range if it runs away
+    x(2) = min(max(point%s(scan%free), scan%lower), scan%upper)
+    here = force(x(2))
     scan%short = here < 0.0_wp
     sense = merge(1.0_wp, -1.0_wp, scan%short)
     best = -huge(best)
@@ -86,8 +88,7 @@ contains
       end if
     end do
     scan%samples = steps + 2 + 2*refinements
-    x(1) = point%s(scan%free)
-    if (sense*here > best) a = x(1)
+    if (sense*here > best) a = x(2)
     b = a + width
     a = a - width
     ! the extreme beside the best sample

@@ -93,7 +93,7 @@ contains
       if (reached >= 1.0_wp) exit
       balance = new_balance(control, values_at(path, min(1.0_wp, reached + min_fraction)), point)
       what%beyond = balance%given
-      if (balance%n == 0) then
+      if (balance%n == 0 .or. flows_away(interface, balance)) then
         what%ended = ended_lost
       else if (what%updates < most_updates) then
         call jump(interface, balance, point, what)
@@ -127,6 +127,18 @@ contains
     if (share >= 1.0_wp) values = path%target
   end function values_at
 
+  !> Whether a viscous point has come so far that the branch ends there: what it holds drives it apart for as long as it
+  !> is held. Without time every place on the way is a rest.
+  pure function flows_away(interface, balance) result(yes)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations, the last equilibrium at their start
+    logical :: yes
+    !> Parts that are too long are halved.
+    real(wp), parameter :: nearly = 0.5_wp
+    yes = interface%rie%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp .and. &
+      maxval(abs(balance%old%s)) >= nearly*farthest_rest(interface, balance)
+  end function flows_away
+
   !> Newton's method alone, the increment halved where it does not converge: what the full solver is measured against.
   pure subroutine halve(interface, path, least, point, reached, what, result)
     type(interface_type), intent(in) :: interface   !! the interface
@@ -140,7 +152,7 @@ contains
     type(point_type) :: trial
     real(wp) :: fraction, next
     fraction = 1.0_wp
-    do while (reached < 1.0_wp .and. fraction >= least)
+    do while (reached < 1.0_wp .and. fraction >= least .and. what%updates < most_updates)
       next = min(1.0_wp, reached + fraction)
       balance = balance_at(path, next, reached, point)
       what%beyond = balance%given
@@ -157,7 +169,7 @@ contains
         fraction = 0.5_wp*fraction
       end if
     end do
-    if (reached < 1.0_wp) what%ended = ended_lost
+    if (reached < 1.0_wp) what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
   end subroutine halve
 
   !> Follow the branch as far as it goes, in one part: the state at its start is that of the point.
@@ -273,9 +285,9 @@ contains
     associate (free => balance%free(:n))
       from(:n) = origin(free)
       move(:n) = point%s(free) - from(:n)
-      good = .not. unstable(n, result%last, stiffness)
+      good = .not. unstable(n, result%last, stiffness) .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
       if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
-      good = result%stable .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
+      good = result%stable
       if (.not. good) return
       if (cannot_soften(interface, balance%old)) return
       r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
