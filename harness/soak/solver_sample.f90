@@ -2,8 +2,8 @@
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded, integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, p_tau_v, &
-    p_theta, p_turn, plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
+    p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -37,7 +37,7 @@ module solver_sample
     real(wp) :: mu = 0.5_wp             !! friction
     real(wp) :: sigma_n = 0.0_wp        !! held normal traction, stress
     real(wp) :: step = 0.0_wp           !! of the slip, length; of the traction, sigma0 per s_f
-    real(wp) :: spring(2) = rigidity*sigma0/sf   !! on the normal and across the slip, where there are some, stress/length
+    real(wp) :: spring(2) = rigidity*sigma0/sf   !! on the normal and across the slip, stress/length
     real(wp) :: kc = 1.0_wp             !! closing stiffness
     real(wp) :: tau_v = 0.0_wp          !! relaxation time; an increment takes 1
     real(wp) :: mode_ii(2) = 0.0_wp     !! sigma02, Gc2; 0: those of mode I
@@ -120,7 +120,8 @@ contains
     type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
     real(wp), parameter :: kcs(4) = [0.05_wp, 20.0_wp, 1.0e3_wp, 1.0e4_wp]
     !> Smallest and largest tau_v, of an increment; sigma02 and Gc2, of mode I; springs, of the usual one.
-    real(wp), parameter :: times(2) = [0.01_wp, 100.0_wp], ratios(2) = [0.3_wp, 5.0_wp], springs(2) = [0.01_wp, 100.0_wp]
+    real(wp), parameter :: times(2) = [0.01_wp, 100.0_wp], ratios(2) = [0.3_wp, 5.0_wp], &
+      springs(2) = [0.01_wp, 100.0_wp]
     integer, parameter :: one_in = 3
     integer :: i
     ! another sequence of numbers
@@ -348,8 +349,8 @@ contains
       to_text(sample%tau_v) // ", sigma02 = " // to_text(sample%mode_ii(1)) // ", Gc2 = " // &
       to_text(sample%mode_ii(2)) // trim(merge(", guarded", "         ", sample%guarded)) // ", initial " // &
       integer_text(sample%initial)
-    if (any(sample%load == [sprung, twice_sprung])) text = text // ", springs " // to_text(sample%spring(1)) // ", " // &
-      to_text(sample%spring(2))
+    if (any(sample%load == [sprung, twice_sprung])) text = text // ", springs " // to_text(sample%spring(1)) // &
+      ", " // to_text(sample%spring(2))
     if (allocated(sample%state)) text = text // ", t = " // to_text(sample%traction(1)) // ", " // &
       to_text(sample%traction(2)) // ", " // to_text(sample%traction(3))
   end function describe
