@@ -134,7 +134,9 @@ contains
     integer, parameter :: steps(3) = [0, 200, 40], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
-    real(wp) :: best(starts), r(3), scale, seeds(3, starts), size_of, x(3)
+    !> Share of the residual of the point itself that an equilibrium may leave: more is no better than to stay.
+    real(wp), parameter :: closer = 0.1_wp
+    real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
     logical :: good
 
@@ -142,6 +144,8 @@ contains
     best = huge(best)
     seeds = 0.0_wp
     at = point
+    call evaluate(interface, balance, point%s(balance%free(:n)), at, r(:n), scale, good)
+    here = maxval(abs(r(:n)))
     do i = 0, (steps(n) + 1)**n - 1
       k = i
       do j = 1, n
@@ -168,6 +172,8 @@ contains
       call newton_solve(interface, balance, .true., at, result)
       scan%samples = scan%samples + result%updates
       if (.not. result%converged .or. maxval(abs(at%s(balance%free(:n)))) > scan%upper) cycle
+      call evaluate(interface, balance, at%s(balance%free(:n)), at, r(:n), scale, good)
+      if (maxval(abs(r(:n))) > closer*here) cycle
       scan%found = .true.
       scan%place = at%s
       exit
