@@ -93,7 +93,7 @@ contains
       if (reached >= 1.0_wp) exit
       balance = new_balance(control, values_at(path, min(1.0_wp, reached + min_fraction)), point)
       what%beyond = balance%given
-      if (balance%n == 0 .or. flows_away(interface, balance)) then
+      if (balance%n == 0) then
         what%ended = ended_lost
       else if (what%updates < most_updates) then
         call jump(interface, balance, point, what)
@@ -126,18 +126,6 @@ contains
     values = path%start + share*(path%target - path%start)
     if (share >= 1.0_wp) values = path%target
   end function values_at
-
-  !> Whether a viscous point has come so far that the branch ends there: what it holds drives it apart for as long as it
-  !> is held. Without time every place on the way is a rest.
-  pure function flows_away(interface, balance) result(yes)
-    type(interface_type), intent(in) :: interface   !! the interface
-    type(balance_type), intent(in) :: balance       !! the equations, the last equilibrium at their start
-    logical :: yes
-    !> Parts that are too long are halved.
-    real(wp), parameter :: nearly = 0.5_wp
-    yes = interface%rie%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp .and. &
-      maxval(abs(balance%old%s)) >= nearly*farthest_rest(interface, balance)
-  end function flows_away
 
   !> Newton's method alone, the increment halved where it does not converge: what the full solver is measured against.
   pure subroutine halve(interface, path, least, point, reached, what, result)
@@ -341,6 +329,7 @@ contains
     call move_on(interface, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
     what%updates = what%updates + updates
     what%iterations = what%iterations + used
+    if (found) found = .not. flows_away(interface, balance, trial)
     if (.not. found) then
       what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
       return
@@ -357,6 +346,20 @@ contains
     end if
     point = trial
   end subroutine jump
+
+  !> Whether a rest is one of many on a way without end: almost as far as what counts as running away, and no nearer
+  !> than where the branch ended. With viscous damage every place is a rest if no time passes.
+  pure function flows_away(interface, balance, point) result(yes)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations, the end of the branch at their start
+    type(point_type), intent(in) :: point           !! the rest
+    logical :: yes
+    !> A branch is followed in parts that are halved.
+    real(wp), parameter :: almost = 0.5_wp
+    real(wp) :: way
+    way = maxval(abs(point%s))
+    yes = way >= almost*farthest_rest(interface, balance) .and. way >= maxval(abs(balance%old%s))
+  end function flows_away
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
   pure function direction_vector(direction) result(e)
