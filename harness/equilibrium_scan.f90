@@ -37,7 +37,7 @@ contains
     !> Range to each side: multiples of s_f, of the largest separation and slip so far, of the closure under what is
     !> held.
     real(wp), parameter :: around = 5.0_wp
-    !> Several separations: at most this share of where they count as running away.
+    !> At most this share of where separations count as running away.
     real(wp), parameter :: share = 0.5_wp
     type(balance_type) :: balance
     real(wp) :: reach
@@ -71,7 +71,9 @@ contains
     integer :: i
 
     sense = 1.0_wp
-    here = force(point%s(scan%free))
+    ! where the point is, or on its side of the range if it runs away
+    x(2) = min(max(point%s(scan%free), scan%lower), scan%upper)
+    here = force(x(2))
     scan%short = here < 0.0_wp
     sense = merge(1.0_wp, -1.0_wp, scan%short)
     best = -huge(best)
@@ -86,8 +88,7 @@ contains
       end if
     end do
     scan%samples = steps + 2 + 2*refinements
-    x(1) = point%s(scan%free)
-    if (sense*here > best) a = x(1)
+    if (sense*here > best) a = x(2)
     b = a + width
     a = a - width
     ! the extreme beside the best sample
@@ -133,7 +134,9 @@ contains
     integer, parameter :: steps(3) = [0, 200, 40], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
-    real(wp) :: best(starts), r(3), scale, seeds(3, starts), size_of, x(3)
+    !> Share of the residual of the point itself that an equilibrium may leave: more is no better than to stay.
+    real(wp), parameter :: closer = 0.1_wp
+    real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
     logical :: good
 
@@ -141,6 +144,8 @@ contains
     best = huge(best)
     seeds = 0.0_wp
     at = point
+    call evaluate(interface, balance, point%s(balance%free(:n)), at, r(:n), scale, good)
+    here = maxval(abs(r(:n)))
     do i = 0, (steps(n) + 1)**n - 1
       k = i
       do j = 1, n
@@ -167,6 +172,8 @@ contains
       call newton_solve(interface, balance, .true., at, result)
       scan%samples = scan%samples + result%updates
       if (.not. result%converged .or. maxval(abs(at%s(balance%free(:n)))) > scan%upper) cycle
+      call evaluate(interface, balance, at%s(balance%free(:n)), at, r(:n), scale, good)
+      if (maxval(abs(r(:n))) > closer*here) cycle
       scan%found = .true.
       scan%place = at%s
       exit

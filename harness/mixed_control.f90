@@ -140,7 +140,7 @@ contains
     type(point_type) :: trial
     real(wp) :: fraction, next
     fraction = 1.0_wp
-    do while (reached < 1.0_wp .and. fraction >= least)
+    do while (reached < 1.0_wp .and. fraction >= least .and. what%updates < most_updates)
       next = min(1.0_wp, reached + fraction)
       balance = balance_at(path, next, reached, point)
       what%beyond = balance%given
@@ -157,7 +157,7 @@ contains
         fraction = 0.5_wp*fraction
       end if
     end do
-    if (reached < 1.0_wp) what%ended = ended_lost
+    if (reached < 1.0_wp) what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
   end subroutine halve
 
   !> Follow the branch as far as it goes, in one part: the state at its start is that of the point.
@@ -273,9 +273,9 @@ contains
     associate (free => balance%free(:n))
       from(:n) = origin(free)
       move(:n) = point%s(free) - from(:n)
-      good = .not. unstable(n, result%last, stiffness)
+      good = .not. unstable(n, result%last, stiffness) .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
       if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
-      good = result%stable .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
+      good = result%stable
       if (.not. good) return
       if (cannot_soften(interface, balance%old)) return
       r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
@@ -329,6 +329,7 @@ contains
     call move_on(interface, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
     what%updates = what%updates + updates
     what%iterations = what%iterations + used
+    if (found) found = .not. flows_away(interface, balance, trial)
     if (.not. found) then
       what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
       return
@@ -345,6 +346,20 @@ contains
     end if
     point = trial
   end subroutine jump
+
+  !> Whether a rest is one of many on a way without end: almost as far as what counts as running away, and no nearer
+  !> than where the branch ended. With viscous damage every place is a rest if no time passes.
+  pure function flows_away(interface, balance, point) result(yes)
+    type(interface_type), intent(in) :: interface   !! the interface
+    type(balance_type), intent(in) :: balance       !! the equations, the end of the branch at their start
+    type(point_type), intent(in) :: point           !! the rest
+    logical :: yes
+    !> A branch is followed in parts that are halved.
+    real(wp), parameter :: almost = 0.5_wp
+    real(wp) :: way
+    way = maxval(abs(point%s))
+    yes = way >= almost*farthest_rest(interface, balance) .and. way >= maxval(abs(balance%old%s))
+  end function flows_away
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
   pure function direction_vector(direction) result(e)

@@ -114,9 +114,12 @@ contains
     real(wp), intent(out) :: r(3)                   !! residual
     real(wp), intent(out) :: error                  !! its largest component, relative
     logical, intent(out) :: good                    !! false: the law does not take the separations
+    !> Smallest scale, of the strength: what is a rest at no load stays one, whatever rounding has left of its traction.
+    real(wp), parameter :: finest = 1.0e-6_wp
     real(wp) :: scale
     associate (n => balance%n)
       call evaluate(interface, balance, x(:n), point, r(:n), scale, good)
+      scale = max(scale, finest*interface%rie%material%k_n*interface%rie%material%s0)
       r(:n) = r(:n) + kappa*(x(:n) - start(:n))
       r(n + 1:) = 0.0_wp
       error = maxval(abs(r))/scale

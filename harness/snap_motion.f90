@@ -59,15 +59,15 @@ contains
     end associate
   end function cannot_soften
 
-  !> Separation beyond which several free ones are taken to run away, length: a thousand times s_f and what is given, or
-  !> that at the start.
+  !> Separation beyond which several free ones, or with viscous damage a single one, are taken to run away, length: a
+  !> thousand times s_f and what is given, or that at the start. What damage is left falls with time, never to zero.
   pure function farthest_rest(interface, balance) result(far)
     type(interface_type), intent(in) :: interface   !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
     real(wp) :: far
     real(wp), parameter :: times = 1000.0_wp
     far = huge(far)
-    if (balance%n < 2) return
+    if (balance%n == 0 .or. (balance%n == 1 .and. .not. interface%rie%material%tau_v > 0.0_wp)) return
     associate (material => interface%rie%material)
       far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
         balance%control%traction))

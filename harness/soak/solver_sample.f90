@@ -1,9 +1,10 @@
 !> One sample of the solver's soak run: a drawn interface, load and increment, run by each method.
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_m, p_mu, p_sigma0, p_theta, p_turn, prop_table, &
-    status_ok
+  use asperity_checks, only: bounded, integer_text, to_text
+  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
+    p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
+  use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use control_point, only: control_type, new_point, point_type
@@ -14,15 +15,17 @@ module solver_sample
   public :: draw_sample, run_sample, describe
 
   !> Loads: slip under a held normal traction; the same with the traction across the slip held at 0; with a spring on
-  !> the normal (CNS); all tractions given, up through the peak.
-  integer, parameter, public :: confined = 1, free_across = 2, sprung = 3, all_tractions = 4
-  character(len=*), parameter :: load_names(4) = [character(len=13) :: "confined", "free across", "sprung", &
-    "all tractions"]
+  !> the normal (CNS); all tractions given, up through the peak; springs on the normal and across the slip.
+  integer, parameter, public :: confined = 1, free_across = 2, sprung = 3, all_tractions = 4, twice_sprung = 5
+  character(len=*), parameter :: load_names(5) = [character(len=13) :: "confined", "free across", "sprung", &
+    "all tractions", "twice sprung"]
   !> Shares of the loads, of a hundred, added up.
   integer, parameter :: shares(4) = [70, 80, 90, 100]
 
   !> Material of the paper's Table 2, and its s_f.
   real(wp), parameter :: sigma0 = 3.0_wp, gc = 0.3_wp, sf = 2.0_wp*gc/sigma0
+  !> Stiffness of the springs, sigma0/s_f.
+  real(wp), parameter :: rigidity = 0.5_wp
 
   !> What is drawn.
   type, public :: sample_type
@@ -34,6 +37,14 @@ module solver_sample
     real(wp) :: mu = 0.5_wp             !! friction
     real(wp) :: sigma_n = 0.0_wp        !! held normal traction, stress
     real(wp) :: step = 0.0_wp           !! of the slip, length; of the traction, sigma0 per s_f
+    real(wp) :: spring(2) = rigidity*sigma0/sf   !! on the normal and across the slip, stress/length
+    real(wp) :: kc = 1.0_wp             !! closing stiffness
+    real(wp) :: tau_v = 0.0_wp          !! relaxation time; an increment takes 1
+    real(wp) :: mode_ii(2) = 0.0_wp     !! sigma02, Gc2; 0: those of mode I
+    logical :: guarded = .false.        !! damage grows only where that releases energy
+    integer :: initial = 0              !! 0: virgin and at rest, 1: cracked, 2: cracked and loaded
+    real(wp) :: traction(3) = 0.0_wp    !! that the initial state carries, stress
+    real(wp), allocatable :: state(:)   !! initial STATEV
     type(interface_type) :: interface
   end type sample_type
 
@@ -46,15 +57,18 @@ module solver_sample
     integer :: most_updates = 0         !! of one increment
     integer :: snaps = 0
     logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
+    logical :: limited = .false.        !! an increment met the limit of updates
+    logical :: away = .false.           !! viscous, lost: what is held drives it apart without end
     logical :: wrong = .false.          !! a row is no equilibrium, or no number
-    character(len=100) :: why = ""      !! what is not explained
+    character(len=300) :: why = ""      !! what is not explained, or met the limit
   end type outcome_type
 
 contains
 
   !> Draw a sample.
-  subroutine draw_sample(seed, sample)
+  subroutine draw_sample(seed, varied, sample)
     integer(int64), intent(inout) :: seed       !! 1..2147483646
+    logical, intent(in) :: varied               !! whether what `vary` draws is drawn, too: the rest does not change
     type(sample_type), intent(out) :: sample    !! the sample
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
     real(wp), parameter :: mus(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.2_wp], etas(3) = [0.9_wp, 0.9_wp, 0.99_wp]
@@ -64,8 +78,10 @@ contains
     integer, parameter :: kinds = 6, fine_shapes = 2
     real(wp), parameter :: tension = 0.5_wp
     real(wp) :: props(n_fixed_props)
+    integer(int64) :: other
     integer :: i, status
 
+    other = seed
     i = whole(seed, 100)
     sample%load = count(i >= shares) + 1
     ! no inclined plane, or 2 to 64 of them
@@ -86,14 +102,89 @@ contains
       sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**draw(seed)
     end select
     sample%step = sf*steps(1)*(steps(2)/steps(1))**draw(seed)
+    if (varied) call vary(other, sample)
     props = prop_table%default
     props([p_sigma0, p_gc, p_eta, p_mu]) = [sigma0, gc, sample%eta, sample%mu]
     props([p_m, p_theta, p_flat]) = [real(sample%m, wp), sample%theta, 1.0_wp/3.0_wp]
     ! slip along Tx in a pattern that is turned: a direction against the planes
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
-    call new_interface(props, sample%interface, status)
+    props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
+    call new_interface(props, sample%interface, status, sample%guarded)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
+    if (varied) call crack(other, sample)
   end subroutine draw_sample
+
+  !> Draw what makes a sample harder, each in a share of the samples.
+  subroutine vary(seed, sample)
+    integer(int64), intent(inout) :: seed           !! 1..2147483646; on return that of a sequence of its own
+    type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
+    real(wp), parameter :: kcs(4) = [0.05_wp, 20.0_wp, 1.0e3_wp, 1.0e4_wp]
+    !> Smallest and largest tau_v, of an increment; sigma02 and Gc2, of mode I; springs, of the usual one.
+    real(wp), parameter :: times(2) = [0.01_wp, 100.0_wp], ratios(2) = [0.3_wp, 5.0_wp], &
+      springs(2) = [0.01_wp, 100.0_wp]
+    integer, parameter :: one_in = 3
+    integer :: i
+    ! another sequence of numbers
+    seed = modulo(48271_int64*seed, 2147483647_int64)
+    if (whole(seed, one_in) == 0) sample%kc = kcs(whole(seed, size(kcs)) + 1)
+    if (whole(seed, one_in) == 0) sample%tau_v = times(1)*(times(2)/times(1))**draw(seed)
+    sample%guarded = whole(seed, one_in) == 0
+    if (whole(seed, one_in) == 0) then
+      do i = 1, 2
+        sample%mode_ii(i) = ratios(1)*(ratios(2)/ratios(1))**draw(seed)
+      end do
+      sample%mode_ii = sample%mode_ii*[sigma0, gc]
+    end if
+    if (whole(seed, one_in) == 0) sample%initial = 1 + whole(seed, 2)
+    i = whole(seed, 2)
+    if (i == 0 .and. any(sample%load == [free_across, sprung])) sample%load = twice_sprung
+    do i = 1, 2
+      sample%spring(i) = sample%spring(i)*springs(1)*(springs(2)/springs(1))**draw(seed)
+    end do
+  end subroutine vary
+
+  !> Draw the initial state; one that cannot carry its traction starts without.
+  subroutine crack(seed, sample)
+    integer(int64), intent(inout) :: seed           !! 1..2147483646
+    type(sample_type), intent(inout) :: sample      !! its initial state is set
+    !> Largest slip, of s_f; largest tangential traction, of the pressure and the strength.
+    real(wp), parameter :: slip = 1.5_wp, shear = 0.5_wp
+    logical, parameter :: all_held(3) = .true.
+    real(wp) :: damage, planes(sample%interface%n_statev)
+    integer :: i, k, kind, status
+
+    if (sample%initial == 0) return
+    planes = 0.0_wp
+    ! all planes alike, each of its own, all dead
+    kind = whole(seed, 3)
+    damage = draw(seed)
+    do k = 1, sample%interface%rie%pattern%n
+      i = plane_statev(k)
+      if (kind == 1) damage = min(1.0_wp, 2.0_wp*draw(seed))
+      if (kind == 2) damage = 1.0_wp
+      planes(i) = damage
+      planes(i + 1) = slip*sf*(2.0_wp*draw(seed) - 1.0_wp)
+      planes(i + 2) = slip*sf*(2.0_wp*draw(seed) - 1.0_wp)
+    end do
+    ! or no slip
+    if (whole(seed, 2) == 0) then
+      do k = 1, sample%interface%rie%pattern%n
+        planes(plane_statev(k) + 1:plane_statev(k) + 2) = 0.0_wp
+      end do
+    end if
+    if (sample%initial == 2) sample%traction = [sample%sigma_n, (abs(sample%sigma_n) + sigma0)*shear* &
+      (2.0_wp*draw(seed) - 1.0_wp), (abs(sample%sigma_n) + sigma0)*shear*(2.0_wp*draw(seed) - 1.0_wp)]
+    do i = 1, 3
+      sample%state = planes
+      call carry_traction(sample%interface, sample%traction, all_held, sample%state, status)
+      if (status == status_ok) return
+      ! without the shear, without any
+      sample%traction(2:3) = 0.0_wp
+      if (i == 2) sample%traction(1) = 0.0_wp
+    end do
+    deallocate (sample%state)
+    sample%initial = 0
+  end subroutine crack
 
   !> A number from 0 to below 1 (Park and Miller).
   function draw(seed) result(x)
@@ -118,27 +209,36 @@ contains
     integer, intent(in) :: method                 !! of `advance`
     type(outcome_type), intent(out) :: outcome    !! what it came to
     integer, parameter :: preload = 10
-    real(wp), parameter :: farthest = 1.5_wp*sf, rigidity = 0.5_wp, strength = 2.0_wp
+    real(wp), parameter :: farthest = 1.5_wp*sf, strength = 2.0_wp
     type(control_type) :: control
     type(point_type) :: point
-    real(wp) :: e(2), start(3), target(3)
+    real(wp) :: e(2), start(3), share, target(3)
     integer :: i, n
 
-    control%traction = [.true., sample%load == all_tractions, any(sample%load == [free_across, all_tractions])]
-    if (sample%load == sprung) control%spring(1) = rigidity*sigma0/sf
+    control%traction = [.true., sample%load == all_tractions, &
+      any(sample%load == [free_across, all_tractions, twice_sprung])]
+    if (any(sample%load == [sprung, twice_sprung])) control%spring(1) = sample%spring(1)
+    if (sample%load == twice_sprung) control%spring(3) = sample%spring(2)
+    control%dt = 1.0_wp
     e = [1.0_wp, 0.0_wp]
     if (sample%load == confined) e = direction_vector(real(sample%direction, wp))
     n = ceiling(farthest/sample%step)
     outcome%all_increments = preload + 2*n
     if (sample%load == all_tractions) outcome%all_increments = preload + n
-    point = new_point(sample%interface)
-    target = 0.0_wp
+    if (allocated(sample%state)) then
+      point = new_point(sample%interface, sample%state)
+    else
+      point = new_point(sample%interface)
+    end if
+    target = merge(sample%traction, 0.0_wp, control%traction)
     do i = 1, outcome%all_increments
       start = target
       if (i <= preload) then
-        target(1) = sample%sigma_n*real(i, wp)/real(preload, wp)
+        share = real(i, wp)/real(preload, wp)
+        target(1) = (1.0_wp - share)*sample%traction(1) + share*sample%sigma_n
       else if (sample%load == all_tractions) then
-        target(2) = real(i - preload, wp)/real(n, wp)*(strength*sigma0 + 2.0_wp*abs(sample%sigma_n))
+        share = real(i - preload, wp)/real(n, wp)
+        target(2) = (1.0_wp - share)*sample%traction(2) + share*(strength*sigma0 + 2.0_wp*abs(sample%sigma_n))
       else
         target(2:3) = e*farthest*(1.0_wp - abs(real(i - preload - n, wp))/real(n, wp))
       end if
@@ -156,42 +256,87 @@ contains
     integer, intent(in) :: method                     !! of `advance`
     type(point_type), intent(inout) :: point          !! the point
     type(outcome_type), intent(inout) :: outcome      !! counted on
-    !> Of the strength and of K times the largest separation: an equilibrium to this share.
-    real(wp), parameter :: tolerance = 1.0e-7_wp, rounding = 1.0e-12_wp
     type(report_type) :: report
     type(scan_type) :: scan
-    real(wp) :: gap(3), reached, values(3)
+    type(control_type) :: at_once
+    type(point_type) :: old
+    real(wp) :: reached, values(3)
     integer :: iterations
 
+    old = point
     call advance(sample%interface, control, start, target, point, iterations, reached, report=report, method=method)
     outcome%updates = outcome%updates + report%updates
     outcome%most_updates = max(outcome%most_updates, report%updates)
     outcome%snaps = outcome%snaps + report%snaps
-    ! what is left is an equilibrium, lost or not
+    ! what is left is an equilibrium, lost or not; with the guard an initial state may be none before the first increment
     values = start + reached*(target - start)
-    gap = merge(point%traction + control%spring*point%s - values, &
-      sample%interface%rie%material%k_n*(point%s - values), control%traction)
-    if (.not. maxval(abs(gap)) <= tolerance*(sigma0 + maxval(abs(values), mask=control%traction)) + &
-      rounding*sample%interface%rie%material%k_n*maxval(abs(point%s))) then
-      outcome%wrong = .true.
-      outcome%why = "no equilibrium in a row: gap " // to_text(maxval(abs(gap)))
-      return
-    end if
+    if (reached > 0.0_wp .or. outcome%increments > 0) call judge(sample, control, values, old, point, outcome)
+    if (outcome%wrong) return
     if (reached >= 1.0_wp) then
       outcome%increments = outcome%increments + 1
       return
     end if
     if (method /= full_solver) return
+    outcome%limited = report%ended == ended_limit
+    outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
         " updates of the law"
       return
     end if
-    call scan_equilibria(sample%interface, control, report%beyond, point, scan)
+    ! no time is left for damage to grow in
+    at_once = control
+    at_once%dt = 0.0_wp
+    call scan_equilibria(sample%interface, at_once, report%beyond, point, scan)
     outcome%proven = .not. scan%found   ! also where the work limit came first
-    if (scan%found) outcome%why = "there is an equilibrium at s = " // to_text(scan%place(1)) // ", " // &
-      to_text(scan%place(2)) // ", " // to_text(scan%place(3))
+    if (outcome%proven .and. .not. outcome%limited) return
+    outcome%why = "increment " // integer_text(outcome%increments + 1) // ": "
+    if (outcome%limited) outcome%why = trim(outcome%why) // " limit of updates met;"
+    if (scan%found) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // to_text(scan%place(1)) // &
+      ", " // to_text(scan%place(2)) // ", " // to_text(scan%place(3))
   end subroutine take
+
+  !> Whether what an increment left carries what is held, and is a state of the law.
+  subroutine judge(sample, control, values, old, point, outcome)
+    type(sample_type), intent(in) :: sample           !! the sample
+    type(control_type), intent(in) :: control         !! what is held
+    real(wp), intent(in) :: values(3)                 !! given values
+    type(point_type), intent(in) :: old               !! the point before
+    type(point_type), intent(in) :: point             !! the point
+    type(outcome_type), intent(inout) :: outcome      !! counted on
+    !> Of the strength and the given tractions: an equilibrium to this share, however far the separations are. K times
+    !> the given separations is known to rounding errors.
+    real(wp), parameter :: tolerance = 1.0e-6_wp, rounding = 1.0e-12_wp
+    type(point_type) :: again
+    real(wp) :: alpha(sample%interface%rie%pattern%n), gap(3), most
+    integer :: k
+
+    outcome%wrong = .not. (all(bounded(point%s, huge(most))) .and. all(bounded(point%traction, huge(most))) .and. &
+      all(bounded(point%state, huge(most))) .and. all([(all(bounded(point%tangent(:, k), huge(most))), k = 1, 3)]))
+    if (outcome%wrong) then
+      outcome%why = "not finite"
+      return
+    end if
+    alpha = [(point%state(plane_statev(k)), k = 1, size(alpha))]
+    outcome%wrong = any(alpha < [(old%state(plane_statev(k)), k = 1, size(alpha))]) .or. any(alpha > 1.0_wp)
+    if (outcome%wrong) then
+      outcome%why = "damage that heals or is above 1"
+      return
+    end if
+    most = tolerance*(sigma0 + maxval([0.0_wp, pack(abs(values), control%traction)]))
+    gap = merge(point%traction + control%spring*point%s - values, &
+      sample%interface%rie%material%k_n*(point%s - values), control%traction)
+    outcome%wrong = any(abs(gap) > most .and. (control%traction .or. &
+      abs(gap) > rounding*sample%interface%rie%material%k_n*abs(values)))
+    if (.not. outcome%wrong .and. .not. sample%guarded) then
+      ! the traction is that of the state: nothing grows or slides where nothing moves (the guard may let damage grow)
+      again = new_point(sample%interface, point%state, point%s)
+      gap = again%traction - point%traction
+      outcome%wrong = any(abs(gap) > most .and. control%traction)
+    end if
+    if (outcome%wrong) outcome%why = "no equilibrium in a row: gap " // to_text(maxval(abs(gap))) // " at s = " // &
+      to_text(point%s(1)) // ", " // to_text(point%s(2)) // ", " // to_text(point%s(3))
+  end subroutine judge
 
   !> A sample in words.
   function describe(sample) result(text)
@@ -200,7 +345,14 @@ contains
     text = trim(load_names(sample%load)) // ", m = " // integer_text(sample%m) // ", theta = " // &
       to_text(sample%theta) // ", eta = " // to_text(sample%eta) // ", mu = " // to_text(sample%mu) // &
       ", direction " // integer_text(sample%direction) // ", sigma_N = " // to_text(sample%sigma_n) // &
-      ", step " // to_text(sample%step)
+      ", step " // to_text(sample%step) // ", kc = " // to_text(sample%kc) // ", tau_v = " // &
+      to_text(sample%tau_v) // ", sigma02 = " // to_text(sample%mode_ii(1)) // ", Gc2 = " // &
+      to_text(sample%mode_ii(2)) // trim(merge(", guarded", "         ", sample%guarded)) // ", initial " // &
+      integer_text(sample%initial)
+    if (any(sample%load == [sprung, twice_sprung])) text = text // ", springs " // to_text(sample%spring(1)) // &
+      ", " // to_text(sample%spring(2))
+    if (allocated(sample%state)) text = text // ", t = " // to_text(sample%traction(1)) // ", " // &
+      to_text(sample%traction(2)) // ", " // to_text(sample%traction(3))
   end function describe
 
 end module solver_sample
