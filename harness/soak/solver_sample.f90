@@ -268,7 +268,8 @@ contains
     outcome%updates = outcome%updates + report%updates
     outcome%most_updates = max(outcome%most_updates, report%updates)
     outcome%snaps = outcome%snaps + report%snaps
-    ! what is left is an equilibrium, lost or not; with the guard an initial state may be none before the first increment
+    ! what is left is an equilibrium, lost or not; with the guard an initial state may be none before the first
+    ! increment
     values = start + reached*(target - start)
     if (reached > 0.0_wp .or. outcome%increments > 0) call judge(sample, control, values, old, point, outcome)
     if (outcome%wrong) return

@@ -70,8 +70,8 @@ contains
 
   !> Options of the command.
   subroutine read_options()
-    character(len=*), parameter :: usage = "usage: solver_soak [--samples N] [--only I] [--seed S] [--plain] [--strict] " // &
-      "[--csv FILE] [--quiet]"
+    character(len=*), parameter :: usage = "usage: solver_soak [--samples N] [--only I] [--seed S] [--plain] " // &
+      "[--strict] [--csv FILE] [--quiet]"
     integer, parameter :: longest = 1000
     character(len=longest) :: argument
     integer :: a, status
