@@ -11,7 +11,7 @@ module events
   use asperity_pattern, only: plane_normal
   implicit none
   private
-  public :: planes_type, planes_at_rest, find_events, name_event
+  public :: planes_type, put_at_rest, find_events, name_event
 
   !> Characters that hold all names.
   integer, parameter, public :: event_length = 64
@@ -23,17 +23,17 @@ module events
 
 contains
 
-  !> Planes of a point at rest: neither in contact nor apart.
-  pure function planes_at_rest(interface) result(planes)
+  !> Planes of a point at rest: neither in contact nor apart (no function: flang 16 cannot assign its result).
+  pure subroutine put_at_rest(interface, planes)
     type(interface_type), intent(in) :: interface   !! the interface
-    type(planes_type) :: planes
+    type(planes_type), intent(out) :: planes        !! its planes
     integer :: n
     n = interface%rie%pattern%n
     allocate (planes%contact(n), planes%apart(n), planes%slides(n))
     planes%contact = .false.
     planes%apart = .false.
     planes%slides = .false.
-  end function planes_at_rest
+  end subroutine put_at_rest
 
   !> What happened since the last row.
   pure subroutine find_events(interface, s, old, new, planes, event)

@@ -14,7 +14,7 @@ module history
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use control_point, only: point_type
-  use events, only: event_length, find_events, name_event, planes_at_rest, planes_type
+  use events, only: event_length, find_events, name_event, planes_type, put_at_rest
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -66,7 +66,7 @@ contains
     integer :: j, k, n
 
     n = interface%rie%pattern%n
-    table%planes = planes_at_rest(interface)
+    call put_at_rest(interface, table%planes)
     allocate (table%last%state(interface%n_statev))
     table%last%state = 0.0_wp
     table%path = path
