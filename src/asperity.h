@@ -34,7 +34,8 @@ int asperity_nstatv(const double *props, int nprops, char *message, int size);
  *   traction double[n][3], finite
  *   state    double[n][nstatv], planes as they are (all zero: virgin) -> the same with offset, slips and energies
  * The traction grows from what the state carries, in proportion; the next asperity_update with s = 0 returns it.
- * Returns ASPERITY_OK, or the status of the first point that was rejected, whose state is as it came. */
+ * Returns ASPERITY_OK, or the status of the first point that was rejected: its state and those after it are as they
+ * came, those before it have their offset (and keep it if they are given again). */
 int asperity_initial_state(const double *props, int nprops, int n, const double *traction, int nstatv, double *state,
                            char *message, int size);
 

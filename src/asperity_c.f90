@@ -62,13 +62,8 @@ contains
     integer :: i
 
     allocate (character(len=0) :: text)
-    call new_interface(props, interface, status)
-    if (status /= status_ok) then
-      call review_props(props, status, text)
-    else if (n < 0) then
-      status = status_size
-      text = "n = " // integer_text(n) // " points: expected 0 or more"
-    else
+    call begin(props, n, interface, status, text)
+    if (status == status_ok) then
       do i = 1, n
         call carry_traction(interface, traction(:, i), all_held, state(:, i), status)
         if (status /= status_ok) then
@@ -121,6 +116,23 @@ contains
     call update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded /= 0)
   end function asperity_update_with
 
+  !> Interface of PROPS for n points, or why there is none.
+  subroutine begin(props, n, interface, status, text, guarded)
+    real(c_double), intent(in), contiguous :: props(:)        !! material constants
+    integer(c_int), intent(in) :: n                           !! points
+    type(interface_type), intent(out) :: interface            !! the interface
+    integer(c_int), intent(out) :: status                     !! 0 or that of what is wrong
+    character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
+    logical, intent(in), optional :: guarded                  !! as in new_interface
+    call new_interface(props, interface, status, guarded)
+    if (status /= status_ok) then
+      call review_props(props, status, text)
+    else if (n < 0) then
+      status = status_size
+      text = "n = " // integer_text(n) // " points: expected 0 or more"
+    end if
+  end subroutine begin
+
   !> Update n points; what both entries share.
   subroutine update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded)
     real(c_double), intent(in), contiguous :: props(:)           !! material constants
@@ -141,13 +153,8 @@ contains
     integer :: failed, i
 
     text = ""
-    call new_interface(props, interface, status, guarded)
-    if (status /= status_ok) then
-      call review_props(props, status, text)
-    else if (n < 0) then
-      status = status_size
-      text = "n = " // integer_text(n) // " points: expected 0 or more"
-    else
+    call begin(props, n, interface, status, text, guarded)
+    if (status == status_ok) then
       ! a pointer to nothing is an absent argument
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
