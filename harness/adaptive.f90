@@ -55,22 +55,22 @@ module adaptive
 contains
 
   !> Steps from rest.
-  pure function new_walk(interface) result(walk)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function new_walk(joint) result(walk)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(walk_type) :: walk
-    associate (material => interface%rie%material)
+    associate (material => joint%material)
       walk%traction = material%k_n/sqrt(material%inv_s01_2)
       walk%separation = material%s0/(1.0_wp - material%eta)
     end associate
-    walk%lands = interface%rie%pattern%n <= most_planes
+    walk%lands = joint%pattern%n <= most_planes
   end function new_walk
 
   !> One accepted step on the way from `start` to `target`: its middle and its end.
   !>
   !> Where no equilibrium is found `reached` is below 1, and `at`, `point` and the middle are the last ones found.
-  pure subroutine adaptive_step(interface, control, start, target, walk, at, point, at_middle, middle, iterations, &
+  pure subroutine adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, &
                                 reached, reports)
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given, and the time that the whole way takes
     real(wp), intent(in) :: start(3), target(3)     !! given values at both ends of the way, as `advance` takes them
     type(walk_type), intent(inout) :: walk          !! step size and scales
@@ -94,7 +94,7 @@ contains
       ! the control or the direction may have changed
       middle = point
       call go(at, at + probe*size, middle, used, reached, walk%solves, reports(1))
-      walk%does = regime(interface, point, middle)
+      walk%does = regime(joint, point, middle)
     end if
     landed = .false.
     located = .false.
@@ -123,14 +123,14 @@ contains
         if (last) exit
         error = 1.0_wp/most_cut**2
       else
-        switched = any(walk%does .neqv. regime(interface, point, middle)) .or. &
-          any(walk%does .neqv. regime(interface, middle, ending))
+        switched = any(walk%does .neqv. regime(joint, point, middle)) .or. &
+          any(walk%does .neqv. regime(joint, middle, ending))
         single = single .and. maxval(reports%parts) == 1
-        error = step_error(control, walk, path_weight(interface, control, size), point, whole, middle, ending, &
+        error = step_error(control, walk, path_weight(joint, control, size), point, whole, middle, ending, &
           switched, single)
         if (error <= 1.0_wp .or. last) exit
         if (walk%lands .and. .not. located .and. error > worth_landing) then
-          call first_switch(interface, control, start, target, at, next, point, walk, switch)
+          call first_switch(joint, control, start, target, at, next, point, walk, switch)
           located = .true.
         end if
       end if
@@ -154,7 +154,7 @@ contains
     walk%separation = max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     walk%size = size*min(most_growth, safety/sqrt(max(error, tiny(error))))
     if (landed) walk%size = min(walk%size, max(size, shorter))
-    walk%does = regime(interface, middle, ending)
+    walk%does = regime(joint, middle, ending)
     point = ending
     at = next
 
@@ -169,7 +169,7 @@ contains
       integer, intent(inout) :: solves            !! counted
       type(report_type), intent(out) :: report    !! what happened
       integer, intent(in), optional :: method     !! of `advance`
-      call advance(interface, share_of(control, to - from), between(start, target, from), between(start, target, to), &
+      call advance(joint, share_of(control, to - from), between(start, target, from), between(start, target, to), &
         moved, used, reached, report=report, method=method)
       solves = solves + 1
     end subroutine go
@@ -216,13 +216,13 @@ contains
   end function size_of
 
   !> Weight of the difference at the end of a step: friction forgets, viscous damage sums up over its relaxation time.
-  pure function path_weight(interface, control, size) result(weight)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function path_weight(joint, control, size) result(weight)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! with the time that the whole way takes
     real(wp), intent(in) :: size                    !! of the step as a share of the way
     real(wp) :: weight
     weight = path_share
-    associate (tau_v => interface%rie%material%tau_v)
+    associate (tau_v => joint%material%tau_v)
       if (tau_v > 0.0_wp .and. control%dt > 0.0_wp) weight = max(weight, min(1.0_wp, tau_v/control%dt)/size)
     end associate
   end function path_weight
@@ -269,26 +269,26 @@ contains
   end subroutine extrapolate
 
   !> What every plane does in an increment: in contact, sliding in contact, damage growing, dead.
-  pure function regime(interface, old, new) result(does)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function regime(joint, old, new) result(does)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! start and end of the increment
-    logical :: does(4, interface%rie%pattern%n)
-    does = criteria(interface, old, new) > 0.0_wp
+    logical :: does(4, joint%pattern%n)
+    does = criteria(joint, old, new) > 0.0_wp
   end function regime
 
   !> How far every plane is from its switches, positive: in contact, sliding in contact, damage growing, dead.
   !>
   !> Separations are in units of s0; the damage (6), (7) and the slip (38) are those of the law.
-  pure function criteria(interface, old, new) result(margin)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function criteria(joint, old, new) result(margin)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! start and end of the increment
-    real(wp) :: margin(4, interface%rie%pattern%n)
+    real(wp) :: margin(4, joint%pattern%n)
     !> Openings that are rounding errors: a dead plane under no traction just touches.
     real(wp), parameter :: touching = 1.0e-10_wp
     real(wp) :: alpha, r, reach, s(3), s_h, s_n, s_t, slope
     integer :: i, k
     s = whole_separation(new%s, new%state)
-    associate (pattern => interface%rie%pattern, m => interface%rie%material)
+    associate (pattern => joint%pattern, m => joint%material)
       do k = 1, pattern%n
         i = plane_statev(k)
         alpha = old%state(i)
@@ -312,8 +312,8 @@ contains
   !>
   !> The first plane that no longer does what it did at the start is found by false position on the smallest margin, and
   !> halving.
-  pure subroutine first_switch(interface, control, start, target, at, next, point, walk, switch)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine first_switch(joint, control, start, target, at, next, point, walk, switch)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3), target(3)     !! given values at both ends of the way
     real(wp), intent(in) :: at, next                !! shares of the way between which to look
@@ -323,7 +323,7 @@ contains
     !> Halving alone would take 20 to get as close.
     integer, parameter :: most = 30
     ! the bracket that is left is as narrow as the tolerance, so that the kink in it is drawn within that
-    real(wp), dimension(4, interface%rie%pattern%n) :: far_margin, margin, near_margin
+    real(wp), dimension(4, joint%pattern%n) :: far_margin, margin, near_margin
     real(wp) :: far, near, near_least, far_least, trial
     logical :: good
     integer :: i, side
@@ -372,12 +372,12 @@ contains
       integer :: used
       moved = point
       margin = 0.0_wp
-      call advance(interface, share_of(control, share - at), between(start, target, at), &
+      call advance(joint, share_of(control, share - at), between(start, target, at), &
         between(start, target, share), moved, used, reached)
       solves = solves + 1
       good = .not. reached < 1.0_wp
       if (.not. good) return
-      margin = criteria(interface, point, moved)
+      margin = criteria(joint, point, moved)
       margin = merge(margin, -margin, walk%does)
     end subroutine look
 
@@ -386,9 +386,9 @@ contains
   !> Confined slip test with adaptive increments: sigma_N on a virgin point at zero slip, then slips to turning points.
   !>
   !> Every step gives two rows, its middle and its end; a row ends at every turning point.
-  pure subroutine adaptive_slip(interface, direction, slips, sigma_n, tolerance, lands, separation, traction, state, &
+  pure subroutine adaptive_slip(joint, direction, slips, sigma_n, tolerance, lands, separation, traction, state, &
                                 n_rows, n_turns, walk, times, preload_time)
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) turning points, length
     real(wp), intent(in) :: sigma_n                 !! normal traction, stress
@@ -416,8 +416,8 @@ contains
     n_rows = 0
     n_turns = -1
     control%traction(1) = .true.
-    point = new_point(interface)
-    walk = new_walk(interface)
+    point = new_point(joint)
+    walk = new_walk(joint)
     walk%tolerance = tolerance
     walk%lands = walk%lands .and. lands
     target = 0.0_wp
@@ -438,7 +438,7 @@ contains
       end if
       at = 0.0_wp
       do while (at < 1.0_wp)
-        call adaptive_step(interface, control, start, target, walk, at, point, at_middle, middle, iterations, reached, &
+        call adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, reached, &
           reports)
         if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state)
         if (reached < 1.0_wp) return

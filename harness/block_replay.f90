@@ -34,8 +34,8 @@ module block_replay
 contains
 
   !> Replay a record; every record becomes a row (iterations: calls of vumat; in 2D s_Ty and t_Ty are 0).
-  subroutine run_block_replay(interface, props, ntens, n_points, initial, record, label, table, progress, failure)
-    type(interface_type), intent(in) :: interface            !! the interface
+  subroutine run_block_replay(joint, props, ntens, n_points, initial, record, label, table, progress, failure)
+    type(interface_type), intent(in) :: joint                !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS
     integer, intent(in) :: ntens                             !! components of the host, 2 or 3
     integer, intent(in) :: n_points                          !! points of the block
@@ -48,14 +48,14 @@ contains
     type(row_type) :: row
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(n_points, ntens) :: strain, stress_old, stress
-    real(wp), dimension(n_points, interface%n_statev) :: state_old, state
+    real(wp), dimension(n_points, joint%n_statev) :: state_old, state
     real(wp), dimension(n_points) :: intern_old, intern, inelas_old, inelas, unset_point, rho
     real(wp) :: unset(n_points, 9), earlier(0:stagger - 1, ntens), dtime, largest, offset(3)
     integer :: delay, i, n, position(3)
     logical :: viscous
 
     failure = ""
-    viscous = interface%rie%material%tau_v > 0.0_wp
+    viscous = joint%material%tau_v > 0.0_wp
     position = vumat_map(1, ntens - 1)
     rho = density
     unset = garbage
@@ -107,7 +107,7 @@ contains
         end if
       end do
       largest = max(largest, abs(state(1, v_work)))
-      associate (mass => density*interface%h, ledger => state(1, v_rupture) + state(1, v_friction), &
+      associate (mass => density*joint%h, ledger => state(1, v_rupture) + state(1, v_friction), &
                  rounding => 4.0_wp*real(n, wp)*epsilon(1.0_wp))
         if (abs(mass*inelas(1) - ledger) > rounding*ledger) failure = "enerInelasNew is not rupture and friction"
         if (abs(mass*intern(1) - state(1, v_work)) > rounding*largest) failure = "enerInternNew is not the work"
@@ -129,7 +129,7 @@ contains
       end do
       row%state = state(1, :)
       row%state(v_offset:v_offset + 2) = offset   ! a VUMAT keeps its strains there, too
-      call add_row(table, interface, row)
+      call add_row(table, joint, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do
@@ -143,7 +143,7 @@ contains
       state = garbage
       intern = garbage
       inelas = garbage
-      call vumat(n_points, 1, ntens - 1, interface%n_statev, 0, size(props), 0, total_time, total_time, dtime, name, &
+      call vumat(n_points, 1, ntens - 1, joint%n_statev, 0, size(props), 0, total_time, total_time, dtime, name, &
         unset, unset_point, props, rho, strain, unset, unset_point, unset, unset, unset, stress_old, state_old, &
         intern_old, inelas_old, unset_point, unset, unset, unset, stress, state, intern, inelas)
     end subroutine call_vumat

@@ -90,7 +90,7 @@ module case_file
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     logical :: guarded = .false.                  !! damage grows only where that releases energy
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     type(initial_type) :: initial                 !! planes and traction of the start
     type(state_type) :: state                     !! where the steps start
     type(step_type), allocatable :: steps(:)      !! size 0: a replay
@@ -156,24 +156,24 @@ contains
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
-    call new_interface(case%props, case%interface, status, case%guarded)
+    call new_interface(case%props, case%joint, status, case%guarded)
     if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
     held = .true.
     held(3) = case%replay%ntens > 2
-    call carry_initial(text, case%interface, held, size(case%steps) == 0, case%initial, message)
+    call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)
     if (case%initial%given) then
       case%state%given = .true.
       case%state%statev = case%initial%carried
     end if
-    call check_state(text, case%interface, case%state, message)
-    call check_separations(text, case%steps, case%interface, message)
+    call check_state(text, case%joint, case%state, message)
+    call check_separations(text, case%steps, case%joint, message)
     if (size(case%steps) > 0) return
     if (case%replay%block > 0) then
       call read_strains(case%replay%file, case%replay%ntens, vumat_map(1, case%replay%ntens - 1), 0.5_wp, &
-        case%replay%dtime, case%interface, case%strains, message)
+        case%replay%dtime, case%joint, case%strains, message)
     else
-      call read_strains(case%replay%file, case%replay%ntens, component_map(case%replay%ntens, case%interface%map), &
-        1.0_wp, case%replay%dtime, case%interface, case%strains, message)
+      call read_strains(case%replay%file, case%replay%ntens, component_map(case%replay%ntens, case%joint%map), &
+        1.0_wp, case%replay%dtime, case%joint, case%strains, message)
     end if
   end subroutine interpret_case
 

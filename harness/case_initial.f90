@@ -67,9 +67,9 @@ contains
   end subroutine read_initial
 
   !> The states of &initial, without one those of a virgin point; the planes must be able to carry the traction.
-  subroutine carry_initial(text, interface, held, replays, initial, message)
+  subroutine carry_initial(text, joint, held, replays, initial, message)
     type(text_type), intent(in) :: text                       !! the file
-    type(interface_type), intent(in) :: interface             !! the interface
+    type(interface_type), intent(in) :: joint                 !! the interface
     logical, intent(in) :: held(3)                            !! components that there are
     logical, intent(in) :: replays                            !! whether a host adapter has to find the offset
     type(initial_type), intent(inout) :: initial              !! planes and carried are set
@@ -79,12 +79,12 @@ contains
     integer :: e, earlier, i, k, status
     logical :: loaded
 
-    allocate (initial%planes(interface%n_statev))
+    allocate (initial%planes(joint%n_statev))
     initial%planes = 0.0_wp
     initial%carried = initial%planes
     if (.not. initial%given) return
     earlier = len(message)
-    associate (n => interface%rie%pattern%n, damage => initial%damage, slip => initial%slip)
+    associate (n => joint%pattern%n, damage => initial%damage, slip => initial%slip)
       if (all(size(damage) /= [0, 1, n])) call append(message, entry_where(text, initial%damage_entry) // ": " // &
         integer_text(size(damage)) // " values: expected " // one_or(n, 1))
       if (all(size(slip) /= [0, 2, 2*n])) call append(message, entry_where(text, initial%slip_entry) // ": " // &
@@ -96,7 +96,7 @@ contains
         if (size(slip) > 0) initial%planes(i + 1:i + 2) = slip(min(2*k, size(slip)) - 1:min(2*k, size(slip)))
       end do
     end associate
-    largest = slip_factor*separation_bound(interface)
+    largest = slip_factor*separation_bound(joint)
     if (.not. all(bounded(initial%slip, largest))) call append(message, entry_where(text, initial%slip_entry) // &
       ": expected a magnitude up to " // to_text(largest))
     loaded = any(abs(initial%traction) > 0.0_wp)
@@ -107,10 +107,10 @@ contains
       "separation of a slip where there is a stress only")
     if (len(message) > earlier) return
     initial%carried = initial%planes
-    call carry_traction(interface, initial%traction, held, initial%carried, status)
+    call carry_traction(joint, initial%traction, held, initial%carried, status)
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
-    call explain_initial(interface, initial%traction, held, initial%planes, reasons)
+    call explain_initial(joint, initial%traction, held, initial%planes, reasons)
     e = initial%traction_entry
     if (e == 0) e = initial%slip_entry
     call append(message, entry_where(text, e) // ": " // reasons)

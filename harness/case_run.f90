@@ -36,18 +36,18 @@ contains
     closure = 0.0_wp
     failure = ""
     code = exit_input
-    call open_history(table, output, case%interface, planes .or. case%planes)
+    call open_history(table, output, case%joint, planes .or. case%planes)
     if (table%good) then
       call begin_progress(progress, quiet)
       if (size(case%steps) > 0) then
-        call run_path(case%interface, case%state, case%steps, label, table, progress, failed)
+        call run_path(case%joint, case%state, case%steps, label, table, progress, failed)
       else
-        if (case%initial%given) call start_from(table, case%interface, new_point(case%interface, case%initial%carried))
+        if (case%initial%given) call start_from(table, case%joint, new_point(case%joint, case%initial%carried))
         if (case%replay%block > 0) then
-          call run_block_replay(case%interface, case%props, case%replay%ntens, case%replay%block, case%initial, &
+          call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
             case%strains, label, table, progress, failure)
         else
-          call run_replay(case%interface, case%props, case%replay%ntens, case%initial, case%strains, label, table, &
+          call run_replay(case%joint, case%props, case%replay%ntens, case%initial, case%strains, label, table, &
             progress, failure)
         end if
       end if
@@ -122,7 +122,7 @@ contains
       text = "the values to reach are out of range"
       return
     end if
-    call scan_equilibria(case%interface, failed%control, failed%report%beyond, failed%last, scan)
+    call scan_equilibria(case%joint, failed%control, failed%report%beyond, failed%last, scan)
     if (scan%n == 0) then
       text = "the separation is out of range"
       return
@@ -210,7 +210,7 @@ contains
     integer :: k
     closure = 0.0_wp
     kc = merge(case%props(p_kc), 1.0_wp, case%props(p_kc) > 0.0_wp)
-    associate (pattern => case%interface%rie%pattern)
+    associate (pattern => case%joint%pattern)
       do k = 1, pattern%n
         if (pattern%sin_theta(k) > 0.0_wp) closure = max(closure, &
           pressure*(1.0_wp - case%props(p_eta))/(pattern%gamma(k)*case%props(p_sigma0)*kc))

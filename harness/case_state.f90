@@ -2,7 +2,8 @@
 module case_state
   use asperity_checks, only: append, integer_text
   use asperity_contract, only: status_ok
-  use asperity_interface, only: explain_point, interface_type, point_status
+  use asperity_interface, only: interface_type
+  use asperity_points, only: explain_point, point_status
   use asperity_kinds, only: wp
   use case_text, only: group_index, group_where, text_type, unknown_name
   use case_values, only: get_reals
@@ -52,19 +53,19 @@ contains
   end subroutine read_state
 
   !> The state must be one that the law takes.
-  subroutine check_state(text, interface, state, message)
+  subroutine check_state(text, joint, state, message)
     type(text_type), intent(in) :: text                       !! the file
-    type(interface_type), intent(in) :: interface             !! the interface
+    type(interface_type), intent(in) :: joint                 !! the interface
     type(state_type), intent(in) :: state                     !! where the run starts
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: reasons
     if (.not. state%given) return
-    if (size(state%statev) /= interface%n_statev) then
+    if (size(state%statev) /= joint%n_statev) then
       call append(message, group_where(text, group_index(text, "state")) // integer_text(size(state%statev)) // &
-        " values of statev: expected " // integer_text(interface%n_statev))
-    else if (point_status(interface, state%s, state%s, state%statev) /= status_ok) then
+        " values of statev: expected " // integer_text(joint%n_statev))
+    else if (point_status(joint, state%s, state%s, state%statev) /= status_ok) then
       allocate (character(len=0) :: reasons)
-      call explain_point(interface, state%s, state%s, state%statev, reasons)
+      call explain_point(joint, state%s, state%s, state%statev, reasons)
       call append(message, group_where(text, group_index(text, "state")) // reasons)
     end if
   end subroutine check_state

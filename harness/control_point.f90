@@ -2,7 +2,8 @@
 module control_point
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
-  use asperity_interface, only: interface_type, point_status
+  use asperity_interface, only: interface_type
+  use asperity_points, only: point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   implicit none
@@ -52,17 +53,17 @@ module control_point
 contains
 
   !> A virgin point at rest, or one that starts from a state, at separation zero or a given one.
-  pure function new_point(interface, state, separation) result(point)
-    type(interface_type), intent(in) :: interface           !! the interface
+  pure function new_point(joint, state, separation) result(point)
+    type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in), optional :: state(:)              !! STATEV to start from
     real(wp), intent(in), optional :: separation(3)         !! (N, Tx, Ty) to start from, length
     type(point_type) :: point
-    real(wp) :: old(interface%n_statev)
+    real(wp) :: old(joint%n_statev)
     old = 0.0_wp
-    if (present(state)) old = state(:interface%n_statev)
+    if (present(state)) old = state(:joint%n_statev)
     if (present(separation)) point%s = separation
-    allocate (point%state(interface%n_statev))
-    call update_point(interface%rie, point%s, point%s, old, point%state, point%traction, point%tangent)
+    allocate (point%state(joint%n_statev))
+    call update_point(joint, point%s, point%s, old, point%state, point%traction, point%tangent)
   end function new_point
 
   !> Separation that the planes see: with the offset of an initial traction (STATEV 7-9), length.
@@ -91,8 +92,8 @@ contains
   end function new_balance
 
   !> The point at free separations x, the others being as given, and the residual of what is held.
-  pure subroutine evaluate(interface, balance, x, point, residual, scale, good)
-    type(interface_type), intent(in) :: interface    !! the interface
+  pure subroutine evaluate(joint, balance, x, point, residual, scale, good)
+    type(interface_type), intent(in) :: joint        !! the interface
     type(balance_type), intent(in) :: balance        !! the equations
     real(wp), intent(in) :: x(:)                     !! (n) free separations, length
     type(point_type), intent(inout) :: point         !! state allocated -> the point with these separations
@@ -107,45 +108,45 @@ contains
     associate (n => balance%n)
       point%s = balance%given
       point%s(balance%free(:n)) = x(:n)
-      good = point_status(interface, balance%old%s, point%s, balance%old%state) == status_ok
+      good = point_status(joint, balance%old%s, point%s, balance%old%state) == status_ok
       if (.not. good) return
-      call update_point(interface%rie, balance%old%s, point%s, balance%old%state, point%state, point%traction, &
+      call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, &
         point%tangent, balance%control%dt)
       associate (free => balance%free(:n))
         residual(:n) = point%traction(free) + balance%control%spring(free)*x(:n) - balance%given(free)
         given = maxval([0.0_wp, abs(balance%given(free))])
-        scale = traction_scale(interface, point%s, point%state) + given
+        scale = traction_scale(joint, point%s, point%state) + given
         ! separations that run away do not make their residuals small, neither in an increment nor over many
         held = whole_separation(balance%given, balance%old%state)
         where (balance%control%traction) held = 0.0_wp
-        associate (m => interface%rie%material)
-          scale = max(tiny(scale), min(scale, coarsest*(m%k_n*m%s0 + given) + stiffest(interface)*maxval(abs(held))))
+        associate (m => joint%material)
+          scale = max(tiny(scale), min(scale, coarsest*(m%k_n*m%s0 + given) + stiffest(joint)*maxval(abs(held))))
         end associate
       end associate
     end associate
   end subroutine evaluate
 
   !> Size of the terms that are summed to the traction of a point, stress: what their rounding errors go with.
-  pure function traction_scale(interface, s, state) result(scale)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function traction_scale(joint, s, state) result(scale)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)                !! STATEV
     real(wp) :: scale
     real(wp) :: largest
     integer :: i, k
     largest = maxval(abs(whole_separation(s, state)))
-    do k = 1, interface%rie%pattern%n
+    do k = 1, joint%pattern%n
       i = plane_statev(k)
       largest = max(largest, abs(state(i + 1)), abs(state(i + 2)))
     end do
-    scale = stiffest(interface)*largest
+    scale = stiffest(joint)*largest
   end function traction_scale
 
   !> Largest stiffness of a plane, stress/length.
-  pure function stiffest(interface) result(stiffness)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function stiffest(joint) result(stiffness)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: stiffness
-    associate (m => interface%rie%material)
+    associate (m => joint%material)
       stiffness = max(m%k_n, m%k_t, m%k_c)
     end associate
   end function stiffest

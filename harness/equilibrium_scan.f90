@@ -28,8 +28,8 @@ module equilibrium_scan
 contains
 
   !> Look for equilibria under given values around a point.
-  pure subroutine scan_equilibria(interface, control, given, point, scan)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine scan_equilibria(joint, control, given, point, scan)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is held, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
     type(point_type), intent(in) :: point           !! the last point found
@@ -45,23 +45,23 @@ contains
     scan%n = balance%n
     scan%free = balance%free(1)
     if (scan%n == 0) return
-    associate (material => interface%rie%material)
+    associate (material => joint%material)
       reach = around*(material%s0/(1.0_wp - material%eta) + maxval(abs(whole_separation(point%s, point%state))) + &
         maxval(merge(abs(given)/min(material%k_n, material%k_t), abs(given), control%traction)))
     end associate
-    reach = min(reach, share*farthest_rest(interface, balance))
+    reach = min(reach, share*farthest_rest(joint, balance))
     scan%upper = reach
     scan%lower = -reach
     if (scan%n == 1) then
-      call scan_line(interface, balance, point, scan)
+      call scan_line(joint, balance, point, scan)
     else
-      call scan_grid(interface, balance, point, scan)
+      call scan_grid(joint, balance, point, scan)
     end if
   end subroutine scan_equilibria
 
   !> One free separation.
-  pure subroutine scan_line(interface, balance, point, scan)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine scan_line(joint, balance, point, scan)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equation
     type(point_type), intent(in) :: point           !! where the search ended
     type(scan_type), intent(inout) :: scan          !! range -> findings
@@ -117,7 +117,7 @@ contains
       real(wp) :: r(1), scale
       logical :: good
       at = balance%old
-      call evaluate(interface, balance, [s], at, r, scale, good)
+      call evaluate(joint, balance, [s], at, r, scale, good)
       surplus = sense*r(1)
       if (.not. good) surplus = -huge(surplus)
     end function force
@@ -125,8 +125,8 @@ contains
   end subroutine scan_line
 
   !> Several free separations.
-  pure subroutine scan_grid(interface, balance, point, scan)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine scan_grid(joint, balance, point, scan)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
     type(point_type), intent(in) :: point           !! where the search ended
     type(scan_type), intent(inout) :: scan          !! range -> findings
@@ -144,7 +144,7 @@ contains
     best = huge(best)
     seeds = 0.0_wp
     at = point
-    call evaluate(interface, balance, point%s(balance%free(:n)), at, r(:n), scale, good)
+    call evaluate(joint, balance, point%s(balance%free(:n)), at, r(:n), scale, good)
     here = maxval(abs(r(:n)))
     do i = 0, (steps(n) + 1)**n - 1
       k = i
@@ -152,7 +152,7 @@ contains
         x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, steps(n) + 1), wp)/real(steps(n), wp)
         k = k/(steps(n) + 1)
       end do
-      call evaluate(interface, balance, x(:n), at, r(:n), scale, good)
+      call evaluate(joint, balance, x(:n), at, r(:n), scale, good)
       if (.not. good) cycle
       size_of = maxval(abs(r(:n)))
       k = maxloc(best, 1)
@@ -169,10 +169,10 @@ contains
       if (.not. best(i) < huge(best)) cycle
       at%s = balance%given
       at%s(balance%free(:n)) = seeds(:n, i)
-      call newton_solve(interface, balance, .true., at, result)
+      call newton_solve(joint, balance, .true., at, result)
       scan%samples = scan%samples + result%updates
       if (.not. result%converged .or. maxval(abs(at%s(balance%free(:n)))) > scan%upper) cycle
-      call evaluate(interface, balance, at%s(balance%free(:n)), at, r(:n), scale, good)
+      call evaluate(joint, balance, at%s(balance%free(:n)), at, r(:n), scale, good)
       if (maxval(abs(r(:n))) > closer*here) cycle
       scan%found = .true.
       scan%place = at%s

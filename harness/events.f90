@@ -24,11 +24,11 @@ module events
 contains
 
   !> Planes of a point at rest: neither in contact nor apart (no function: flang 16 cannot assign its result).
-  pure subroutine put_at_rest(interface, planes)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine put_at_rest(joint, planes)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(planes_type), intent(out) :: planes        !! its planes
     integer :: n
-    n = interface%rie%pattern%n
+    n = joint%pattern%n
     allocate (planes%contact(n), planes%apart(n), planes%slides(n))
     planes%contact = .false.
     planes%apart = .false.
@@ -36,8 +36,8 @@ contains
   end subroutine put_at_rest
 
   !> What happened since the last row.
-  pure subroutine find_events(interface, s, old, new, planes, event)
-    type(interface_type), intent(in) :: interface       !! the interface
+  pure subroutine find_events(joint, s, old, new, planes, event)
+    type(interface_type), intent(in) :: joint           !! the interface
     real(wp), intent(in) :: s(3)                        !! separation (N, Tx, Ty) of this row, length
     real(wp), intent(in) :: old(:)                      !! STATEV of the last row
     real(wp), intent(in) :: new(:)                      !! STATEV of this row
@@ -49,7 +49,7 @@ contains
 
     do k = 1, size(contact)
       i = plane_statev(k)
-      s_n = dot_product(plane_normal(interface%rie%pattern, k), s + new(v_offset:v_offset + 2))
+      s_n = dot_product(plane_normal(joint%pattern, k), s + new(v_offset:v_offset + 2))
       ! a plane that just touches is as it was
       contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)
       apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)

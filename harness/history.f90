@@ -57,17 +57,17 @@ module history
 contains
 
   !> Open the file ("-": standard output) and write the header.
-  subroutine open_history(table, path, interface, planes)
+  subroutine open_history(table, path, joint, planes)
     type(history_type), intent(out) :: table        !! nothing written yet
     character(len=*), intent(in) :: path            !! file, replaced if it exists
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     logical, intent(in) :: planes                   !! whether planes have columns
     character(len=:), allocatable :: header
     integer :: j, k, n
 
-    n = interface%rie%pattern%n
-    call put_at_rest(interface, table%planes)
-    allocate (table%last%state(interface%n_statev))
+    n = joint%pattern%n
+    call put_at_rest(joint, table%planes)
+    allocate (table%last%state(joint%n_statev))
     table%last%state = 0.0_wp
     table%path = path
     call create_file(path, table%file, table%good)
@@ -85,25 +85,25 @@ contains
   end subroutine open_history
 
   !> The run starts from a point that is not virgin: events are counted from there.
-  subroutine start_from(table, interface, point)
+  subroutine start_from(table, joint, point)
     type(history_type), intent(inout) :: table      !! the file, no row yet
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: point           !! where the run starts
     character(len=event_length) :: ignored
-    call find_events(interface, point%s, point%state, point%state, table%planes, ignored)
+    call find_events(joint, point%s, point%state, point%state, table%planes, ignored)
     table%last%state = point%state
   end subroutine start_from
 
   !> Write a row; the whole row goes out at once, so that a run that is killed leaves whole rows.
-  subroutine add_row(table, interface, row)
+  subroutine add_row(table, joint, row)
     type(history_type), intent(inout) :: table      !! the file
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     type(row_type), intent(in) :: row               !! the row
     character(len=event_length) :: event
     character(len=:), allocatable :: line
     integer :: i, k
 
-    call find_events(interface, row%s, table%last%state, row%state, table%planes, event)
+    call find_events(joint, row%s, table%last%state, row%state, table%planes, event)
     call name_event(event, "snap", row%snaps > 0)
     call name_event(event, "substeps", row%substeps)
     call name_event(event, "cut", row%cut)

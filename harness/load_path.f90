@@ -198,14 +198,14 @@ contains
   end subroutine set_targets
 
   !> Separations that are given must be such that the law takes them; every list is looked through once.
-  pure subroutine check_separations(text, steps, interface, message)
+  pure subroutine check_separations(text, steps, joint, message)
     type(text_type), intent(in) :: text                       !! the file
     type(step_type), intent(in) :: steps(:)                   !! the load path
-    type(interface_type), intent(in) :: interface             !! the interface
+    type(interface_type), intent(in) :: joint                 !! the interface
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     real(wp) :: bound
     integer :: bad, i, j, g, n
-    bound = separation_bound(interface)
+    bound = separation_bound(joint)
     bad = 0
     n = 0
     do g = 1, text%n_groups

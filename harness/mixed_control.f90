@@ -59,9 +59,9 @@ contains
   !> result is taken if the tangents explain it, else the branch is followed with smaller steps of the given values.
   !> Where the branch ends the point moves on to the first rest under what is held, a part of its own. If there is
   !> none it stays at the last equilibrium and `reached` is below 1.
-  pure subroutine advance(interface, control, start, target, point, iterations, reached, parts, residuals, report, &
+  pure subroutine advance(joint, control, start, target, point, iterations, reached, parts, residuals, report, &
                           method)
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
     real(wp), intent(in) :: target(3)               !! given values at the end
@@ -86,17 +86,17 @@ contains
     if (.not. all(bounded(target, largest_target))) then
       what%ended = ended_rejected
     else if (chosen /= full_solver) then
-      call halve(interface, path, merge(1.0_wp, min_fraction, chosen == plain_newton), point, reached, what, result)
+      call halve(joint, path, merge(1.0_wp, min_fraction, chosen == plain_newton), point, reached, what, result)
     end if
     do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
-      call follow(interface, path, point, reached, what, result)
+      call follow(joint, path, point, reached, what, result)
       if (reached >= 1.0_wp) exit
       balance = new_balance(control, values_at(path, min(1.0_wp, reached + min_fraction)), point)
       what%beyond = balance%given
       if (balance%n == 0) then
         what%ended = ended_lost
       else if (what%updates < most_updates) then
-        call jump(interface, balance, point, what)
+        call jump(joint, balance, point, what)
         if (what%ended == ended_complete) reached = min(1.0_wp, reached + min_fraction)
       end if
       if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
@@ -128,8 +128,8 @@ contains
   end function values_at
 
   !> Newton's method alone, the increment halved where it does not converge: what the full solver is measured against.
-  pure subroutine halve(interface, path, least, point, reached, what, result)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine halve(joint, path, least, point, reached, what, result)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
     real(wp), intent(in) :: least                   !! smallest part that is tried
     type(point_type), intent(inout) :: point        !! the point, start -> end
@@ -145,10 +145,10 @@ contains
       balance = balance_at(path, next, reached, point)
       what%beyond = balance%given
       trial = point
-      call newton_solve(interface, balance, .false., trial, result)
+      call newton_solve(joint, balance, .false., trial, result)
       call count_work(result, what)
       if (result%converged) then
-        call settle(interface, balance, trial, what%updates)
+        call settle(joint, balance, trial, what%updates)
         point = trial
         reached = next
         what%parts = what%parts + 1
@@ -161,8 +161,8 @@ contains
   end subroutine halve
 
   !> Follow the branch as far as it goes, in one part: the state at its start is that of the point.
-  pure subroutine follow(interface, path, point, reached, what, result)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine follow(joint, path, point, reached, what, result)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
     type(point_type), intent(inout) :: point        !! the point at `reached` -> at the new `reached`
     real(wp), intent(inout) :: reached              !! share that converged
@@ -180,12 +180,12 @@ contains
       next = min(1.0_wp, share + step)
       balance = balance_at(path, next, reached, point)
       trial = here
-      call newton_solve(interface, balance, .true., trial, result)
+      call newton_solve(joint, balance, .true., trial, result)
       call count_work(result, what)
-      if (.not. result%converged) call solve_from_tangent(interface, balance, &
+      if (.not. result%converged) call solve_from_tangent(joint, balance, &
         (next - share)*(path%target - path%start), here, trial, result, what)
       good = result%converged
-      if (good) call check_branch(interface, balance, result, (next - share)*(path%target - path%start), here%s, &
+      if (good) call check_branch(joint, balance, result, (next - share)*(path%target - path%start), here%s, &
         trial, good, what%updates)
       if (good) then
         here = trial
@@ -197,7 +197,7 @@ contains
       end if
     end do
     if (.not. share > reached) return
-    call settle(interface, last, here, what%updates)
+    call settle(joint, last, here, what%updates)
     point = here
     reached = share
     what%parts = what%parts + 1
@@ -205,8 +205,8 @@ contains
 
   !> Newton's method from where the tangent at the start of a part points: a contact that is stiff and hardly pressed
   !> would be lost from the separations of the start.
-  pure subroutine solve_from_tangent(interface, balance, change, here, trial, result, what)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine solve_from_tangent(joint, balance, change, here, trial, result, what)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the part
     real(wp), intent(in) :: change(3)               !! of the given values in the part
     type(point_type), intent(in) :: here            !! the point at the start of the part
@@ -226,7 +226,7 @@ contains
       trial = here
       trial%s(free) = here%s(free) + step(:n)
     end associate
-    call newton_solve(interface, balance, .true., trial, result)
+    call newton_solve(joint, balance, .true., trial, result)
     call count_work(result, what)
     result%first = matrix
     result%step(:n) = step(:n)
@@ -246,8 +246,8 @@ contains
   !> they predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too,
   !> and where one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so
   !> is any where no plane can soften.
-  pure subroutine check_branch(interface, balance, result, change, origin, point, good, updates)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine check_branch(joint, balance, result, change, origin, point, good, updates)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the part
     type(newton_type), intent(in) :: result         !! of Newton's method
     real(wp), intent(in) :: change(3)               !! of the given values in the part
@@ -268,23 +268,23 @@ contains
     n = balance%n
     good = .true.
     if (n == 0 .or. result%iterations == 0) return
-    stiffness = stiffness_scale(interface)
-    s0 = interface%rie%material%s0
+    stiffness = stiffness_scale(joint)
+    s0 = joint%material%s0
     associate (free => balance%free(:n))
       from(:n) = origin(free)
       move(:n) = point%s(free) - from(:n)
-      good = .not. unstable(n, result%last, stiffness) .and. maxval(abs(point%s)) <= farthest_rest(interface, balance)
+      good = .not. unstable(n, result%last, stiffness) .and. maxval(abs(point%s)) <= farthest_rest(joint, balance)
       if (.not. good .or. maxval(abs(move(:n))) <= snap_resolution*s0) return
       good = result%stable
       if (.not. good) return
-      if (cannot_soften(interface, balance%old)) return
+      if (cannot_soften(joint, balance%old)) return
       r(:n) = matmul(point%tangent(free, :), merge(0.0_wp, change, balance%control%traction)) - change(free)
     end associate
     first(:n) = result%step(:n)
     call solve_linear(n, result%last, -r, last, good)
     ! viscous damage never is complete: separations grow by shares of themselves
     extent = s0
-    if (interface%rie%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, &
+    if (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, &
       maxval(abs(whole_separation(origin, point%state)), mask=balance%control%traction))
     if (good) good = maxval(abs(move(:n) - 0.5_wp*(first(:n) + last(:n)))) <= max(unexplained*extent, &
       unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
@@ -302,7 +302,7 @@ contains
     do i = 0, looks
       updates = updates + 1
       r(:n) = from(:n) + (real(i, wp)/real(looks + 1, wp))*move(:n)
-      call evaluate(interface, balance, r(:n), between, column(:n), scale, good)
+      call evaluate(joint, balance, r(:n), between, column(:n), scale, good)
       if (.not. good) return
       if (i == 0) r_first = column(1)
       good = .not. unstable(n, free_matrix(balance, between), stiffness)
@@ -312,8 +312,8 @@ contains
   end subroutine check_branch
 
   !> No part of the increment continues the branch: the point moves on under the values held now.
-  pure subroutine jump(interface, balance, point, what)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine jump(joint, balance, point, what)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the smallest part
     type(point_type), intent(inout) :: point        !! the point -> at the next rest, if there is one
     type(report_type), intent(inout) :: what        !! what happened
@@ -326,17 +326,17 @@ contains
     trial = point
     at_once = balance%control
     at_once%dt = 0.0_wp   ! a snap takes no time
-    call move_on(interface, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
+    call move_on(joint, at_once, balance%given, most_updates - what%updates, trial, updates, used, found)
     what%updates = what%updates + updates
     what%iterations = what%iterations + used
-    if (found) found = .not. flows_away(interface, balance, trial)
+    if (found) found = .not. flows_away(joint, balance, trial)
     if (.not. found) then
       what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
       return
     end if
     what%parts = what%parts + 1
     length = maxval(abs(trial%s - point%s), mask=balance%control%traction)
-    if (length > snap_resolution*interface%rie%material%s0) then
+    if (length > snap_resolution*joint%material%s0) then
       what%snaps = what%snaps + 1
       what%released = what%released + released_energy(balance, point, trial)
       if (length > maxval(abs(what%after - what%before))) then
@@ -349,8 +349,8 @@ contains
 
   !> Whether a rest is one of many on a way without end: almost as far as what counts as running away, and no nearer
   !> than where the branch ended. With viscous damage every place is a rest if no time passes.
-  pure function flows_away(interface, balance, point) result(yes)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function flows_away(joint, balance, point) result(yes)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the end of the branch at their start
     type(point_type), intent(in) :: point           !! the rest
     logical :: yes
@@ -358,7 +358,7 @@ contains
     real(wp), parameter :: almost = 0.5_wp
     real(wp) :: way
     way = maxval(abs(point%s))
-    yes = way >= almost*farthest_rest(interface, balance) .and. way >= maxval(abs(balance%old%s))
+    yes = way >= almost*farthest_rest(joint, balance) .and. way >= maxval(abs(balance%old%s))
   end function flows_away
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
@@ -382,9 +382,9 @@ contains
   !> changes from there on by -stiffness times the change of s_N.
   !>
   !> Where equilibrium is lost the path ends: rows beyond n_done are zero.
-  pure subroutine confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, &
+  pure subroutine confined_slip(joint, direction, slips, sigma_n, preload, separation, traction, state, &
                                 iterations, n_done, times, preload_time, reports, method, stiffness)
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
     real(wp), intent(in) :: sigma_n                 !! normal traction, stress
@@ -416,12 +416,12 @@ contains
     if (.not. bounded(direction, huge(direction))) return
     control%traction(1) = .true.
     if (present(preload_time)) control%dt = preload_time/real(preload, wp)
-    point = new_point(interface)
+    point = new_point(joint)
     target = 0.0_wp
     do i = 1, preload
       start = target
       target(1) = sigma_n*(real(i, wp)/real(preload, wp))
-      call advance(interface, control, start, target, point, used, reached, report=report, method=method)
+      call advance(joint, control, start, target, point, used, reached, report=report, method=method)
       if (present(reports)) reports(0) = joined(reports(0), report)
       if (reached < 1.0_wp) return
     end do
@@ -438,12 +438,12 @@ contains
       end if
       start = target
       target(2:3) = slips(i)*direction_vector(direction)
-      call advance(interface, control, start, target, point, iterations(i), reached, report=report, method=method)
+      call advance(joint, control, start, target, point, iterations(i), reached, report=report, method=method)
       if (present(reports)) reports(i) = report
       if (reached < 1.0_wp) return
       separation(:, i) = point%s
       traction(:, i) = point%traction
-      state(:interface%n_statev, i) = point%state
+      state(:joint%n_statev, i) = point%state
       n_done = i
     end do
   end subroutine confined_slip

@@ -26,18 +26,18 @@ module newton
 contains
 
   !> Elastic stiffness of a plane, stress/length.
-  pure function stiffness_scale(interface) result(scale)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function stiffness_scale(joint) result(scale)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: scale
-    scale = max(interface%rie%material%k_n, interface%rie%material%k_t)
+    scale = max(joint%material%k_n, joint%material%k_t)
   end function stiffness_scale
 
   !> Solve the equations from the separations of `point` on.
   !>
   !> With a line search a step is halved until the largest residual falls; the method gives up where it does not. The
   !> first step is free: its tangent may be that of the other side of a switch, as where a plane is about to slide.
-  pure subroutine newton_solve(interface, balance, searches, point, result, damping)
-    type(interface_type), intent(in) :: interface        !! the interface
+  pure subroutine newton_solve(joint, balance, searches, point, result, damping)
+    type(interface_type), intent(in) :: joint            !! the interface
     type(balance_type), intent(in) :: balance            !! the equations
     logical, intent(in) :: searches                      !! false: plain Newton, full steps
     type(point_type), intent(inout) :: point             !! guess -> the point at the end
@@ -59,7 +59,7 @@ contains
     x = 0.0_wp
     start(:n) = balance%old%s(balance%free(:n))
     x(:n) = point%s(balance%free(:n))
-    call damped(interface, balance, kappa, start, x, point, r, error, good)
+    call damped(joint, balance, kappa, start, x, point, r, error, good)
     result%updates = 1
     if (.not. good) return
     do
@@ -70,20 +70,20 @@ contains
       end do
       if (result%iterations == 0) result%first = a
       result%last = a
-      if (unstable(n, a, stiffness_scale(interface))) result%stable = .false.
+      if (unstable(n, a, stiffness_scale(joint))) result%stable = .false.
       result%converged = error <= residual_tolerance
       if (result%converged .or. result%iterations == max_iterations) return
       call solve_linear(n, a, -r(:n), step, good)
       if (good .and. .not. kappa > 0.0_wp) then
-        good = maxval(abs(step(:n)))*stiffness_scale(interface) <= worst*maxval(abs(r(:n)))
+        good = maxval(abs(step(:n)))*stiffness_scale(joint) <= worst*maxval(abs(r(:n)))
       end if
       if (.not. good) then
         ! no stiffness in a direction, as along a single frictionless plane: no step in it
         do i = 1, n
-          a(i, i) = a(i, i) + stiffness_scale(interface)/worst
+          a(i, i) = a(i, i) + stiffness_scale(joint)/worst
         end do
         call solve_linear(n, a, -r(:n), step, good)
-        if (good) good = maxval(abs(step(:n)))*stiffness_scale(interface) <= sqrt(worst)*maxval(abs(r(:n)))
+        if (good) good = maxval(abs(step(:n)))*stiffness_scale(joint) <= sqrt(worst)*maxval(abs(r(:n)))
       end if
       if (.not. good) return
       if (result%iterations == 0) result%step(:n) = step(:n)
@@ -91,7 +91,7 @@ contains
       length = 1.0_wp
       do
         trial(:n) = x(:n) + length*step(:n)
-        call damped(interface, balance, kappa, start, trial, point, r, next_error, good)
+        call damped(joint, balance, kappa, start, trial, point, r, next_error, good)
         result%updates = result%updates + 1
         if (.not. searches .or. (good .and. result%iterations == 1)) exit
         if (good .and. (next_error <= residual_tolerance .or. next_error <= (1.0_wp - decrease*length)*error)) exit
@@ -105,8 +105,8 @@ contains
   end subroutine newton_solve
 
   !> The point at free separations x, and the residual with the damping.
-  pure subroutine damped(interface, balance, kappa, start, x, point, r, error, good)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine damped(joint, balance, kappa, start, x, point, r, error, good)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
     real(wp), intent(in) :: kappa                   !! damping, stress/length
     real(wp), intent(in) :: start(3), x(3)          !! free separations at the start and now, length
@@ -118,8 +118,8 @@ contains
     real(wp), parameter :: finest = 1.0e-6_wp
     real(wp) :: scale
     associate (n => balance%n)
-      call evaluate(interface, balance, x(:n), point, r(:n), scale, good)
-      scale = max(scale, finest*interface%rie%material%k_n*interface%rie%material%s0)
+      call evaluate(joint, balance, x(:n), point, r(:n), scale, good)
+      scale = max(scale, finest*joint%material%k_n*joint%material%s0)
       r(:n) = r(:n) + kappa*(x(:n) - start(:n))
       r(n + 1:) = 0.0_wp
       error = maxval(abs(r))/scale

@@ -17,8 +17,8 @@ module path_run
 contains
 
   !> Run all steps, or as far as there is equilibrium; every increment becomes a row.
-  subroutine run_path(interface, state, steps, label, table, progress, failed)
-    type(interface_type), intent(in) :: interface    !! the interface
+  subroutine run_path(joint, state, steps, label, table, progress, failed)
+    type(interface_type), intent(in) :: joint        !! the interface
     type(state_type), intent(in) :: state            !! where the run starts
     type(step_type), intent(in) :: steps(:)          !! the load path
     character(len=*), intent(in) :: label            !! of the run, for the progress line
@@ -31,12 +31,12 @@ contains
     integer :: done, i, total
 
     if (state%given) then
-      point = new_point(interface, state%statev, state%s)
-      call start_from(table, interface, point)
+      point = new_point(joint, state%statev, state%s)
+      call start_from(table, joint, point)
     else
-      point = new_point(interface)
+      point = new_point(joint)
     end if
-    walk = new_walk(interface)
+    walk = new_walk(joint)
     given = point%s
     start = 0.0_wp
     total = 0
@@ -45,7 +45,7 @@ contains
       total = total + sum(steps(i)%increments)
     end do
     do i = 1, size(steps)
-      call run_step(interface, steps(i), i, start, done, total, label, point, walk, given, table, progress, &
+      call run_step(joint, steps(i), i, start, done, total, label, point, walk, given, table, progress, &
         failed)
       done = done + sum(steps(i)%increments)
       if (table%last%lost .or. .not. table%good) exit
@@ -54,9 +54,9 @@ contains
   end subroutine run_path
 
   !> Run a step: from target to target.
-  subroutine run_step(interface, step, number, start, done, total, label, point, walk, given, table, &
+  subroutine run_step(joint, step, number, start, done, total, label, point, walk, given, table, &
                       progress, failed)
-    type(interface_type), intent(in) :: interface    !! the interface
+    type(interface_type), intent(in) :: joint        !! the interface
     type(step_type), intent(in) :: step              !! the step
     integer, intent(in) :: number                    !! of the step
     real(wp), intent(in) :: start                    !! time at its start
@@ -86,7 +86,7 @@ contains
       to = merge(step%targets(:, j) + offset, given, step%has_target)
       if (step%tolerance > 0.0_wp) then
         earlier = real(sum(step%increments(:j - 1)), wp)
-        call run_adaptive(interface, step, from, to, start, earlier, real(step%increments(j), wp), done, total, label, &
+        call run_adaptive(joint, step, from, to, start, earlier, real(step%increments(j), wp), done, total, label, &
           point, walk, row, table, progress, failed)
         given = to
         if (row%lost .or. .not. table%good) return
@@ -96,7 +96,7 @@ contains
         last = given
         before = point
         given = ramp(from, to, n, step%increments(j))
-        call advance(interface, control, last, given, point, row%iterations, reached, report=report)
+        call advance(joint, control, last, given, point, row%iterations, reached, report=report)
         row%increment = row%increment + 1
         row%time = start + step%time*((real(row%increment - 1, wp) + reached)/real(sum(step%increments), wp))
         row%s = point%s
@@ -111,7 +111,7 @@ contains
         if (row%lost) then
           failed = failed_type(.true., number, row%increment, control, before, point, given, report)
         end if
-        call add_row(table, interface, row)
+        call add_row(table, joint, row)
         if (row%lost .or. .not. table%good) return
         call show_progress(progress, label, done + row%increment, total)
       end do
@@ -141,9 +141,9 @@ contains
   end function vector
 
   !> Run to one target by adaptive increments: two rows for every step, or one where equilibrium is lost.
-  subroutine run_adaptive(interface, step, from, to, start, before, increments, done, total, label, point, walk, row, &
+  subroutine run_adaptive(joint, step, from, to, start, before, increments, done, total, label, point, walk, row, &
                           table, progress, failed)
-    type(interface_type), intent(in) :: interface    !! the interface
+    type(interface_type), intent(in) :: joint        !! the interface
     type(step_type), intent(in) :: step              !! the step
     real(wp), intent(in) :: from(3), to(3)           !! given values at both ends of the way
     real(wp), intent(in) :: start                    !! time at the start of the step
@@ -170,7 +170,7 @@ contains
     do while (at < 1.0_wp)
       earlier = point
       from_at = at
-      call adaptive_step(interface, control, from, to, walk, at, point, at_middle, middle, iterations, reached, reports)
+      call adaptive_step(joint, control, from, to, walk, at, point, at_middle, middle, iterations, reached, reports)
       row%lost = reached < 1.0_wp
       if (.not. row%lost) then
         call add(at_middle, middle, iterations(1), reports(1))
@@ -206,7 +206,7 @@ contains
       row%updates = report%updates
       row%substeps = report%parts > 1
       if (row%snaps > 0) call tell_snap(label, row, report, table%snaps, progress)
-      call add_row(table, interface, row)
+      call add_row(table, joint, row)
     end subroutine add
 
   end subroutine run_adaptive

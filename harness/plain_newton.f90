@@ -2,7 +2,8 @@
 !> cuts, no line search, no choice of the root. What the solver of mixed_control is measured against.
 module plain_newton
   use asperity_contract, only: plane_statev, status_ok
-  use asperity_interface, only: interface_type, point_status
+  use asperity_interface, only: interface_type
+  use asperity_points, only: point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
@@ -42,9 +43,9 @@ contains
   !> A virgin point at rest along given values, an increment each; it ends at the first increment that fails.
   !>
   !> Residuals are relative to the strength of the interface plus the largest given traction, stress over stress.
-  pure subroutine newton_path(interface, control, targets, durations, kind, tolerance, separation, traction, state, &
+  pure subroutine newton_path(joint, control, targets, durations, kind, tolerance, separation, traction, state, &
                               iterations, updates, residuals, n_done, ended)
-    type(interface_type), intent(in) :: interface   !! the interface
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given; its duration is not used
     real(wp), intent(in) :: targets(:, :)           !! (3, T) separation, or traction + spring*separation
     real(wp), intent(in) :: durations(:)            !! (T) of the increments (viscous damage only), time
@@ -70,16 +71,16 @@ contains
     residuals = -1.0_wp
     n_done = 0
     ended = converged
-    point = new_point(interface)
+    point = new_point(joint)
     now = control
     do i = 1, size(targets, 2)
       trial = point
       now%dt = durations(i)
-      call newton(interface, now, targets(:, i), kind, tolerance, point, trial, iterations(i), updates(i), &
+      call newton(joint, now, targets(:, i), kind, tolerance, point, trial, iterations(i), updates(i), &
         residuals(:, i), ended)
       separation(:, i) = trial%s
       traction(:, i) = trial%traction
-      state(:interface%n_statev, i) = trial%state
+      state(:joint%n_statev, i) = trial%state
       if (ended /= converged) return
       point = trial
       n_done = i
@@ -87,8 +88,8 @@ contains
   end subroutine newton_path
 
   !> One increment.
-  pure subroutine newton(interface, control, target, kind, tolerance, old, new, iterations, updates, residuals, ended)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine newton(joint, control, target, kind, tolerance, old, new, iterations, updates, residuals, ended)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: target(3)               !! given values
     integer, intent(in) :: kind                     !! which tangent
@@ -112,15 +113,15 @@ contains
         new%s(i) = target(i)
       end if
     end do
-    associate (material => interface%rie%material)
+    associate (material => joint%material)
       scale = min(material%k_n, material%k_t)*material%s0 + sum(abs(target), mask=control%traction)
     end associate
     residuals = -1.0_wp
     updates = 0
     do iterations = 0, ubound(residuals, 1)
       ended = out_of_range
-      if (point_status(interface, old%s, new%s, old%state) /= status_ok) return
-      call update_point(interface%rie, old%s, new%s, old%state, new%state, new%traction, new%tangent, &
+      if (point_status(joint, old%s, new%s, old%state) /= status_ok) return
+      call update_point(joint, old%s, new%s, old%state, new%state, new%traction, new%tangent, &
         control%dt)
       updates = updates + 1
       residual = merge(new%traction + control%spring*new%s - target, 0.0_wp, control%traction)
@@ -129,7 +130,7 @@ contains
       if (residuals(iterations) <= tolerance) return
       ended = no_end
       if (iterations == ubound(residuals, 1)) return
-      matrix = substitute(interface, control, kind, old, new)
+      matrix = substitute(joint, control, kind, old, new)
       if (kind == numerical) updates = updates + 6
       a(:n, :n) = matrix(free(:n), free(:n))
       do i = 1, n
@@ -143,8 +144,8 @@ contains
   end subroutine newton
 
   !> The matrix that takes the place of the tangent, stress/length.
-  pure function substitute(interface, control, kind, old, new) result(matrix)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function substitute(joint, control, kind, old, new) result(matrix)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! duration of the increment
     integer, intent(in) :: kind                     !! which tangent
     type(point_type), intent(in) :: old             !! the point at the start of the increment
@@ -157,14 +158,14 @@ contains
     case (transposed)
       matrix = transpose(new%tangent)
     case (secant)
-      matrix = secant_tangent(interface, old, new)
+      matrix = secant_tangent(joint, old, new)
     case (at_start)
       matrix = old%tangent
     case (elastic)
-      rest = new_point(interface)
+      rest = new_point(joint)
       matrix = rest%tangent
     case (numerical)
-      matrix = central_differences(interface, control, old, new)
+      matrix = central_differences(joint, control, old, new)
     case (zero)
       matrix = 0.0_wp
     case (reversed)
@@ -176,15 +177,15 @@ contains
 
   !> Sum (3) over the planes of (1-alpha) diag(K_n, K_t, K_t), plus the contact, plus alpha K_t times the share of the
   !> trial stress (30) that friction leaves.
-  pure function secant_tangent(interface, old, new) result(matrix)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function secant_tangent(joint, old, new) result(matrix)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old             !! the point at the start of the increment
     type(point_type), intent(in) :: new             !! the point now
     real(wp) :: matrix(3, 3)
     real(wp) :: alpha, s_n, s_t(2), trial, kept, along, normal, n(3), h(3), t(3)
     integer :: i, j, k
     matrix = 0.0_wp
-    associate (m => interface%rie%material, pattern => interface%rie%pattern)
+    associate (m => joint%material, pattern => joint%pattern)
       do k = 1, pattern%n
         j = plane_statev(k)
         alpha = new%state(j)
@@ -208,20 +209,20 @@ contains
   end function secant_tangent
 
   !> Central differences of the traction.
-  pure function central_differences(interface, control, old, new) result(matrix)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function central_differences(joint, control, old, new) result(matrix)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! duration of the increment
     type(point_type), intent(in) :: old             !! the point at the start of the increment
     type(point_type), intent(in) :: new             !! the point now
     real(wp) :: matrix(3, 3)
-    real(wp) :: beside(3), sides(3, 2), step, state(interface%n_statev), tangent(3, 3)
+    real(wp) :: beside(3), sides(3, 2), step, state(joint%n_statev), tangent(3, 3)
     integer :: i, side
     do i = 1, 3
-      step = difference*interface%rie%material%s0
+      step = difference*joint%material%s0
       do side = 1, 2
         beside = new%s
         beside(i) = new%s(i) + real(2*side - 3, wp)*step
-        call update_point(interface%rie, old%s, beside, old%state, state, sides(:, side), tangent, &
+        call update_point(joint, old%s, beside, old%state, state, sides(:, side), tangent, &
           control%dt)
       end do
       matrix(:, i) = (sides(:, 2) - sides(:, 1))/(2.0_wp*step)

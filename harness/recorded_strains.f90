@@ -23,13 +23,13 @@ module recorded_strains
 contains
 
   !> Read a record.
-  subroutine read_strains(path, ntens, position, shear, dtime, interface, record, message)
+  subroutine read_strains(path, ntens, position, shear, dtime, joint, record, message)
     character(len=*), intent(in) :: path                      !! file
     integer, intent(in) :: ntens                              !! components of the host
     integer, intent(in) :: position(3)                        !! of N, Tx, Ty among them, 0: there is none
     real(wp), intent(in) :: shear                             !! shear strain of the host per engineering shear: 1, 1/2
     real(wp), intent(in) :: dtime                             !! time increment where there is no column `time`
-    type(interface_type), intent(in) :: interface             !! with h of the host
+    type(interface_type), intent(in) :: joint                 !! with h of the host
     type(strains_type), intent(out) :: record                 !! what was read
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: complaint, source, line
@@ -46,7 +46,7 @@ contains
     n = count([(source(i:i) == newline, i=1, len(source))]) + 1
     allocate (record%strain(ntens, n), record%time(n))
     record%strain = 0.0_wp
-    bound = 0.25_wp*separation_bound(interface)/interface%h
+    bound = 0.25_wp*separation_bound(joint)/joint%h
     separations = .false.
     named = .false.
     bad = 0
@@ -85,7 +85,7 @@ contains
           if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(complaint, path // ":" // &
             integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
           do i = 1, 3
-            if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/interface%h)
+            if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/joint%h)
           end do
         else
           record%strain(:, n) = numbers(:ntens)

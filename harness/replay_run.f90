@@ -30,8 +30,8 @@ contains
 
   !> Replay a record; every record becomes a row (iterations: calls of umat; a component that the
   !> host does not have is 0, t_Ty with NTENS = 2 among them).
-  subroutine run_replay(interface, props, ntens, initial, record, label, table, progress, failure)
-    type(interface_type), intent(in) :: interface            !! the interface
+  subroutine run_replay(joint, props, ntens, initial, record, label, table, progress, failure)
+    type(interface_type), intent(in) :: joint                !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS
     integer, intent(in) :: ntens                             !! components of the host
     type(initial_type), intent(in) :: initial                !! planes and traction before the first call
@@ -43,12 +43,12 @@ contains
     type(row_type) :: row
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(ntens) :: stran, dstran, stress, first_stress, committed_stress
-    real(wp) :: statev(interface%n_statev), committed(interface%n_statev), ddsdde(ntens, ntens), energies(3), &
+    real(wp) :: statev(joint%n_statev), committed(joint%n_statev), ddsdde(ntens, ntens), energies(3), &
       in_state(3), thermal(2*ntens + 2), unset(9), pnewdt, dtime
     integer :: call_number, i, n, position(3)
 
     failure = ""
-    position = component_map(ntens, interface%map)
+    position = component_map(ntens, joint%map)
     stran = 0.0_wp
     committed_stress = 0.0_wp
     do i = 1, 3
@@ -81,7 +81,7 @@ contains
       end do
       if (any(abs(stress - first_stress) > 0.0_wp)) failure = "two equal calls of umat differ"
       in_state = statev([v_stored, v_friction, v_rupture])
-      if (any(abs(energies*interface%h - in_state) > rounding*abs(in_state))) then
+      if (any(abs(energies*joint%h - in_state) > rounding*abs(in_state))) then
         failure = "SSE, SPD, SCD are not the energies of STATEV"
       end if
       if (any(abs(ddsdde - garbage) <= 0.0_wp)) failure = "DDSDDE is not defined"
@@ -97,12 +97,12 @@ contains
       row%time = record%time(n)
       do i = 1, 3
         if (position(i) == 0) cycle
-        row%s(i) = interface%h*stran(position(i))
+        row%s(i) = joint%h*stran(position(i))
         row%traction(i) = stress(position(i))
       end do
       row%state = statev
       row%cut = pnewdt < 1.0_wp
-      call add_row(table, interface, row)
+      call add_row(table, joint, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do

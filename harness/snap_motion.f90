@@ -25,8 +25,8 @@ module snap_motion
 contains
 
   !> Move under held values to the first rest.
-  pure subroutine move_on(interface, control, given, budget, point, updates, iterations, found)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine move_on(joint, control, given, budget, point, updates, iterations, found)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is held, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
     integer, intent(in) :: budget                   !! most updates of the law
@@ -37,49 +37,49 @@ contains
     iterations = 0
     updates = 0
     if (count(control%traction) == 1) then
-      call march(interface, control, given, budget, point, updates, found)
+      call march(joint, control, given, budget, point, updates, found)
     else
-      call creep(interface, control, given, budget, point, updates, iterations, found)
+      call creep(joint, control, given, budget, point, updates, iterations, found)
     end if
   end subroutine move_on
 
   !> Whether the residual of a single held t_N only grows with s_N, and the derivative of several has no softening:
   !> every plane broken, mu tan(theta) < 1.
-  pure function cannot_soften(interface, point) result(yes)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function cannot_soften(joint, point) result(yes)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: point           !! the point
     logical :: yes
     integer :: k
     yes = .true.
-    associate (rie => interface%rie)
-      do k = 1, rie%pattern%n
+    associate (joint => joint)
+      do k = 1, joint%pattern%n
         yes = yes .and. point%state(plane_statev(k)) >= 1.0_wp .and. &
-          rie%material%mu*rie%pattern%sin_theta(k) < rie%pattern%cos_theta(k)
+          joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
       end do
     end associate
   end function cannot_soften
 
   !> Separation beyond which several free ones, or with viscous damage a single one, are taken to run away, length: a
   !> thousand times s_f and what is given, or that at the start. What damage is left falls with time, never to zero.
-  pure function farthest_rest(interface, balance) result(far)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function farthest_rest(joint, balance) result(far)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
     real(wp) :: far
     real(wp), parameter :: times = 1000.0_wp
     far = huge(far)
-    if (balance%n == 0 .or. (balance%n == 1 .and. .not. interface%rie%material%tau_v > 0.0_wp)) return
-    associate (material => interface%rie%material)
+    if (balance%n == 0 .or. (balance%n == 1 .and. .not. joint%material%tau_v > 0.0_wp)) return
+    associate (material => joint%material)
       far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
         balance%control%traction))
       far = max(maxval(abs(balance%old%s)), maxval(abs(whole_separation(balance%old%s, balance%old%state))), &
         times*(material%s0/(1.0_wp - material%eta) + far))
-      far = min(far, 0.5_wp*separation_bound(interface))
+      far = min(far, 0.5_wp*separation_bound(joint))
     end associate
   end function farthest_rest
 
   !> One free separation.
-  pure subroutine march(interface, control, given, budget, point, updates, found)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine march(joint, control, given, budget, point, updates, found)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is held: one traction
     real(wp), intent(in) :: given(3)                !! its value, the separations
     integer, intent(in) :: budget                   !! most updates of the law
@@ -96,24 +96,24 @@ contains
     balance = new_balance(control, given, start)
     free = balance%free(1)
     x = point%s(free)
-    call evaluate(interface, balance, x, point, r, scale, good)
+    call evaluate(joint, balance, x, point, r, scale, good)
     updates = updates + 1
     found = good .and. abs(r(1)) <= residual_tolerance*scale
     if (found .or. .not. good) return
     sense = -sign(1.0_wp, r(1))
-    step = first_step*interface%rie%material%s0
+    step = first_step*joint%material%s0
     far = point
     do while (updates < budget)
       balance%old = point
-      call evaluate(interface, balance, x + sense*step, far, r_far, scale, good)
+      call evaluate(joint, balance, x + sense*step, far, r_far, scale, good)
       updates = updates + 1
       if (.not. good) return
       if (sense*r_far(1) >= -residual_tolerance*scale) then
-        call close_in(interface, balance, sense, x(1), x(1) + sense*step, far, updates, found)
+        call close_in(joint, balance, sense, x(1), x(1) + sense*step, far, updates, found)
         point = far
         return
       end if
-      if (step > smallest_step*interface%rie%material%s0) then
+      if (step > smallest_step*joint%material%s0) then
         if (may_hide(sense*r(1), derivative(point), sense*r_far(1), derivative(far), step)) then
           step = 0.5_wp*step
           cycle
@@ -123,8 +123,8 @@ contains
       x = point%s(free)
       r = r_far
       if (control%spring(free) <= 0.0_wp .and. free == 1 .and. sense > 0.0_wp .and. dead_and_open(point)) return
-      step = step*merge(fast_growth, growth, step < first_step*interface%rie%material%s0 .or. &
-        (free == 1 .and. cannot_soften(interface, point)))
+      step = step*merge(fast_growth, growth, step < first_step*joint%material%s0 .or. &
+        (free == 1 .and. cannot_soften(joint, point)))
     end do
 
   contains
@@ -154,8 +154,8 @@ contains
 
   !> The equilibrium between two separations, the residual being short of it at the first: Newton's method, kept inside
   !> the bracket by bisection.
-  pure subroutine close_in(interface, balance, sense, first, last, point, updates, found)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine close_in(joint, balance, sense, first, last, point, updates, found)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equation, the point at its start
     real(wp), intent(in) :: sense                   !! of the motion, +1 or -1
     real(wp), intent(in) :: first, last             !! free separation short of the equilibrium and beyond it, length
@@ -173,7 +173,7 @@ contains
     i = 0
     do
       i = i + 1
-      call evaluate(interface, balance, x, point, r, scale, good)
+      call evaluate(joint, balance, x, point, r, scale, good)
       updates = updates + 1
       found = good .and. abs(r(1)) <= residual_tolerance*scale
       if (found .or. .not. good) exit
@@ -191,12 +191,12 @@ contains
         if ((guess - near)*(guess - far) < 0.0_wp) x = guess
       end if
     end do
-    if (found) call settle(interface, balance, point, updates)
+    if (found) call settle(joint, balance, point, updates)
   end subroutine close_in
 
   !> Several free separations: implicit Euler steps of the overdamped motion.
-  pure subroutine creep(interface, control, given, budget, point, updates, iterations, found)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine creep(joint, control, given, budget, point, updates, iterations, found)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is held
     real(wp), intent(in) :: given(3)                !! its values
     integer, intent(in) :: budget                   !! most updates of the law
@@ -212,18 +212,18 @@ contains
     real(wp) :: damping, drift(3), far, limit, move, stiffness
 
     found = .false.
-    stiffness = stiffness_scale(interface)
-    limit = first_step*interface%rie%material%s0
+    stiffness = stiffness_scale(joint)
+    limit = first_step*joint%material%s0
     damping = stiffness
     drift = 0.0_wp
     balance = new_balance(control, given, point)
-    far = farthest_rest(interface, balance)
+    far = farthest_rest(joint, balance)
     trial = point
     do while (updates < budget .and. damping < stiffness/residual_tolerance)
       balance%old = point
       trial%s = point%s
       ! at rest from here?
-      call newton_solve(interface, balance, .true., trial, result)
+      call newton_solve(joint, balance, .true., trial, result)
       updates = updates + result%updates
       iterations = iterations + result%iterations
       move = maxval(abs(trial%s - point%s))
@@ -234,7 +234,7 @@ contains
       end if
       ! as the last step went: on the right side of a plane that slides
       trial%s = point%s + drift
-      call newton_solve(interface, balance, .true., trial, result, damping)
+      call newton_solve(joint, balance, .true., trial, result, damping)
       updates = updates + result%updates
       iterations = iterations + result%iterations
       move = maxval(abs(trial%s - point%s))
@@ -245,16 +245,16 @@ contains
       end if
       drift = trial%s - point%s
       point = trial
-      if (flies(interface, balance, point)) return
+      if (flies(joint, balance, point)) return
       damping = max(less*damping, least*stiffness)
-      limit = min(far, limit*merge(fast_growth, growth, cannot_soften(interface, point)))
+      limit = min(far, limit*merge(fast_growth, growth, cannot_soften(joint, point)))
       if (maxval(abs(point%s)) > far) return
     end do
   end subroutine creep
 
   !> Whether all is open and broken and what is held drives every plane further apart: there is no rest.
-  pure function flies(interface, balance, point) result(yes)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function flies(joint, balance, point) result(yes)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! what is held
     type(point_type), intent(in) :: point           !! the point
     logical :: yes
@@ -263,16 +263,16 @@ contains
     yes = dead_and_open(point) .and. .not. any(balance%control%spring > 0.0_wp)
     if (.not. yes) return
     force = merge(balance%given, 0.0_wp, balance%control%traction)
-    do k = 1, interface%rie%pattern%n
-      yes = yes .and. dot_product(plane_normal(interface%rie%pattern, k), force) >= 0.0_wp
+    do k = 1, joint%pattern%n
+      yes = yes .and. dot_product(plane_normal(joint%pattern, k), force) >= 0.0_wp
     end do
     yes = yes .and. any(abs(force) > 0.0_wp)
   end function flies
 
   !> Where all is open and dead and t_N alone is held, every larger opening is an equilibrium, too: go to the one with
   !> the smallest |s_N|. Nothing is done elsewhere.
-  pure subroutine settle(interface, balance, point, updates)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine settle(joint, balance, point, updates)
+    type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
     type(point_type), intent(inout) :: point        !! an equilibrium -> that one
     integer, intent(inout) :: updates               !! of the law
@@ -284,14 +284,14 @@ contains
     ! where the last plane begins to touch
     whole = whole_separation(balance%given, point%state)
     edge = 0.0_wp
-    do k = 1, interface%rie%pattern%n
-      normal = plane_normal(interface%rie%pattern, k)
+    do k = 1, joint%pattern%n
+      normal = plane_normal(joint%pattern, k)
       edge = max(edge, -dot_product(normal(2:3), whole(2:3))/normal(1))
     end do
-    step = spacing(max(edge(1), interface%rie%material%s0))
+    step = spacing(max(edge(1), joint%material%s0))
     edge = edge - point%state(v_offset)
     do
-      call evaluate(interface, balance, edge, point, r, scale, good)
+      call evaluate(joint, balance, edge, point, r, scale, good)
       updates = updates + 1
       ! exact: every plane is dead and open
       if (.not. good .or. .not. abs(point%traction(1)) > 0.0_wp) exit

@@ -74,13 +74,13 @@ subroutine interface_review(nprops, props, n_planes, status, message)
   integer, intent(out) :: status                   !! 0, status_props or status_nprops
   character(len=32768), intent(out) :: message     !! a line for every bad value
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   character(len=:), allocatable :: text
   text = ""
   n_planes = 0
-  call new_interface(props, interface, status)
+  call new_interface(props, joint, status)
   if (status == status_ok) then
-    n_planes = interface%rie%pattern%n
+    n_planes = joint%pattern%n
   else
     call review_props(props, status, text)
   end if
@@ -97,12 +97,12 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
   integer, intent(in) :: n_planes                        !! as interface_review says
   double precision, intent(out) :: normals(3, n_planes)  !! unit normals (N, Tx, Ty)
   double precision, intent(out) :: weights(n_planes)     !! gamma
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   integer :: k, status
-  call new_interface(props, interface, status)
+  call new_interface(props, joint, status)
   do k = 1, n_planes
-    normals(:, k) = plane_normal(interface%rie%pattern, k)
-    weights(k) = interface%rie%pattern%gamma(k)
+    normals(:, k) = plane_normal(joint%pattern, k)
+    weights(k) = joint%pattern%gamma(k)
   end do
 end subroutine interface_planes
 
@@ -110,7 +110,8 @@ end subroutine interface_planes
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, state, traction, tangent, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok, status_time
-  use asperity_interface, only: explain_point, explain_time, interface_type, new_interface, update_points
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: explain_point, explain_time, update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -126,21 +127,21 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, sta
   integer, intent(out) :: status                         !! 0 or that of the first point rejected, nothing written then
   character(len=32768), intent(out) :: message           !! its bad values; points count from 0
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   character(len=:), allocatable :: reasons
   integer :: failed, i
   message = ""
-  call new_interface(props, interface, status, guarded /= 0)
+  call new_interface(props, joint, status, guarded /= 0)
   if (status /= status_ok) return
-  call update_points(interface, s, state, traction, status, failed, s_old, tangent, dt)
+  call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt)
   if (status == status_time) then
     reasons = ""
-    call explain_time(interface, "dt", reasons, dt)
+    call explain_time(joint, "dt", reasons, dt)
     call put_text(reasons, message)
     return
   else if (status /= status_ok) then
     reasons = ""
-    call explain_point(interface, s_old(:, failed), s(:, failed), state(:, failed), reasons)
+    call explain_point(joint, s_old(:, failed), s(:, failed), state(:, failed), reasons)
     call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
     return
   end if
@@ -154,7 +155,8 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state,
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
-  use asperity_interface, only: explain_point, interface_type, new_interface
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: explain_point
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -168,17 +170,17 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state,
   !f2py threadsafe
   logical, parameter :: all_held(3) = .true.
   double precision, parameter :: rest(3) = 0.0d0
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   character(len=:), allocatable :: reasons
   integer :: i
   message = ""
-  call new_interface(props, interface, status, guarded /= 0)
+  call new_interface(props, joint, status, guarded /= 0)
   do i = 1, n
-    if (status == status_ok) call carry_traction(interface, traction(:, i), all_held, state(:, i), status)
+    if (status == status_ok) call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
     if (status == status_ok) cycle
     reasons = ""
-    call explain_point(interface, rest, rest, state(:, i), reasons)
-    if (len(reasons) == 0) call explain_initial(interface, traction(:, i), all_held, state(:, i), reasons)
+    call explain_point(joint, rest, rest, state(:, i), reasons)
+    if (len(reasons) == 0) call explain_initial(joint, traction(:, i), all_held, state(:, i), reasons)
     call put_text("point " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
     return
   end do
@@ -188,7 +190,8 @@ end subroutine interface_initial
 subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, traction, state, status, message)
   use asperity_checks, only: integer_text, put_text
   use asperity_contract, only: status_ok
-  use asperity_interface, only: explain_point, interface_type, new_interface, update_points
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: explain_point, update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -202,12 +205,12 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, tractio
   integer, intent(out) :: status                         !! 0 or that of the first row rejected
   character(len=32768), intent(out) :: message           !! its bad values; rows count from 0
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   character(len=:), allocatable :: reasons
   double precision :: from(3, 1)
   integer :: failed, i
   message = ""
-  call new_interface(props, interface, status, guarded /= 0)
+  call new_interface(props, joint, status, guarded /= 0)
   if (status /= status_ok) return
   from = 0.0d0
   do i = 1, n
@@ -217,10 +220,10 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, tractio
     else
       state(:, i) = 0.0d0
     end if
-    call update_points(interface, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from, dt=steps(i))
+    call update_points(joint, s(:, i:i), state(:, i:i), traction(:, i:i), status, failed, from, dt=steps(i))
     if (status /= status_ok) then
       reasons = ""
-      call explain_point(interface, from(:, 1), s(:, i), state(:, i), reasons)
+      call explain_point(joint, from(:, 1), s(:, i), state(:, i), reasons)
       call put_text("row " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
       return
     end if
@@ -254,7 +257,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   integer, intent(out) :: status                           !! 0 or status_separation
   character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   type(walk_type) :: walk
   character(len=:), allocatable :: text
   double precision :: bound
@@ -262,9 +265,9 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   n_rows = 0
   n_turns = 0
   text = ""
-  call new_interface(props, interface, status)
+  call new_interface(props, joint, status)
   if (status /= status_ok) return
-  bound = separation_bound(interface)
+  bound = separation_bound(joint)
   if (.not. bounded(direction, huge(direction))) &
     call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
   if (.not. bounded(sigma_n, huge(sigma_n))) &
@@ -280,7 +283,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
     status = status_separation
     return
   end if
-  call adaptive_slip(interface, direction, turns, sigma_n, tolerance, .true., separation, traction, state, n_rows, &
+  call adaptive_slip(joint, direction, turns, sigma_n, tolerance, .true., separation, traction, state, n_rows, &
     n_turns, walk, times, preload_time)
 end subroutine interface_adaptive_slip
 
@@ -313,16 +316,16 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   integer, intent(out) :: status                           !! 0 or status_separation
   character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   character(len=:), allocatable :: text
   type(report_type) :: reports(0:n)
   double precision :: bound
   integer :: i, iterations(n)
   n_done = 0
   text = ""
-  call new_interface(props, interface, status, guarded /= 0)
+  call new_interface(props, joint, status, guarded /= 0)
   if (status /= status_ok) return
-  bound = separation_bound(interface)
+  bound = separation_bound(joint)
   if (.not. bounded(direction, huge(direction))) &
     call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
   if (.not. bounded(sigma_n, huge(sigma_n))) &
@@ -340,7 +343,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     status = status_separation
     return
   end if
-  call confined_slip(interface, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
+  call confined_slip(joint, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
     times, preload_time, reports=reports, stiffness=stiffness)
   do i = 0, n
     jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
@@ -377,16 +380,16 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
   integer, intent(out) :: n_done                              !! increments that converged
   integer, intent(out) :: ended                               !! 0, or why the last one did not
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   type(control_type) :: control
   integer :: status
   n_done = 0
   ended = 0
-  call new_interface(props, interface, status, guarded /= 0)
+  call new_interface(props, joint, status, guarded /= 0)
   if (status /= status_ok) return
   control%traction = held == 1
   control%spring = spring
-  call follow(interface, control, targets, durations, kind, tolerance, separation, traction, state, iterations, &
+  call follow(joint, control, targets, durations, kind, tolerance, separation, traction, state, iterations, &
     updates, residuals, n_done, ended)
 end subroutine newton_path
 

@@ -25,17 +25,17 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
   !f2py threadsafe
   integer, parameter :: wp = real32
   integer, parameter :: ledger(3) = [v_rupture, v_friction, v_work]
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   type(block_type) :: block
   real(wp), allocatable :: state(:, :)
   real(wp), dimension(chunk, 3) :: from, to, stress
   real(wp), dimension(3) :: place, place_low, energy, energy_low
   double precision :: last(3)
   integer :: i, k
-  call new_interface(props, interface, status)
-  if (status == status_ok) call new_block(interface%rie, block, status)
+  call new_interface(props, joint, status)
+  if (status == status_ok) call new_block(joint, block, status)
   if (status /= status_ok) return
-  allocate (state(1, interface%n_statev))
+  allocate (state(1, joint%n_statev))
   state = 0.0_wp
   from = 0.0_wp
   to = 0.0_wp

@@ -21,18 +21,18 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, n,
   integer, intent(out) :: n_done(n_curves)                    !! rows that converged, -1: the preload did not
   integer, intent(out) :: iterations(n_curves)                !! Newton iterations of these rows
   !f2py threadsafe
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   double precision, allocatable :: separation(:, :), traction(:, :), state(:, :)
   integer, allocatable :: used(:)
   integer :: i, status
   n_done = -1
   iterations = 0
   rows = 0.0d0
-  call new_interface(props, interface, status)
+  call new_interface(props, joint, status)
   if (status /= status_ok) return
-  allocate (separation(3, n), traction(3, n), state(interface%n_statev, n), used(n))
+  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n), used(n))
   do i = 1, n_curves
-    call confined_slip(interface, direction(i), slips, sigma_n(i), preload, separation, traction, state, used, n_done(i))
+    call confined_slip(joint, direction(i), slips, sigma_n(i), preload, separation, traction, state, used, n_done(i))
     rows(1, :, i) = separation(1, :)
     rows(2:4, :, i) = traction
     rows(5, :, i) = state(v_damage, :)

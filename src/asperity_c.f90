@@ -4,8 +4,8 @@ module asperity_c
   use asperity_checks, only: integer_text, review_props
   use asperity_contract, only: status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
-  use asperity_interface, only: interface_type, new_interface, explain_point, explain_points, explain_time, &
-    update_points
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: explain_point, explain_points, explain_time, update_points
   use asperity_kinds, only: wp
   implicit none
   private
@@ -30,12 +30,12 @@ contains
     integer(c_int), value :: size                 !! bytes of the message
     integer(c_int) :: nstatv
     character(len=:), allocatable :: text
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: status
     text = ""
-    call new_interface(props, interface, status)
+    call new_interface(props, joint, status)
     if (status == status_ok) then
-      nstatv = interface%n_statev
+      nstatv = joint%n_statev
     else
       nstatv = 0
       call review_props(props, status, text)
@@ -58,17 +58,17 @@ contains
     real(wp), parameter :: rest(3) = 0.0_wp
     logical, parameter :: all_held(3) = .true.
     character(len=:), allocatable :: text
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: i
 
     allocate (character(len=0) :: text)
-    call begin(props, n, interface, status, text)
+    call begin(props, n, joint, status, text)
     if (status == status_ok) then
       do i = 1, n
-        call carry_traction(interface, traction(:, i), all_held, state(:, i), status)
+        call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
         if (status /= status_ok) then
-          call explain_point(interface, rest, rest, state(:, i), text)
-          if (len(text) == 0) call explain_initial(interface, traction(:, i), all_held, state(:, i), text)
+          call explain_point(joint, rest, rest, state(:, i), text)
+          if (len(text) == 0) call explain_initial(joint, traction(:, i), all_held, state(:, i), text)
           text = "point " // integer_text(i) // ": " // text
           exit
         end if
@@ -117,14 +117,14 @@ contains
   end function asperity_update_with
 
   !> Interface of PROPS for n points, or why there is none.
-  subroutine begin(props, n, interface, status, text, guarded)
+  subroutine begin(props, n, joint, status, text, guarded)
     real(c_double), intent(in), contiguous :: props(:)        !! material constants
     integer(c_int), intent(in) :: n                           !! points
-    type(interface_type), intent(out) :: interface            !! the interface
+    type(interface_type), intent(out) :: joint                !! the interface
     integer(c_int), intent(out) :: status                     !! 0 or that of what is wrong
     character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
     logical, intent(in), optional :: guarded                  !! as in new_interface
-    call new_interface(props, interface, status, guarded)
+    call new_interface(props, joint, status, guarded)
     if (status /= status_ok) then
       call review_props(props, status, text)
     else if (n < 0) then
@@ -149,21 +149,21 @@ contains
     logical, intent(in), optional :: guarded                     !! as in new_interface
     real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
     character(len=:), allocatable :: text
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: failed, i
 
     text = ""
-    call begin(props, n, interface, status, text, guarded)
+    call begin(props, n, joint, status, text, guarded)
     if (status == status_ok) then
       ! a pointer to nothing is an absent argument
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(interface, s, state, traction, status, failed, from, d, dt)
+      call update_points(joint, s, state, traction, status, failed, from, d, dt)
       if (status == status_time) then
-        call explain_time(interface, "dt", text, dt)
+        call explain_time(joint, "dt", text, dt)
       else if (status /= status_ok) then
-        call explain_points(interface, failed, s, state, text, from)
+        call explain_points(joint, failed, s, state, text, from)
       else if (associated(d)) then
         do i = 1, n
           d(:, :, i) = transpose(d(:, :, i))   ! rows first in C

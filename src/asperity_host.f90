@@ -4,8 +4,8 @@ module asperity_host
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
   use asperity_contract, only: is_damage, n_plane_statev, n_point_statev, n_required_props, status_nstatv, &
     status_ntens, status_ok, status_separation, status_time, v_offset
-  use asperity_interface, only: interface_type, new_interface, explain_point, explain_time, state_status, &
-    separation_bound, time_status
+  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_points, only: explain_point, explain_time, state_status, time_status
   use asperity_kinds, only: wp
   implicit none
   private
@@ -50,8 +50,8 @@ contains
   end function vumat_map
 
   !> Whether what a host passed for a point is admissible.
-  pure function host_status(interface, position, stran, dstran, statev, dtime) result(status)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function host_status(joint, position, stran, dstran, statev, dtime) result(status)
+    type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: position(3)              !! component_map
     real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
     real(wp), intent(in), contiguous :: statev(:)   !! state at the start
@@ -60,20 +60,20 @@ contains
     real(wp) :: bound
     status = status_ntens
     if (position(1) == 0) return
-    status = time_status(interface, dtime)
+    status = time_status(joint, dtime)
     if (status /= status_ok) return
     status = status_separation
-    bound = strain_bound(interface)
+    bound = strain_bound(joint)
     if (.not. all_bounded(size(stran), stran, bound)) return
     if (.not. all_bounded(size(dstran), dstran, bound)) return
-    status = state_status(interface, statev)
+    status = state_status(joint, statev)
   end function host_status
 
   !> Largest strain component taken: half, so that start plus increment stays within the separation bound.
-  pure function strain_bound(interface) result(bound)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function strain_bound(joint) result(bound)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound
-    bound = 0.5_wp*separation_bound(interface)/interface%h
+    bound = 0.5_wp*separation_bound(joint)/joint%h
   end function strain_bound
 
   !> Say what is wrong with a rejected call: every bad value, and what was expected.
@@ -86,7 +86,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     real(wp), intent(in), optional :: dtime                   !! time increment
     real(wp), parameter :: rest(3) = 0.0_wp
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: i, position(3), status
 
     position = component_map(ntens, 0)
@@ -98,18 +98,18 @@ contains
     end if
     call review_props(props, status, message)
     if (status /= status_ok) return
-    call new_interface(props, interface, status)
+    call new_interface(props, joint, status)
     do i = 1, size(stran)
-      call review_value("STRAN", i, stran(i), strain_bound(interface), message)
-      call review_value("DSTRAN", i, dstran(i), strain_bound(interface), message)
+      call review_value("STRAN", i, stran(i), strain_bound(joint), message)
+      call review_value("DSTRAN", i, dstran(i), strain_bound(joint), message)
     end do
-    call explain_time(interface, "DTIME", message, dtime)
+    call explain_time(joint, "DTIME", message, dtime)
     if (nstatv < 0) then
       call append(message, "NSTATV = " // integer_text(nstatv) // ": expected at least " // &
-        integer_text(interface%n_statev))
+        integer_text(joint%n_statev))
       return
     end if
-    call explain_point(interface, rest, rest, statev, message)
+    call explain_point(joint, rest, rest, statev, message)
   end subroutine explain_call
 
   !> Say what is wrong with a VUMAT call as a whole.
@@ -119,27 +119,27 @@ contains
     integer, intent(in) :: ndir, nshr, nstatev                !! as the host passed them
     real(wp), intent(in) :: dt                                !! time increment
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: props_status
     call review_props(props, props_status, message)
     if (props_status /= status_ok) return
-    call new_interface(props, interface, props_status)
+    call new_interface(props, joint, props_status)
     if (status == status_ntens) then
       call append(message, "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // &
         ": expected 1, 2 or (2D) 1, 1")
     else if (status == status_nstatv) then
       call append(message, "nstatev = " // integer_text(nstatev) // ": expected at least " // &
-        integer_text(interface%n_statev))
+        integer_text(joint%n_statev))
     else if (status == status_time) then
-      call explain_time(interface, "dt", message, dt)
+      call explain_time(joint, "dt", message, dt)
     else
       call append(message, "PROPS: constants of the law leave the range of the host's real kind: expected other units")
     end if
   end subroutine explain_vumat
 
   !> Say what is wrong with point i of a block; nothing is appended if nothing is.
-  pure subroutine explain_block(interface, i, strain, bound, state, slip_bound, message)
-    type(interface_type), intent(in) :: interface             !! the interface
+  pure subroutine explain_block(joint, i, strain, bound, state, slip_bound, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
     integer, intent(in) :: i                                  !! point
     real(wp), intent(in) :: strain(:)                         !! its strain increment
     real(wp), intent(in) :: bound                             !! largest magnitude of that
@@ -153,10 +153,10 @@ contains
     do j = 1, size(strain)
       call review_value("strainInc", j, strain(j), bound, lines)
     end do
-    call explain_point(interface, rest, rest, state, lines)
+    call explain_point(joint, rest, rest, state, lines)
     if (len(lines) == 0) then
       ! the range of single precision is narrower
-      do j = v_offset, interface%n_statev
+      do j = v_offset, joint%n_statev
         if (.not. is_damage(j)) call review_value("STATEV", j, state(j), slip_bound, lines)
       end do
     end if
@@ -187,15 +187,15 @@ contains
   end subroutine request_cut
 
   !> Ask the host for a smaller increment where the damage of a plane grew by more than PROPS 14.
-  pure subroutine request_slower_damage(interface, old, new, pnewdt)
-    type(interface_type), intent(in) :: interface           !! the interface
+  pure subroutine request_slower_damage(joint, old, new, pnewdt)
+    type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in) :: old(:)                          !! (Np) damage of the planes at the start
     real(wp), intent(in), contiguous :: new(:)              !! STATEV at the end
     real(wp), intent(inout), optional :: pnewdt             !! the host's suggestion
     real(wp) :: growth
-    growth = maxval(new(n_point_statev + 1:interface%n_statev:n_plane_statev) - old)
-    if (growth > interface%dalpha) then
-      call request_cut(max(least_pnewdt, min(largest_pnewdt, interface%dalpha/growth)), pnewdt)
+    growth = maxval(new(n_point_statev + 1:joint%n_statev:n_plane_statev) - old)
+    if (growth > joint%dalpha) then
+      call request_cut(max(least_pnewdt, min(largest_pnewdt, joint%dalpha/growth)), pnewdt)
     end if
   end subroutine request_slower_damage
 

@@ -5,7 +5,8 @@ module asperity_initial
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_friction, v_offset, v_status, v_stored, v_work
-  use asperity_interface, only: interface_type, point_status, separation_bound, state_status
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_points, only: point_status, state_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
@@ -55,8 +56,8 @@ contains
   !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
   !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap"). What the host
   !> calls separation is taken as zero; where it is not, the caller takes it off the offset.
-  pure subroutine carry_traction(interface, target, held, state, status, carried, endless)
-    type(interface_type), intent(in) :: interface      !! the interface
+  pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
+    type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
@@ -65,25 +66,25 @@ contains
     logical, intent(out), optional :: endless          !! whether beyond that the planes part or slide without end; else
                                                        !! no rest was found in the steps allowed
     type(interface_type) :: rested
-    real(wp), dimension(interface%n_statev) :: old, new
+    real(wp), dimension(joint%n_statev) :: old, new
     real(wp) :: s(3), start(3), tangent(3, 3), goal(3), least, reached, next, step
     integer :: left
     logical :: good
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
-    status = state_status(interface, state)
+    status = state_status(joint, state)
     if (status /= status_ok) return
-    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(interface)))) status = status_initial
+    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(joint)))) status = status_initial
     if (status /= status_ok) return
     ! however long it took, it is over
-    rested = interface
-    rested%rie%material%tau_v = 0.0_wp
-    old = state(:interface%n_statev)
+    rested = joint
+    rested%material%tau_v = 0.0_wp
+    old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
-    if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(interface, old, held)
+    if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
-    call update_point(rested%rie, s, s, old, new, start, tangent)
+    call update_point(rested, s, s, old, new, start, tangent)
     old = new
     ! what is stored and spent at the start, and was not told, counts as work
     old(v_work) = old(v_work) + sum(old(v_stored:v_friction) - state(v_stored:v_friction))
@@ -103,7 +104,7 @@ contains
         step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
         if (reached < 1.0_wp) cycle
         ! damage that the guard has held back on the way may grow where the point rests: from there again
-        call update_point(rested%rie, s, s, old, new, start, tangent)
+        call update_point(rested, s, s, old, new, start, tangent)
         if (.not. any(new(n_point_statev + 1::n_plane_statev) > old(n_point_statev + 1::n_plane_statev))) cycle
         old = new
         reached = 0.0_wp
@@ -120,13 +121,13 @@ contains
     end if
     old(v_offset:v_offset + 2) = s
     old(v_status) = state(v_status)
-    state(:interface%n_statev) = old
+    state(:joint%n_statev) = old
   end subroutine carry_traction
 
   !> No neighbouring separation carries the traction: the overdamped motion under it to the first rest, by implicit
   !> Euler steps.
-  pure subroutine move_on(interface, goal, held, least, left, s, state, found)
-    type(interface_type), intent(in) :: interface      !! the interface
+  pure subroutine move_on(joint, goal, held, least, left, s, state, found)
+    type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: goal(3)                    !! traction that is held
     logical, intent(in) :: held(3)                     !! whether it is
     real(wp), intent(in) :: least                      !! residual that is small enough anyway, stress
@@ -137,17 +138,17 @@ contains
     real(wp) :: damping, far, softest
     logical :: good
     found = .false.
-    associate (m => interface%rie%material)
+    associate (m => joint%material)
       softest = max(tiny(softest), min(m%k_n, m%k_t, m%k_c))
-      far = min(maxval(abs(goal), mask=held), softest*separation_bound(interface))/softest
+      far = min(maxval(abs(goal), mask=held), softest*separation_bound(joint))/softest
       far = maxval(abs(s)) + farthest*(m%s0/(1.0_wp - m%eta) + far)
     end associate
     damping = 1.0_wp
     do while (left > 0 .and. maxval(abs(s)) < far .and. damping < most_damping)
       left = left - 1
-      call take_step(interface, goal, held, 0.0_wp, least, s, state, found)
+      call take_step(joint, goal, held, 0.0_wp, least, s, state, found)
       if (found) return
-      call take_step(interface, goal, held, damping*elastic(interface), least, s, state, good)
+      call take_step(joint, goal, held, damping*elastic(joint), least, s, state, good)
       damping = max(least_damping, merge(less, more, good)*damping)
     end do
     if (maxval(abs(s)) < far) left = 0
@@ -155,8 +156,8 @@ contains
 
   !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no
   !> more than the planes need to be clear of each other.
-  pure function slipped_separation(interface, state, held) result(s)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function slipped_separation(joint, state, held) result(s)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: state(:)                !! STATEV
     logical, intent(in) :: held(3)                  !! components that may move
     real(wp) :: s(3)
@@ -166,7 +167,7 @@ contains
     s = 0.0_wp
     a = 0.0_wp
     b = 0.0_wp
-    associate (pattern => interface%rie%pattern)
+    associate (pattern => joint%pattern)
       do k = 1, pattern%n
         i = plane_statev(k)
         t = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), pattern%cos_theta(k)*pattern%e_y(k)]
@@ -183,8 +184,8 @@ contains
     call solve_linear(a, b, held, good)
     if (.not. good) return
     opening = 0.0_wp
-    do k = 1, interface%rie%pattern%n
-      n = plane_normal(interface%rie%pattern, k)
+    do k = 1, joint%pattern%n
+      n = plane_normal(joint%pattern, k)
       ! no quotient of a plane that is nearly upright
       opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
     end do
@@ -193,8 +194,8 @@ contains
 
   !> Separation at which the traction, and the resistance to the motion there, are the traction held; nothing is changed
   !> if none is found that is stable and near.
-  pure subroutine take_step(interface, goal, held, damping, least, s, state, good)
-    type(interface_type), intent(in) :: interface           !! the interface
+  pure subroutine take_step(joint, goal, held, damping, least, s, state, good)
+    type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in) :: goal(3)                         !! traction that is held
     logical, intent(in) :: held(3)                          !! whether it is
     real(wp), intent(in) :: damping                         !! resistance to the motion, stress/length
@@ -202,19 +203,19 @@ contains
     real(wp), intent(inout) :: s(3)                         !! separation, start -> end
     real(wp), intent(inout), contiguous :: state(:)         !! STATEV, start -> end
     logical, intent(out) :: good                            !! whether there is one
-    real(wp), dimension(interface%n_statev) :: new
+    real(wp), dimension(joint%n_statev) :: new
     real(wp) :: s_new(3), tangent(3, 3)
     s_new = s
-    call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
-    if (.not. good .and. abs(interface%rie%material%k_c - interface%rie%material%k_n) > 0.0_wp) then
+    call solve(joint, goal, held, damping, least, s, state, s_new, new, tangent, good)
+    if (.not. good .and. abs(joint%material%k_c - joint%material%k_n) > 0.0_wp) then
       ! where planes just touch, the tangent is that of the bond: from a little closure
       s_new = s
-      if (held(1)) s_new(1) = s_new(1) - touch*interface%rie%material%s0
-      call solve(interface, goal, held, damping, least, s, state, s_new, new, tangent, good)
+      if (held(1)) s_new(1) = s_new(1) - touch*joint%material%s0
+      call solve(joint, goal, held, damping, least, s, state, s_new, new, tangent, good)
     end if
-    if (good) good = .not. unstable(tangent, held, damping, elastic(interface))
+    if (good) good = .not. unstable(tangent, held, damping, elastic(joint))
     ! what the guard has held back comes at once
-    if (good) good = interface%rie%material%least_y >= 0.0_wp .or. &
+    if (good) good = joint%material%least_y >= 0.0_wp .or. &
       maxval(new(n_point_statev + 1::n_plane_statev) - state(n_point_statev + 1::n_plane_statev)) <= most_growth
     if (.not. good) return
     s = s_new
@@ -222,8 +223,8 @@ contains
   end subroutine take_step
 
   !> Newton's method with the consistent tangent.
-  pure subroutine solve(interface, goal, held, damping, least, s_old, old, s, new, tangent, converged)
-    type(interface_type), intent(in) :: interface           !! the interface
+  pure subroutine solve(joint, goal, held, damping, least, s_old, old, s, new, tangent, converged)
+    type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in) :: goal(3)                         !! traction that is held
     logical, intent(in) :: held(3)                          !! whether it is
     real(wp), intent(in) :: damping                         !! resistance to the motion, stress/length
@@ -239,20 +240,20 @@ contains
     logical :: good, polished
 
     converged = .false.
-    asked = maxval(abs(goal), mask=held) + interface%rie%material%k_n*interface%rie%material%s0
+    asked = maxval(abs(goal), mask=held) + joint%material%k_n*joint%material%s0
     s_trial = s
     do iteration = 1, most_iterations
-      if (point_status(interface, s_old, s_trial, old) /= status_ok) return
+      if (point_status(joint, s_old, s_trial, old) /= status_ok) return
       s = s_trial
-      call update_point(interface%rie, s_old, s, old, new, traction, tangent)
+      call update_point(joint, s_old, s, old, new, traction, tangent)
       b = merge(goal - traction - damping*(s - s_old), 0.0_wp, held)
       residual = maxval(abs(b))
-      summed = asked + stiffest(interface)*largest_length(interface, s, new)
+      summed = asked + stiffest(joint)*largest_length(joint, s, new)
       polished = converged
       converged = residual <= max(least, min(residual_tolerance*summed, promised*asked))
       ! a step more costs little: to rounding
       if (converged .and. (polished .or. (iteration > 1 .and. residual <= rounding*asked))) return
-      call newton_step(tangent, b, held, damping, elastic(interface), good)
+      call newton_step(tangent, b, held, damping, elastic(joint), good)
       if (.not. good) return
       s_trial = s + b
     end do
@@ -310,35 +311,35 @@ contains
   end function unstable
 
   !> Largest traction that is tried: that of an elastic plane at the largest separation, stress.
-  pure function largest_traction(interface) result(largest)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function largest_traction(joint) result(largest)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: largest
-    largest = elastic(interface)*separation_bound(interface)
+    largest = elastic(joint)*separation_bound(joint)
   end function largest_traction
 
   !> Elastic stiffness of a plane, stress/length.
-  pure function elastic(interface) result(stiffness)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function elastic(joint) result(stiffness)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: stiffness
-    stiffness = max(interface%rie%material%k_n, interface%rie%material%k_t)
+    stiffness = max(joint%material%k_n, joint%material%k_t)
   end function elastic
 
   !> The same or that of a closed plane, stress/length.
-  pure function stiffest(interface) result(stiffness)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function stiffest(joint) result(stiffness)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: stiffness
-    stiffness = max(elastic(interface), interface%rie%material%k_c)
+    stiffness = max(elastic(joint), joint%material%k_c)
   end function stiffest
 
   !> Largest separation or slip, length: what the rounding errors of the traction go with.
-  pure function largest_length(interface, s, state) result(length)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function largest_length(joint, s, state) result(length)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: s(3)                    !! separation
     real(wp), intent(in) :: state(:)                !! STATEV
     real(wp) :: length
     integer :: i
     length = maxval(abs(s))
-    do i = n_point_statev + 2, interface%n_statev, n_plane_statev
+    do i = n_point_statev + 2, joint%n_statev, n_plane_statev
       length = max(length, abs(state(i)), abs(state(i + 1)))
     end do
   end function largest_length
@@ -384,50 +385,50 @@ contains
   end subroutine solve_linear
 
   !> Say why a state cannot carry a traction, and how much of it it does; nothing is appended if it can.
-  pure subroutine explain_initial(interface, target, held, state, message)
-    type(interface_type), intent(in) :: interface              !! the interface
+  pure subroutine explain_initial(joint, target, held, state, message)
+    type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                             !! whether the traction is to be carried
     real(wp), intent(in), contiguous :: state(:)               !! STATEV
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
-    real(wp), dimension(interface%n_statev) :: pressed
+    real(wp), dimension(joint%n_statev) :: pressed
     real(wp) :: carried(3), in_proportion(3), most
     integer :: dead, i, status
     logical :: endless
 
-    most = largest_traction(interface)
+    most = largest_traction(joint)
     do i = 1, 3
       if (.not. held(i) .or. bounded(target(i), most)) cycle
       call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
         ": expected a finite traction of magnitude up to " // to_text(most))
     end do
     if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
-    pressed = state(:interface%n_statev)
-    call carry_traction(interface, target, held, pressed, status, in_proportion, endless)
+    pressed = state(:joint%n_statev)
+    call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
-    dead = count(state(n_point_statev + 1:interface%n_statev:n_plane_statev) >= 1.0_wp)
+    dead = count(state(n_point_statev + 1:joint%n_statev:n_plane_statev) >= 1.0_wp)
     allocate (character(len=0) :: reason)
     if (.not. endless) then
       reason = "no equilibrium was found"
-    else if (dead < interface%rie%pattern%n) then
+    else if (dead < joint%pattern%n) then
       reason = "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
-        integer_text(interface%rie%pattern%n) // " are fully damaged"
+        integer_text(joint%pattern%n) // " are fully damaged"
     else if (target(1) > 0.0_wp) then
       reason = "tension on a crack, every plane being fully damaged"
     else
       reason = "outside the friction of the pattern"
     end if
     ! the normal traction first, to tell which part of the traction it is
-    call carry_traction(interface, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)
+    call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &
         to_text(carried(1)))
       return
     end if
-    call carry_traction(interface, target, held, pressed, status, carried)
+    call carry_traction(joint, target, held, pressed, status, carried)
     if (status == status_ok) then
       call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
         ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))

@@ -1,43 +1,36 @@
-!> Checked entry to the law: an interface from PROPS, and the update of points with every input tested first.
+!> A rough interface: material and pattern of planes, and what its host asks of the library, from PROPS.
 module asperity_interface
+  use asperity_checks, only: review_props
+  use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, &
+    p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, separation_limit, status_ok
   use asperity_kinds, only: wp
-  use asperity_block_double, only: block_type, chunk, new_block, update_block
-  use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: energy_limit, max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, &
-    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, &
-    p_turn, plane_statev, prop_table, separation_limit, statev_table, status_nstatv, status_ok, status_separation, &
-    status_state, status_time, v_offset
-  use asperity_law, only: rie_type, update_point_in_place
-  use asperity_material, only: new_material
-  use asperity_pattern, only: listed_pattern, regular_pattern
+  use asperity_material, only: material_type, new_material
+  use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
   implicit none
   private
-  public :: interface_type, new_interface, separation_bound, virgin_tangent, point_status, state_status, &
-    time_status, update_points, explain_point, explain_points, explain_time
+  public :: interface_type, new_interface, separation_bound, slip_bound
 
   !> An interface as a host describes it by PROPS.
   type :: interface_type
-    type(rie_type) :: rie     !! material and pattern
-    integer :: n_statev       !! state variables the law needs
-    real(wp) :: h             !! thickness the host divides by, length
-    integer :: map            !! order of the host's components, 0 or 1
-    real(wp) :: r             !! stiffness of the layer's other components as a share of K h
-    real(wp) :: dalpha        !! growth of damage of a plane in an increment that asks for a cut, 0: never
+    type(material_type) :: material   !! constants of the law
+    type(pattern_type) :: pattern     !! frames and weights of the planes
+    integer :: n_statev               !! state variables the law needs
+    real(wp) :: h                     !! thickness the host divides by, length
+    integer :: map                    !! order of the host's components, 0 or 1
+    real(wp) :: r                     !! stiffness of the layer's other components as a share of K h
+    real(wp) :: dalpha                !! growth of damage of a plane in an increment that asks for a cut, 0: never
   end type interface_type
 
   !> Largest slip and offset in a state as a multiple of the separation bound: slips follow separations, by up to
   !> sqrt(3) times the largest component.
   real(wp), parameter, public :: slip_factor = 4.0_wp
 
-  !> Points from which on threads are worth starting.
-  integer, parameter :: worth_threads = 2048
-
 contains
 
   !> Interface from PROPS (contract; missing trailing values take their default), and the guard, which PROPS lacks.
-  pure subroutine new_interface(props, interface, status, guarded)
+  pure subroutine new_interface(props, joint, status, guarded)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
-    type(interface_type), intent(out) :: interface   !! defined if status is 0
+    type(interface_type), intent(out) :: joint       !! defined if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
     logical, intent(in), optional :: guarded         !! damage grows only where that releases energy, absent: no
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
@@ -49,279 +42,36 @@ contains
     given = min(size(props), n_fixed_props)
     p(:given) = props(:given)
     p(given + 1:) = defaults(given + 1:)
-    interface%rie%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
+    joint%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
       p(p_tau_v))
     if (present(guarded)) then
-      if (guarded) interface%rie%material%least_y = 0.0_wp
+      if (guarded) joint%material%least_y = 0.0_wp
     end if
     m = int(p(p_m))
     if (m < 0) then
-      call listed_pattern(-m, props(n_fixed_props + 1:), interface%rie%pattern)
+      call listed_pattern(-m, props(n_fixed_props + 1:), joint%pattern)
     else
-      call regular_pattern(m, p(p_theta), p(p_flat), p(p_turn), interface%rie%pattern)
+      call regular_pattern(m, p(p_theta), p(p_flat), p(p_turn), joint%pattern)
     end if
-    interface%n_statev = n_statev(interface%rie%pattern%n)
-    interface%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
-    interface%map = int(p(p_map))
-    interface%r = p(p_r)
-    interface%dalpha = p(p_dalpha)
+    joint%n_statev = n_statev(joint%pattern%n)
+    joint%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
+    joint%map = int(p(p_map))
+    joint%r = p(p_r)
+    joint%dalpha = p(p_dalpha)
   end subroutine new_interface
 
   !> Largest separation the law takes, length: beyond it squares would leave the range of a double.
-  pure function separation_bound(interface) result(bound)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function separation_bound(joint) result(bound)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound
-    bound = separation_limit*interface%rie%material%s0
+    bound = separation_limit*joint%material%s0
   end function separation_bound
 
-  !> The stiffest tangent of the virgin interface: that of its planes all open or at rest, or closed if kc > 1.
-  pure function virgin_tangent(interface) result(tangent)
-    type(interface_type), intent(in) :: interface   !! the interface
-    real(wp) :: tangent(3, 3)                       !! stress/length
-    real(wp), parameter :: rest(3) = 0.0_wp
-    ! closes all planes, far from damage
-    real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
-    real(wp) :: state(interface%n_statev), traction(3), s(3)
-    state = 0.0_wp
-    s = rest
-    if (interface%rie%material%k_c > interface%rie%material%k_n) s = interface%rie%material%s0*closure
-    call update_point_in_place(interface%rie, rest, s, state, traction, tangent)
-  end function virgin_tangent
-
   !> Largest slip and offset in a state, length.
-  pure function slip_bound(interface) result(bound)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure function slip_bound(joint) result(bound)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound
-    bound = slip_factor*separation_bound(interface)
+    bound = slip_factor*separation_bound(joint)
   end function slip_bound
-
-  !> Whether the input of a point is admissible.
-  pure function point_status(interface, s_old, s, state_old) result(status)
-    type(interface_type), intent(in) :: interface      !! the interface
-    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(3)                       !! separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
-    integer :: status                                  !! 0, status_nstatv, status_state or status_separation
-    real(wp) :: bound
-    bound = separation_bound(interface)
-    status = status_separation
-    if (all_bounded(3, s, bound) .and. all_bounded(3, s_old, bound)) status = state_status(interface, state_old)
-  end function point_status
-
-  !> Whether STATEV can be a state of the interface.
-  pure function state_status(interface, state) result(status)
-    type(interface_type), intent(in) :: interface   !! the interface
-    real(wp), intent(in), contiguous :: state(:)    !! STATEV
-    integer :: status                               !! 0, status_nstatv or status_state
-    real(wp) :: least, most, slip
-    integer :: i
-
-    status = status_nstatv
-    if (size(state) < interface%n_statev) return
-    status = status_state
-    if (.not. all_bounded(interface%n_statev, state, energy_limit)) return
-    slip = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2)))
-    least = 0.0_wp
-    most = 0.0_wp
-    do i = n_point_statev + 1, interface%n_statev, n_plane_statev
-      least = min(least, state(i))
-      most = max(most, state(i))
-      slip = max(slip, abs(state(i + 1)), abs(state(i + 2)))
-    end do
-    if (least >= 0.0_wp .and. most <= 1.0_wp .and. slip <= slip_bound(interface)) status = status_ok
-  end function state_status
-
-  !> Whether the duration of an increment is admissible: without viscous damage (tau_v = 0) it is not looked at.
-  pure function time_status(interface, dt) result(status)
-    type(interface_type), intent(in) :: interface   !! the interface
-    real(wp), intent(in), optional :: dt            !! duration, any bits, time
-    integer :: status                               !! 0 or status_time
-    logical :: good
-    good = .not. interface%rie%material%tau_v > 0.0_wp
-    if (present(dt) .and. .not. good) then
-      good = bounded(dt, huge(1.0_wp))
-      if (good) good = dt >= 0.0_wp
-    end if
-    status = merge(status_ok, status_time, good)
-  end function time_status
-
-  !> Update n points over one increment; nothing is written unless every input of every point is admissible.
-  !>
-  !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of
-  !> a point does not depend on the others, on their number or on the threads, to the last bit.
-  subroutine update_points(interface, s, state, traction, status, failed, s_old, tangent, dt)
-    type(interface_type), intent(in) :: interface                 !! the interface
-    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
-    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
-    integer, intent(out) :: status                                !! 0, status_time or that of the first bad point
-    integer, intent(out) :: failed                                !! that point, 0: none
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
-    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
-    real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
-    type(block_type) :: block
-    real(wp) :: from(3)
-    integer :: first, i, n
-
-    failed = 0
-    status = time_status(interface, dt)
-    if (status /= status_ok) return
-    n = size(s, 2)
-    failed = n + 1
-    from = 0.0_wp
-    !$omp parallel do if(n >= worth_threads) schedule(static) firstprivate(from) reduction(min: failed)
-    do i = 1, n
-      if (present(s_old)) from = s_old(:, i)
-      if (point_status(interface, from, s(:, i), state(:, i)) /= status_ok) failed = min(failed, i)
-    end do
-    !$omp end parallel do
-    if (failed <= n) then
-      if (present(s_old)) from = s_old(:, failed)
-      status = point_status(interface, from, s(:, failed), state(:, failed))
-      return
-    end if
-    failed = 0
-    call new_block(interface%rie, block, status, dt)
-    if (status /= status_ok) return
-    !$omp parallel do if(n >= worth_threads) schedule(static)
-    do first = 1, n, chunk
-      call update_some(interface, block, first, min(first + chunk - 1, n), s, state, traction, s_old, tangent)
-    end do
-    !$omp end parallel do
-  end subroutine update_points
-
-  !> Points first..last, at most `chunk`: to structure of arrays, the law, and back.
-  pure subroutine update_some(interface, block, first, last, s, state, traction, s_old, tangent)
-    type(interface_type), intent(in) :: interface                 !! the interface
-    type(block_type), intent(in) :: block                         !! the same for blocks
-    integer, intent(in) :: first, last                            !! points
-    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
-    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
-    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
-    real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3), v(chunk, n_statev(max_planes))
-    integer :: i, j, n, p
-
-    n = last - first + 1
-    s0(:n, :) = 0.0_wp
-    do i = 1, n
-      p = first + i - 1
-      do j = 1, 3
-        s1(i, j) = s(j, p)
-        if (present(s_old)) s0(i, j) = s_old(j, p)
-      end do
-      do j = 1, interface%n_statev
-        v(i, j) = state(j, p)
-      end do
-    end do
-    if (present(tangent)) then
-      call update_block(block, n, s0, s1, chunk, v, t, d)
-    else
-      call update_block(block, n, s0, s1, chunk, v, t)
-    end if
-    do i = 1, n
-      p = first + i - 1
-      do j = 1, interface%n_statev
-        state(j, p) = v(i, j)
-      end do
-      do j = 1, 3
-        traction(j, p) = t(i, j)
-        if (present(tangent)) tangent(:, j, p) = d(i, :, j)
-      end do
-    end do
-  end subroutine update_some
-
-  !> Say what `update_points` rejected: the point, its bad values, and what was expected.
-  pure subroutine explain_points(interface, failed, s, state, message, s_old)
-    type(interface_type), intent(in) :: interface                 !! the interface
-    integer, intent(in) :: failed                                 !! the point
-    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(in), contiguous :: state(:, :)               !! (nstatv, n) STATEV at the start
-    character(len=:), allocatable, intent(inout) :: message       !! lines are appended
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
-    character(len=:), allocatable :: lines
-    real(wp) :: from(3)
-    from = 0.0_wp
-    if (present(s_old)) from = s_old(:, failed)
-    allocate (character(len=0) :: lines)
-    call explain_point(interface, from, s(:, failed), state(:, failed), lines)
-    call append(message, "point " // integer_text(failed) // ": " // lines)
-  end subroutine explain_points
-
-  !> Say what `time_status` rejected.
-  pure subroutine explain_time(interface, name, message, dt)
-    type(interface_type), intent(in) :: interface              !! the interface
-    character(len=*), intent(in) :: name                       !! of the duration where it comes from
-    character(len=:), allocatable, intent(inout) :: message    !! a line is appended
-    real(wp), intent(in), optional :: dt                       !! duration, any bits, time
-    character(len=:), allocatable :: wanted
-    if (time_status(interface, dt) == status_ok) return
-    wanted = ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
-      to_text(interface%rie%material%tau_v) // ")"
-    if (present(dt)) then
-      call append(message, name // " = " // to_text(dt) // wanted)
-    else
-      call append(message, name // " is missing" // wanted)
-    end if
-  end subroutine explain_time
-
-  !> Say what is wrong with the input of a point: every bad value, and what was expected.
-  pure subroutine explain_point(interface, s_old, s, state_old, message)
-    type(interface_type), intent(in) :: interface              !! the interface
-    real(wp), intent(in) :: s_old(:)                           !! (3) separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(:)                               !! (3) separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)           !! (nstatv) STATEV at the start
-    character(len=:), allocatable, intent(inout) :: message    !! lines are appended
-    character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
-    real(wp) :: bound, slip, largest
-    integer :: i, j, k
-
-    bound = separation_bound(interface)
-    slip = slip_bound(interface)
-    do i = 1, 3
-      call review(message, trim(names(i)) // " at the start", s_old(i), -bound, bound)
-      call review(message, trim(names(i)), s(i), -bound, bound)
-    end do
-    if (size(state_old) < interface%n_statev) then
-      call append(message, "NSTATV = " // integer_text(size(state_old)) // ": expected at least " // &
-        integer_text(interface%n_statev) // " for " // integer_text(interface%rie%pattern%n) // " planes")
-      return
-    end if
-    do i = 1, n_point_statev
-      largest = merge(slip, energy_limit, i >= v_offset)
-      call review_statev(message, i, i, state_old(i), -largest, largest)
-    end do
-    do k = 1, interface%rie%pattern%n
-      i = plane_statev(k)
-      call review_statev(message, i, n_point_statev + 1, state_old(i), 0.0_wp, 1.0_wp)
-      do j = 1, n_plane_statev - 1
-        call review_statev(message, i + j, n_point_statev + 1 + j, state_old(i + j), -slip, slip)
-      end do
-    end do
-  end subroutine explain_point
-
-  !> Add a line to the message if a state variable is not a finite number in its range.
-  pure subroutine review_statev(message, i, row, value, lower, upper)
-    character(len=:), allocatable, intent(inout) :: message   !! lines so far
-    integer, intent(in) :: i                                  !! index in STATEV
-    integer, intent(in) :: row                                !! of statev_table
-    real(wp), intent(in) :: value                             !! any bits
-    real(wp), intent(in) :: lower, upper                      !! admissible range
-    call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), value, lower, upper)
-  end subroutine review_statev
-
-  !> Add a line to the message if a value is not a finite number in its range.
-  pure subroutine review(message, name, value, lower, upper)
-    character(len=:), allocatable, intent(inout) :: message   !! lines so far
-    character(len=*), intent(in) :: name                      !! of the value
-    real(wp), intent(in) :: value                             !! any bits
-    real(wp), intent(in) :: lower, upper                      !! admissible range
-    logical :: good
-    good = bounded(value, huge(1.0_wp))
-    if (good) good = value >= lower .and. value <= upper
-    if (.not. good) call append(message, name // " = " // to_text(value) // ": expected a finite number from " // &
-      to_text(lower) // " to " // to_text(upper))
-  end subroutine review
 
 end module asperity_interface

@@ -5,25 +5,20 @@ module asperity_law
   use asperity_kinds, only: wp
   use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
     v_stored, v_work
+  use asperity_interface, only: interface_type
   use asperity_material, only: material_type, over_time
   use asperity_pattern, only: max_lanes, pattern_type
   implicit none
   private
-  public :: rie_type, update_point, update_point_in_place
-
-  !> A rough interface: material and pattern of planes.
-  type :: rie_type
-    type(material_type) :: material   !! constants of the law
-    type(pattern_type) :: pattern     !! frames and weights of the planes
-  end type rie_type
+  public :: update_point, update_point_in_place
 
 contains
 
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
-  !> Nothing is tested here: `update_points` of asperity_interface does that.
-  pure subroutine update_point(rie, s_old, s, state_old, state, traction, tangent, dt)
-    type(rie_type), intent(in) :: rie            !! material and pattern
+  !> Nothing is tested here: `update_points` of asperity_points does that.
+  pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt)
+    type(interface_type), intent(in) :: joint    !! material and pattern
     real(wp), intent(in) :: s_old(3)             !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                 !! separation at its end, length
     real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start, size >= n_statev(Np)
@@ -32,12 +27,12 @@ contains
     real(wp), intent(out) :: tangent(3, 3)       !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt         !! duration of the increment, >= 0 (tau_v > 0 only), time; absent: 0
     state = state_old
-    call update_point_in_place(rie, s_old, s, state, traction, tangent, dt)
+    call update_point_in_place(joint, s_old, s, state, traction, tangent, dt)
   end subroutine update_point
 
   !> The same with one array for the state at the start and at the end.
-  pure subroutine update_point_in_place(rie, s_old, s, state, traction, tangent, dt)
-    type(rie_type), intent(in) :: rie            !! material and pattern
+  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt)
+    type(interface_type), intent(in) :: joint    !! material and pattern
     real(wp), intent(in) :: s_old(3)             !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                 !! separation at its end, length
     real(wp), intent(inout), contiguous :: state(:)   !! STATEV, start -> end, size >= n_statev(Np)
@@ -47,20 +42,20 @@ contains
     real(wp) :: alpha(max_lanes), d_t(max_lanes), d_h(max_lanes), sums(5)
     integer :: i, k
 
-    do k = 1, rie%pattern%n
+    do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
       alpha(k) = state(i)
       d_t(k) = state(i + 1)
       d_h(k) = state(i + 2)
     end do
-    do k = rie%pattern%n + 1, rie%pattern%lanes
+    do k = joint%pattern%n + 1, joint%pattern%lanes
       alpha(k) = 0.0_wp
       d_t(k) = 0.0_wp
       d_h(k) = 0.0_wp
     end do
-    call sum_planes(over_time(rie%material, dt), rie%pattern, s_old + state(v_offset:v_offset + 2), &
+    call sum_planes(over_time(joint%material, dt), joint%pattern, s_old + state(v_offset:v_offset + 2), &
       s + state(v_offset:v_offset + 2), alpha, d_t, d_h, sums, traction, tangent)
-    do k = 1, rie%pattern%n
+    do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
       state(i) = alpha(k)
       state(i + 1) = d_t(k)

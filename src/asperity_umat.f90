@@ -38,24 +38,24 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp), intent(in), optional :: time(*), temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
     dfgrd0(*), dfgrd1(*)
   integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes)
   character(len=:), allocatable :: message
   integer :: i, j, n, position(3), status
 
-  call new_interface(props, interface, status)
-  position = component_map(ntens, interface%map)
-  if (status == status_ok) status = host_status(interface, position, stran, dstran, statev, dtime)
+  call new_interface(props, joint, status)
+  position = component_map(ntens, joint%map)
+  if (status == status_ok) status = host_status(joint, position, stran, dstran, statev, dtime)
   if (status == status_ok) then
     traction = 0.0_wp
     from = 0.0_wp
     do i = 1, 3
       if (position(i) == 0) cycle
       traction(i) = stress(position(i))
-      from(i) = interface%h*stran(position(i))
+      from(i) = joint%h*stran(position(i))
     end do
     if (first_traction(traction, statev)) then
-      call carry_traction(interface, traction, position > 0, statev, status)
+      call carry_traction(joint, traction, position > 0, statev, status)
       ! the traction belongs to the strain at the start
       if (status == status_ok) statev(v_offset:v_offset + 2) = statev(v_offset:v_offset + 2) - from
     end if
@@ -63,7 +63,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status /= status_ok) then
     message = ""
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
-    if (status == status_initial) call explain_initial(interface, traction, position > 0, statev, message)
+    if (status == status_initial) call explain_initial(joint, traction, position > 0, statev, message)
     call report_umat(message)
     call reject(stress, ddsdde)
     call request_cut(rejected_pnewdt, pnewdt)
@@ -73,16 +73,16 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   to = 0.0_wp
   do i = 1, 3
     if (position(i) == 0) cycle
-    to(i) = interface%h*(stran(position(i)) + dstran(position(i)))
+    to(i) = joint%h*(stran(position(i)) + dstran(position(i)))
   end do
-  n = interface%rie%pattern%n
-  if (interface%dalpha > 0.0_wp) damage(:n) = statev(n_point_statev + 1:interface%n_statev:n_plane_statev)
-  call update_point_in_place(interface%rie, from, to, statev, traction, tangent, dtime)
-  if (interface%dalpha > 0.0_wp) call request_slower_damage(interface, damage(:n), statev, pnewdt)
+  n = joint%pattern%n
+  if (joint%dalpha > 0.0_wp) damage(:n) = statev(n_point_statev + 1:joint%n_statev:n_plane_statev)
+  call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
+  if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, damage(:n), statev, pnewdt)
 
   if (ntens == max_ntens) then
     ! components of a solid layer that are not those of an interface
-    layer_stiffness = interface%r*interface%rie%material%k_n*interface%h
+    layer_stiffness = joint%r*joint%material%k_n*joint%h
     stress = layer_stiffness*(stran + dstran)
     ddsdde = 0.0_wp
     do i = 1, ntens
@@ -92,10 +92,10 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   do j = 1, min(3, ntens)
     stress(position(j)) = traction(j)
     do i = 1, min(3, ntens)
-      ddsdde(position(i), position(j)) = interface%h*tangent(i, j)
+      ddsdde(position(i), position(j)) = joint%h*tangent(i, j)
     end do
   end do
-  sse = statev(v_stored)/interface%h
-  spd = statev(v_friction)/interface%h
-  scd = statev(v_rupture)/interface%h
+  sse = statev(v_stored)/joint%h
+  spd = statev(v_friction)/joint%h
+  scd = statev(v_rupture)/joint%h
 end subroutine umat

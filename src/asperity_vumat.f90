@@ -13,7 +13,8 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
     status_props, status_state, v_friction, v_offset, v_rupture, v_status, v_work
   use asperity_host, only: explain_block, explain_vumat, vumat_map
   use asperity_initial, only: carry_traction, explain_initial, first_traction
-  use asperity_interface, only: interface_type, new_interface, slip_factor, time_status, virgin_tangent
+  use asperity_interface, only: interface_type, new_interface, slip_factor
+  use asperity_points, only: time_status, virgin_tangent
   use asperity_kinds, only: wp
   use asperity_report_vumat, only: report_vumat
   implicit none

@@ -4,7 +4,8 @@ module support_law
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_m, p_mu, p_sigma0, p_theta, prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_law, only: rie_type, update_point
+  use asperity_interface, only: interface_type
+  use asperity_law, only: update_point
   use mixed_control, only: confined_slip, direction_vector
   implicit none
   private
@@ -49,11 +50,11 @@ contains
   end function table2_with
 
   !> Interface from PROPS that must be admissible.
-  function interface_of(props) result(interface)
+  function interface_of(props) result(joint)
     real(wp), intent(in) :: props(:)   !! PROPS
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: status
-    call new_interface(props, interface, status)
+    call new_interface(props, joint, status)
     if (status /= status_ok) error stop "support_law: a test builds an interface from inadmissible PROPS"
   end function interface_of
 
@@ -65,20 +66,20 @@ contains
   end function regular_interface
 
   !> Listed planes, material of Table 2, other values where they are given.
-  function listed_interface(planes, index, value) result(interface)
+  function listed_interface(planes, index, value) result(joint)
     real(wp), intent(in) :: planes(:, :)           !! (4, k) normal and weight
     integer, intent(in), optional :: index(:)      !! which of PROPS
     real(wp), intent(in), optional :: value(:)     !! their values
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     real(wp) :: props(n_fixed_props)
     props = table2_with([p_m], [-real(size(planes, 2), wp)])
     if (present(index)) props(index) = value
-    interface = interface_of([props, reshape(planes, [size(planes)])])
+    joint = interface_of([props, reshape(planes, [size(planes)])])
   end function listed_interface
 
   !> Confined slip: sigma_N applied at zero slip and held, then slips along a direction, transverse slip zero.
-  function slip_path(interface, direction, slips, sigma_n) result(path)
-    type(interface_type), intent(in) :: interface   !! the interface
+  function slip_path(joint, direction, slips, sigma_n) result(path)
+    type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! mm
     real(wp), intent(in) :: sigma_n                 !! normal traction, MPa
@@ -87,8 +88,8 @@ contains
     real(wp) :: e(2)
     integer :: n
     n = size(slips)
-    allocate (path%s(3, n), t(3, n), path%state(interface%n_statev, n), path%iterations(n))
-    call confined_slip(interface, direction, slips, sigma_n, n_preload, path%s, t, path%state, path%iterations, path%n)
+    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%iterations(n))
+    call confined_slip(joint, direction, slips, sigma_n, n_preload, path%s, t, path%state, path%iterations, path%n)
     e = direction_vector(direction)
     path%along = e(1)*t(2, :) + e(2)*t(3, :)
     path%across = e(1)*t(3, :) - e(2)*t(2, :)
@@ -104,8 +105,8 @@ contains
   end function even_steps
 
   !> History of a point from virgin, every component of the separation given.
-  pure subroutine replay(rie, s, t, state)
-    type(rie_type), intent(in) :: rie         !! material and pattern
+  pure subroutine replay(joint, s, t, state)
+    type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(:, :)           !! (3, T) separation (N, Tx, Ty)
     real(wp), intent(out) :: t(:, :)          !! (3, T) traction
     real(wp), intent(out) :: state(:, :)      !! (nstatv, T) STATEV
@@ -114,7 +115,7 @@ contains
     from = 0.0_wp
     old = 0.0_wp
     do i = 1, size(s, 2)
-      call update_point(rie, from, s(:, i), old, state(:, i), t(:, i), tangent)
+      call update_point(joint, from, s(:, i), old, state(:, i), t(:, i), tangent)
       from = s(:, i)
       old = state(:, i)
     end do

@@ -2,7 +2,8 @@
 module many_points
   !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use asperity_contract, only: status_ok
-  use asperity_interface, only: interface_type, update_points
+  use asperity_interface, only: interface_type
+  use asperity_points, only: update_points
   use asperity_kinds, only: wp
   use scene, only: new_scene, slip
   implicit none
@@ -11,7 +12,7 @@ module many_points
 
   !> Points, start and end of their increment.
   type :: many_work_type
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     real(wp), allocatable :: s_old(:, :), s(:, :), state(:, :), copied(:, :), traction(:, :)
   end type many_work_type
 
@@ -25,17 +26,17 @@ contains
   end function most_threads
 
   !> Work on n points, all slipping under compression; memory is first touched as it is used later, by the threads.
-  subroutine new_many_work(interface, n, work)
-    type(interface_type), intent(in) :: interface   !! the interface
+  subroutine new_many_work(joint, n, work)
+    type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: n                        !! points
     type(many_work_type), intent(out) :: work
     integer, parameter :: few = 64
-    real(wp) :: s_old(3, few), s(3, few), state(interface%n_statev, few)
+    real(wp) :: s_old(3, few), s(3, few), state(joint%n_statev, few)
     integer :: i, p
-    work%interface = interface
+    work%joint = joint
     allocate (work%s_old(3, n), work%s(3, n), work%traction(3, n))
-    allocate (work%state(interface%n_statev, n), work%copied(interface%n_statev, n))
-    call new_scene(interface, slip, s_old, s, state)
+    allocate (work%state(joint%n_statev, n), work%copied(joint%n_statev, n))
+    call new_scene(joint, slip, s_old, s, state)
     !$omp parallel do schedule(static) private(p)
     do i = 1, n
       p = 1 + modulo(i, few)
@@ -55,7 +56,7 @@ contains
     real(wp), intent(inout) :: used               !! sum of results
     integer :: failed, status
     call set_threads(threads)
-    call update_points(work%interface, work%s, work%state, work%traction, status, failed, work%s_old)
+    call update_points(work%joint, work%s, work%state, work%traction, status, failed, work%s_old)
     if (status /= status_ok) error stop "bench: a point was rejected"
     used = used + work%traction(1, 1)
   end subroutine run_points

@@ -3,7 +3,7 @@ module plain
   use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
     v_stored, v_work
   use asperity_kinds, only: wp
-  use asperity_law, only: rie_type
+  use asperity_interface, only: interface_type
   use asperity_material, only: material_type
   implicit none
   private
@@ -12,8 +12,8 @@ module plain
 contains
 
   !> Traction, state and (on request) consistent tangent of one point.
-  pure subroutine plain_update(rie, s_old, s_new, state_old, state, traction, tangent)
-    type(rie_type), intent(in) :: rie                  !! material and pattern
+  pure subroutine plain_update(joint, s_old, s_new, state_old, state, traction, tangent)
+    type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation at the start of the increment, length
     real(wp), intent(in) :: s_new(3)                   !! separation at its end, length
     real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
@@ -24,7 +24,7 @@ contains
     type(material_type) :: m
     integer :: i, k
 
-    m = rie%material
+    m = joint%material
     from_1 = s_old(1) + state_old(v_offset)
     from_2 = s_old(2) + state_old(v_offset + 1)
     from_3 = s_old(3) + state_old(v_offset + 2)
@@ -50,7 +50,7 @@ contains
       d13 = 0.0_wp
       d23 = 0.0_wp
       d33 = 0.0_wp
-      do k = 1, rie%pattern%n
+      do k = 1, joint%pattern%n
         include "plain_load.inc"
         include "asperity_plane.inc"
         include "plain_store.inc"
@@ -59,7 +59,7 @@ contains
       tangent(:, 2) = [d12, d22, d32]
       tangent(:, 3) = [d13, d23, d33]
     else
-      do k = 1, rie%pattern%n
+      do k = 1, joint%pattern%n
         include "plain_load.inc"
         include "asperity_plane.inc"
         include "plain_store.inc"

@@ -19,24 +19,24 @@ module point_work
 
   !> Points, start and end of their increment.
   type :: point_work_type
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     real(wp), allocatable :: props(:), s_old(:, :), s(:, :), ds(:, :), old(:, :), new(:, :)
   end type point_work_type
 
 contains
 
   !> Work on n points of a scene.
-  pure subroutine new_point_work(props, interface, kind, n, work)
+  pure subroutine new_point_work(props, joint, kind, n, work)
     real(wp), intent(in) :: props(:)                !! PROPS
-    type(interface_type), intent(in) :: interface   !! made of them
+    type(interface_type), intent(in) :: joint       !! made of them
     integer, intent(in) :: kind                     !! scene
     integer, intent(in) :: n                        !! points
     type(point_work_type), intent(out) :: work
-    work%interface = interface
+    work%joint = joint
     work%props = props
     allocate (work%s_old(3, n), work%s(3, n), work%ds(3, n))
-    allocate (work%old(interface%n_statev, n), work%new(interface%n_statev, n))
-    call new_scene(interface, kind, work%s_old, work%s, work%old)
+    allocate (work%old(joint%n_statev, n), work%new(joint%n_statev, n))
+    call new_scene(joint, kind, work%s_old, work%s, work%old)
     work%ds = work%s - work%s_old
     work%new = work%old
   end subroutine new_point_work
@@ -48,7 +48,7 @@ contains
     real(wp) :: t(3), d(3, 3)
     integer :: p
     do p = 1, size(work%s, 2)
-      call textbook_numerical_tangent(work%interface%rie, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      call textbook_numerical_tangent(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
       used = used + t(1) + d(1, 1)
     end do
   end subroutine run_textbook_numerical
@@ -63,9 +63,9 @@ contains
     d = 0.0_wp
     do p = 1, size(work%s, 2)
       if (with_tangent) then
-        call textbook_tangent(work%interface%rie, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+        call textbook_tangent(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
       else
-        call textbook_traction(work%interface%rie, work%s(:, p), work%old(:, p), work%new(:, p), t)
+        call textbook_traction(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
       end if
       used = used + t(1) + d(1, 1)
     end do
@@ -81,9 +81,9 @@ contains
     d = 0.0_wp
     do p = 1, size(work%s, 2)
       if (with_tangent) then
-        call plain_update(work%interface%rie, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+        call plain_update(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
       else
-        call plain_update(work%interface%rie, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t)
+        call plain_update(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t)
       end if
       used = used + t(1) + d(1, 1)
     end do
@@ -96,7 +96,7 @@ contains
     real(wp) :: t(3), d(3, 3)
     integer :: p
     do p = 1, size(work%s, 2)
-      call update_point(work%interface%rie, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      call update_point(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
       used = used + t(1) + d(1, 1)
     end do
   end subroutine run_point
@@ -124,12 +124,12 @@ contains
   pure subroutine run_test(work, used)
     type(point_work_type), intent(in) :: work   !! the interface
     real(wp), intent(inout) :: used             !! sum of results
-    real(wp) :: slips(n_slips), separation(3, n_slips), traction(3, n_slips), state(work%interface%n_statev, n_slips)
+    real(wp) :: slips(n_slips), separation(3, n_slips), traction(3, n_slips), state(work%joint%n_statev, n_slips)
     integer :: i, iterations(n_slips), n_done
     do i = 1, n_slips
-      slips(i) = 20.0_wp*work%interface%rie%material%s0*(1.0_wp - abs(1.0_wp - 2.0_wp*real(i, wp)/real(n_slips, wp)))
+      slips(i) = 20.0_wp*work%joint%material%s0*(1.0_wp - abs(1.0_wp - 2.0_wp*real(i, wp)/real(n_slips, wp)))
     end do
-    call confined_slip(work%interface, 0.0_wp, slips, -10.0_wp, n_preload, separation, traction, state, &
+    call confined_slip(work%joint, 0.0_wp, slips, -10.0_wp, n_preload, separation, traction, state, &
       iterations, n_done)
     used = used + traction(2, n_slips) + real(n_done, wp)
   end subroutine run_test

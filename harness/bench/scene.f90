@@ -14,8 +14,8 @@ module scene
 contains
 
   !> Separations and states at the start of the increment, separations at its end.
-  pure subroutine new_scene(interface, kind, s_old, s, state)
-    type(interface_type), intent(in) :: interface   !! the interface
+  pure subroutine new_scene(joint, kind, s_old, s, state)
+    type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: kind                     !! slip, zones or scattered
     real(wp), intent(out) :: s_old(:, :)            !! (3, n) at the start, length
     real(wp), intent(out) :: s(:, :)                !! (3, n) at the end, length
@@ -35,14 +35,14 @@ contains
       if (kind == slip) then
         s_old(:, p) = compressed_slip(15.0_wp*share)
       else if (share <= 0.90_wp) then
-        s_old(:, p) = interface%rie%material%s0*[-0.1_wp, 0.2_wp*direction*share]
+        s_old(:, p) = joint%material%s0*[-0.1_wp, 0.2_wp*direction*share]
       else if (share <= 0.98_wp) then
         s_old(:, p) = compressed_slip(100.0_wp*(share - 0.89_wp))
       else
-        s_old(:, p) = interface%rie%material%s0*[20.0_wp, 5.0_wp*direction]
+        s_old(:, p) = joint%material%s0*[20.0_wp, 5.0_wp*direction]
       end if
       s(:, p) = 1.01_wp*s_old(:, p)
-      call update_point(interface%rie, rest, s_old(:, p), virgin, state(:, p), traction, tangent)
+      call update_point(joint, rest, s_old(:, p), virgin, state(:, p), traction, tangent)
     end do
 
   contains
@@ -51,8 +51,8 @@ contains
     pure function compressed_slip(multiple) result(x)
       real(wp), intent(in) :: multiple   !! slip as a multiple of s0
       real(wp) :: x(3)
-      x = interface%rie%material%s0*multiple*[0.0_wp, direction]
-      x(1) = 0.2_wp*interface%rie%material%s0*multiple - 0.5_wp*interface%rie%material%s0
+      x = joint%material%s0*multiple*[0.0_wp, direction]
+      x(1) = 0.2_wp*joint%material%s0*multiple - 0.5_wp*joint%material%s0
     end function compressed_slip
 
   end subroutine new_scene

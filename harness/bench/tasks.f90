@@ -55,16 +55,16 @@ contains
     integer, intent(in) :: kind                 !! scene
     integer, intent(in) :: n                    !! points
     type(workspace_type), intent(out) :: work
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: status
-    call new_interface(props, interface, status)
+    call new_interface(props, joint, status)
     if (status /= status_ok) error stop "bench: PROPS rejected"
-    work%planes = interface%rie%pattern%n
+    work%planes = joint%pattern%n
     work%points = n
-    call new_point_work(props, interface, kind, n, work%point)
-    call new_double_block(interface, kind, n, work%double, status)
+    call new_point_work(props, joint, kind, n, work%point)
+    call new_double_block(joint, kind, n, work%double, status)
     if (status /= status_ok) error stop "bench: PROPS rejected in double precision"
-    call new_single_block(interface, kind, n, work%single, status)
+    call new_single_block(joint, kind, n, work%single, status)
     if (status /= status_ok) error stop "bench: PROPS rejected in single precision"
   end subroutine new_workspace
 
@@ -75,16 +75,16 @@ contains
     integer, intent(in) :: width                !! points of a VUMAT call
     integer, intent(in) :: calls                !! number of calls
     type(workspace_type), intent(out) :: work
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: status
-    call new_interface(props, interface, status)
+    call new_interface(props, joint, status)
     if (status /= status_ok) error stop "bench: PROPS rejected"
-    work%planes = interface%rie%pattern%n
+    work%planes = joint%pattern%n
     work%points = width*calls
     if (precision == "double") then
-      call new_double_large(props, interface, width, calls, work%double_large)
+      call new_double_large(props, joint, width, calls, work%double_large)
     else
-      call new_single_large(props, interface, width, calls, work%single_large)
+      call new_single_large(props, joint, width, calls, work%single_large)
     end if
   end subroutine new_large_workspace
 
@@ -93,13 +93,13 @@ contains
     real(real64), intent(in) :: props(:)        !! PROPS
     integer, intent(in) :: n                    !! points
     type(workspace_type), intent(out) :: work
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     integer :: status
-    call new_interface(props, interface, status)
+    call new_interface(props, joint, status)
     if (status /= status_ok) error stop "bench: PROPS rejected"
-    work%planes = interface%rie%pattern%n
+    work%planes = joint%pattern%n
     work%points = n
-    call new_many_work(interface, n, work%many)
+    call new_many_work(joint, n, work%many)
   end subroutine new_array_workspace
 
   !> Run what a row says once over all points.

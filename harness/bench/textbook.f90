@@ -1,7 +1,7 @@
 !> The law written as a textbook would: one plane after the other, rotation matrices and matmul. Only to compare speed.
 module textbook
   use asperity_kinds, only: wp
-  use asperity_law, only: rie_type
+  use asperity_interface, only: interface_type
   use asperity_pattern, only: plane_normal
   use asperity_contract, only: plane_statev
   implicit none
@@ -11,30 +11,30 @@ module textbook
 contains
 
   !> Traction (3) and state: damage (25) and return mapping (30)-(39) in the local frame of each plane, no energies.
-  pure subroutine textbook_traction(rie, s, state_old, state, traction)
-    type(rie_type), intent(in) :: rie          !! material and pattern
+  pure subroutine textbook_traction(joint, s, state_old, state, traction)
+    type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(3)               !! separation, length
     real(wp), intent(in) :: state_old(:)       !! STATEV at the start
     real(wp), intent(inout) :: state(:)        !! STATEV at the end
     real(wp), intent(out) :: traction(3)       !! stress
     real(wp) :: tangent(3, 3)
-    call walk(rie, s, state_old, state, traction, tangent, .false.)
+    call walk(joint, s, state_old, state, traction, tangent, .false.)
   end subroutine textbook_traction
 
   !> The same with the analytic tangent, rotated by matmul.
-  pure subroutine textbook_tangent(rie, s, state_old, state, traction, tangent)
-    type(rie_type), intent(in) :: rie          !! material and pattern
+  pure subroutine textbook_tangent(joint, s, state_old, state, traction, tangent)
+    type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(3)               !! separation, length
     real(wp), intent(in) :: state_old(:)       !! STATEV at the start
     real(wp), intent(inout) :: state(:)        !! STATEV at the end
     real(wp), intent(out) :: traction(3)       !! stress
     real(wp), intent(out) :: tangent(3, 3)     !! stress/length
-    call walk(rie, s, state_old, state, traction, tangent, .true.)
+    call walk(joint, s, state_old, state, traction, tangent, .true.)
   end subroutine textbook_tangent
 
   !> The same with the tangent by central differences.
-  pure subroutine textbook_numerical_tangent(rie, s, state_old, state, traction, tangent)
-    type(rie_type), intent(in) :: rie          !! material and pattern
+  pure subroutine textbook_numerical_tangent(joint, s, state_old, state, traction, tangent)
+    type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(3)               !! separation, length
     real(wp), intent(in) :: state_old(:)       !! STATEV at the start
     real(wp), intent(inout) :: state(:)        !! STATEV at the end
@@ -42,21 +42,21 @@ contains
     real(wp), intent(out) :: tangent(3, 3)     !! stress/length
     real(wp) :: step, moved(3), up(3), down(3)
     integer :: j
-    step = 1.0e-6_wp*rie%material%s0
+    step = 1.0e-6_wp*joint%material%s0
     do j = 1, 3
       moved = s
       moved(j) = s(j) + step
-      call textbook_traction(rie, moved, state_old, state, up)
+      call textbook_traction(joint, moved, state_old, state, up)
       moved(j) = s(j) - step
-      call textbook_traction(rie, moved, state_old, state, down)
+      call textbook_traction(joint, moved, state_old, state, down)
       tangent(:, j) = (up - down)/(2.0_wp*step)
     end do
-    call textbook_traction(rie, s, state_old, state, traction)
+    call textbook_traction(joint, s, state_old, state, traction)
   end subroutine textbook_numerical_tangent
 
   !> Loop over the planes.
-  pure subroutine walk(rie, s, state_old, state, traction, tangent, with_tangent)
-    type(rie_type), intent(in) :: rie          !! material and pattern
+  pure subroutine walk(joint, s, state_old, state, traction, tangent, with_tangent)
+    type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(3)               !! separation, length
     real(wp), intent(in) :: state_old(:)       !! STATEV at the start
     real(wp), intent(inout) :: state(:)        !! STATEV at the end
@@ -69,58 +69,60 @@ contains
 
     traction = 0.0_wp
     tangent = 0.0_wp
-    do k = 1, rie%pattern%n
-      q(1, :) = plane_normal(rie%pattern, k)
-      q(2, :) = [rie%pattern%sin_theta(k), rie%pattern%cos_theta(k)*rie%pattern%e_x(k), &
-                 rie%pattern%cos_theta(k)*rie%pattern%e_y(k)]
-      q(3, :) = [0.0_wp, rie%pattern%h_x(k), rie%pattern%h_y(k)]
-      i = plane_statev(k)
-      local = matmul(q, s)
-      stiffness = [merge(rie%material%k_c, rie%material%k_n, local(1) < 0.0_wp), rie%material%k_t, rie%material%k_t]
-      beta = sqrt(rie%material%inv_s01_2*max(local(1), 0.0_wp)**2 + rie%material%inv_s02_2*sum(local(2:3)**2)) - 1.0_wp
-      alpha_old = state_old(i)
-      alpha = alpha_old
-      if (beta > 0.0_wp) alpha = max(alpha_old, min(1.0_wp, beta/((1.0_wp + beta)*rie%material%eta)))
-      sound = stiffness*local
-      broken = 0.0_wp
-      trial = rie%material%k_t*(local(2:3) - state_old(i + 1:i + 2))
-      tau = sqrt(sum(trial**2))
-      p = -stiffness(1)*min(local(1), 0.0_wp)
-      broken(1) = -p
-      broken(2:3) = trial
-      if (tau > rie%material%mu*p) broken(2:3) = rie%material%mu*p*trial/tau
-      sigma = (1.0_wp - alpha)*sound + alpha*broken
-      state(i) = alpha
-      state(i + 1:i + 2) = local(2:3) - broken(2:3)/rie%material%k_t
-      traction = traction + rie%pattern%gamma(k)*matmul(transpose(q), sigma)
-      if (.not. with_tangent) cycle
-      d = 0.0_wp
-      do i = 1, 3
-        d(i, i) = (1.0_wp - alpha)*stiffness(i)
-      end do
-      if (local(1) <= 0.0_wp) d(1, 1) = stiffness(1)
-      if (tau > rie%material%mu*p) then
-        if (p > 0.0_wp) then
-          m = [0.0_wp, trial(1)/tau, trial(2)/tau]
-          do i = 2, 3
-            d(i, i) = d(i, i) + alpha*rie%material%mu*p/tau*rie%material%k_t
-            d(i, 1) = d(i, 1) - alpha*rie%material%mu*stiffness(1)*m(i)
-            d(i, 2:3) = d(i, 2:3) - alpha*rie%material%mu*p/tau*rie%material%k_t*m(i)*m(2:3)
+    associate (material => joint%material, pattern => joint%pattern)
+      do k = 1, pattern%n
+        q(1, :) = plane_normal(pattern, k)
+        q(2, :) = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), &
+                   pattern%cos_theta(k)*pattern%e_y(k)]
+        q(3, :) = [0.0_wp, pattern%h_x(k), pattern%h_y(k)]
+        i = plane_statev(k)
+        local = matmul(q, s)
+        stiffness = [merge(material%k_c, material%k_n, local(1) < 0.0_wp), material%k_t, material%k_t]
+        beta = sqrt(material%inv_s01_2*max(local(1), 0.0_wp)**2 + material%inv_s02_2*sum(local(2:3)**2)) - 1.0_wp
+        alpha_old = state_old(i)
+        alpha = alpha_old
+        if (beta > 0.0_wp) alpha = max(alpha_old, min(1.0_wp, beta/((1.0_wp + beta)*material%eta)))
+        sound = stiffness*local
+        broken = 0.0_wp
+        trial = material%k_t*(local(2:3) - state_old(i + 1:i + 2))
+        tau = sqrt(sum(trial**2))
+        p = -stiffness(1)*min(local(1), 0.0_wp)
+        broken(1) = -p
+        broken(2:3) = trial
+        if (tau > material%mu*p) broken(2:3) = material%mu*p*trial/tau
+        sigma = (1.0_wp - alpha)*sound + alpha*broken
+        state(i) = alpha
+        state(i + 1:i + 2) = local(2:3) - broken(2:3)/material%k_t
+        traction = traction + pattern%gamma(k)*matmul(transpose(q), sigma)
+        if (.not. with_tangent) cycle
+        d = 0.0_wp
+        do i = 1, 3
+          d(i, i) = (1.0_wp - alpha)*stiffness(i)
+        end do
+        if (local(1) <= 0.0_wp) d(1, 1) = stiffness(1)
+        if (tau > material%mu*p) then
+          if (p > 0.0_wp) then
+            m = [0.0_wp, trial(1)/tau, trial(2)/tau]
+            do i = 2, 3
+              d(i, i) = d(i, i) + alpha*material%mu*p/tau*material%k_t
+              d(i, 1) = d(i, 1) - alpha*material%mu*stiffness(1)*m(i)
+              d(i, 2:3) = d(i, 2:3) - alpha*material%mu*p/tau*material%k_t*m(i)*m(2:3)
+            end do
+          end if
+        else
+          d(2, 2) = d(2, 2) + alpha*material%k_t
+          d(3, 3) = d(3, 3) + alpha*material%k_t
+        end if
+        if (alpha > alpha_old .and. alpha < 1.0_wp) then
+          gradient = [material%inv_s01_2*max(local(1), 0.0_wp), material%inv_s02_2*local(2), &
+                      material%inv_s02_2*local(3)]/(material%eta*(1.0_wp + beta)**3)
+          do i = 1, 3
+            d(:, i) = d(:, i) + (broken - sound)*gradient(i)
           end do
         end if
-      else
-        d(2, 2) = d(2, 2) + alpha*rie%material%k_t
-        d(3, 3) = d(3, 3) + alpha*rie%material%k_t
-      end if
-      if (alpha > alpha_old .and. alpha < 1.0_wp) then
-        gradient = [rie%material%inv_s01_2*max(local(1), 0.0_wp), rie%material%inv_s02_2*local(2), &
-                    rie%material%inv_s02_2*local(3)]/(rie%material%eta*(1.0_wp + beta)**3)
-        do i = 1, 3
-          d(:, i) = d(:, i) + (broken - sound)*gradient(i)
-        end do
-      end if
-      tangent = tangent + rie%pattern%gamma(k)*matmul(transpose(q), matmul(d, q))
-    end do
+        tangent = tangent + pattern%gamma(k)*matmul(transpose(q), matmul(d, q))
+      end do
+    end associate
   end subroutine walk
 
 end module textbook

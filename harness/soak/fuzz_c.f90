@@ -5,7 +5,8 @@ module fuzz_c
   use asperity_c, only: asperity_nstatv, asperity_update, asperity_update_with
   use asperity_checks, only: all_bounded, append, integer_text, to_text
   use asperity_contract, only: p_tau_v, status_ok, status_time
-  use asperity_interface, only: interface_type, new_interface, separation_bound, state_status
+  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_points, only: state_status
   use asperity_kinds, only: wp
   use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
   implicit none
@@ -26,7 +27,7 @@ contains
     character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
     character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
     type(stream_type) :: stream
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     real(wp) :: props(most_props), dt, scale
     real(wp), allocatable :: s(:, :), state(:, :), before(:, :), traction(:, :)
     real(wp), allocatable, target :: s_old(:, :), tangent(:, :, :)
@@ -43,18 +44,18 @@ contains
     call start(stream, seed, number)
     call draw_props(stream, props, i)
     nprops = int(i, c_int)
-    call new_interface(props(:nprops), interface, i)
+    call new_interface(props(:nprops), joint, i)
     call pick(stream, merge(most_points, 4, mod(number, 4_int64) == 0_int64), i)
     n = int(i - 1, c_int)
     nstatv = asperity_nstatv(props, nprops, c_null_ptr, 0_c_int)
-    if (nstatv /= interface%n_statev) call append(complaint, "asperity_nstatv = " // integer_text(int(nstatv)))
+    if (nstatv /= joint%n_statev) call append(complaint, "asperity_nstatv = " // integer_text(int(nstatv)))
     call chance(stream, 0.1_wp, good)
     if (good) nstatv = nstatv + 1_c_int
     allocate (s(3, n), s_old(3, n), state(nstatv, n), before(nstatv, n), traction(3, n), tangent(3, 3, n))
     s_old = 0.0_wp
     state = 0.0_wp
     call log_uniform(stream, -2.0_wp, 3.0_wp, scale)
-    scale = scale*separation_bound(interface)*1.0e-50_wp
+    scale = scale*separation_bound(joint)*1.0e-50_wp
     call chance(stream, 0.5_wp, guarded)
     call pick(stream, 3, increments)
     call chance(stream, 0.4_wp, spoil)
@@ -148,9 +149,9 @@ contains
         if (n < 1) return
         if (.not. all_bounded(size(traction), traction, huge(1.0_wp))) call append(complaint, &
           "a traction is not finite")
-        call new_interface(props(:nprops), interface, i)
+        call new_interface(props(:nprops), joint, i)
         do i = 1, n
-          if (state_status(interface, state(:, i)) == status_ok) cycle
+          if (state_status(joint, state(:, i)) == status_ok) cycle
           call append(complaint, "its own state would be rejected")
           exit
         end do

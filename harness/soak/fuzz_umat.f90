@@ -5,7 +5,8 @@ module fuzz_umat
   use asperity_contract, only: n_statev, p_dalpha, p_sigma0, p_tau_v, status_ok, v_status
   use asperity_host, only: component_map, explain_call, least_pnewdt, largest_pnewdt, rejected_pnewdt
   use asperity_initial, only: explain_initial, first_traction
-  use asperity_interface, only: interface_type, new_interface, separation_bound, state_status
+  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_points, only: state_status
   use asperity_kinds, only: wp
   use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
   use host_routines, only: umat
@@ -28,7 +29,7 @@ contains
     character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
     character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
     type(stream_type) :: stream
-    type(interface_type) :: interface
+    type(interface_type) :: joint
     character(len=80), parameter :: name = "FUZZ"
     real(wp), dimension(most_ntens + margin) :: stran, dstran, stress, start_stress
     real(wp) :: props(most_props + margin), statev(most_statev + margin), ddsdde((most_ntens + margin)**2), &
@@ -41,7 +42,7 @@ contains
     props = marker
     call draw_props(stream, props(:most_props), nprops)
     props(nprops + 1:) = marker
-    call new_interface(props(:nprops), interface, status)
+    call new_interface(props(:nprops), joint, status)
     complaint = ""
     inputs = ""
     calls = 0
@@ -51,7 +52,7 @@ contains
       call describe()
       return
     end if
-    nstatv = interface%n_statev
+    nstatv = joint%n_statev
     call pick(stream, 3, i)
     ntens = merge(6, i + 1, i == 3)
     statev = marker
@@ -62,7 +63,7 @@ contains
     call log_uniform(stream, -2.0_wp, 3.0_wp, scale)
     call chance(stream, 0.02_wp, good)
     if (good) scale = 1.0e49_wp
-    scale = scale*separation_bound(interface)*1.0e-50_wp/interface%h
+    scale = scale*separation_bound(joint)*1.0e-50_wp/joint%h
     call pick(stream, 4, increments)
     call chance(stream, 0.4_wp, spoil)
     do increment = 1, increments
@@ -115,13 +116,13 @@ contains
     subroutine explain_start()
       real(wp) :: traction(3)
       integer :: position(3), k
-      call new_interface(props(:nprops), interface, status)
-      position = component_map(ntens, interface%map)
+      call new_interface(props(:nprops), joint, status)
+      position = component_map(ntens, joint%map)
       traction = 0.0_wp
       do k = 1, 3
         if (position(k) > 0) traction(k) = start_stress(position(k))
       end do
-      if (first_traction(traction, before(:nstatv))) call explain_initial(interface, traction, position > 0, &
+      if (first_traction(traction, before(:nstatv))) call explain_initial(joint, traction, position > 0, &
         before(:nstatv), message)
     end subroutine explain_start
 
@@ -217,8 +218,8 @@ contains
         if (.not. all_bounded(ntens, stress, huge(1.0_wp))) call blame("a stress is not finite")
         if (.not. all_bounded(ntens**2, ddsdde, huge(1.0_wp))) call blame("a tangent is not finite")
         if (.not. all_bounded(3, energies, huge(1.0_wp))) call blame("an energy is not finite")
-        call new_interface(props(:nprops), interface, status)
-        if (state_status(interface, statev(:nstatv)) /= status_ok) then
+        call new_interface(props(:nprops), joint, status)
+        if (state_status(joint, statev(:nstatv)) /= status_ok) then
           call blame("its own STATEV would be rejected")
         else if (abs(statev(v_status) - 1.0_wp) > 0.0_wp) then
           call blame("the status is not 1")

@@ -45,7 +45,7 @@ module solver_sample
     integer :: initial = 0              !! 0: virgin and at rest, 1: cracked, 2: cracked and loaded
     real(wp) :: traction(3) = 0.0_wp    !! that the initial state carries, stress
     real(wp), allocatable :: state(:)   !! initial STATEV
-    type(interface_type) :: interface
+    type(interface_type) :: joint
   end type sample_type
 
   !> What a method came to.
@@ -109,7 +109,7 @@ contains
     ! slip along Tx in a pattern that is turned: a direction against the planes
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
-    call new_interface(props, sample%interface, status, sample%guarded)
+    call new_interface(props, sample%joint, status, sample%guarded)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
     if (varied) call crack(other, sample)
   end subroutine draw_sample
@@ -150,7 +150,7 @@ contains
     !> Largest slip, of s_f; largest tangential traction, of the pressure and the strength.
     real(wp), parameter :: slip = 1.5_wp, shear = 0.5_wp
     logical, parameter :: all_held(3) = .true.
-    real(wp) :: damage, planes(sample%interface%n_statev)
+    real(wp) :: damage, planes(sample%joint%n_statev)
     integer :: i, k, kind, status
 
     if (sample%initial == 0) return
@@ -158,7 +158,7 @@ contains
     ! all planes alike, each of its own, all dead
     kind = whole(seed, 3)
     damage = draw(seed)
-    do k = 1, sample%interface%rie%pattern%n
+    do k = 1, sample%joint%pattern%n
       i = plane_statev(k)
       if (kind == 1) damage = min(1.0_wp, 2.0_wp*draw(seed))
       if (kind == 2) damage = 1.0_wp
@@ -168,7 +168,7 @@ contains
     end do
     ! or no slip
     if (whole(seed, 2) == 0) then
-      do k = 1, sample%interface%rie%pattern%n
+      do k = 1, sample%joint%pattern%n
         planes(plane_statev(k) + 1:plane_statev(k) + 2) = 0.0_wp
       end do
     end if
@@ -176,7 +176,7 @@ contains
       (2.0_wp*draw(seed) - 1.0_wp), (abs(sample%sigma_n) + sigma0)*shear*(2.0_wp*draw(seed) - 1.0_wp)]
     do i = 1, 3
       sample%state = planes
-      call carry_traction(sample%interface, sample%traction, all_held, sample%state, status)
+      call carry_traction(sample%joint, sample%traction, all_held, sample%state, status)
       if (status == status_ok) return
       ! without the shear, without any
       sample%traction(2:3) = 0.0_wp
@@ -226,9 +226,9 @@ contains
     outcome%all_increments = preload + 2*n
     if (sample%load == all_tractions) outcome%all_increments = preload + n
     if (allocated(sample%state)) then
-      point = new_point(sample%interface, sample%state)
+      point = new_point(sample%joint, sample%state)
     else
-      point = new_point(sample%interface)
+      point = new_point(sample%joint)
     end if
     target = merge(sample%traction, 0.0_wp, control%traction)
     do i = 1, outcome%all_increments
@@ -264,7 +264,7 @@ contains
     integer :: iterations
 
     old = point
-    call advance(sample%interface, control, start, target, point, iterations, reached, report=report, method=method)
+    call advance(sample%joint, control, start, target, point, iterations, reached, report=report, method=method)
     outcome%updates = outcome%updates + report%updates
     outcome%most_updates = max(outcome%most_updates, report%updates)
     outcome%snaps = outcome%snaps + report%snaps
@@ -288,7 +288,7 @@ contains
     ! no time is left for damage to grow in
     at_once = control
     at_once%dt = 0.0_wp
-    call scan_equilibria(sample%interface, at_once, report%beyond, point, scan)
+    call scan_equilibria(sample%joint, at_once, report%beyond, point, scan)
     outcome%proven = .not. scan%found   ! also where the work limit came first
     if (outcome%proven .and. .not. outcome%limited) return
     outcome%why = "increment " // integer_text(outcome%increments + 1) // ": "
@@ -309,7 +309,7 @@ contains
     !> the given separations is known to rounding errors.
     real(wp), parameter :: tolerance = 1.0e-6_wp, rounding = 1.0e-12_wp
     type(point_type) :: again
-    real(wp) :: alpha(sample%interface%rie%pattern%n), gap(3), most
+    real(wp) :: alpha(sample%joint%pattern%n), gap(3), most
     integer :: k
 
     outcome%wrong = .not. (all(bounded(point%s, huge(most))) .and. all(bounded(point%traction, huge(most))) .and. &
@@ -326,12 +326,12 @@ contains
     end if
     most = tolerance*(sigma0 + maxval([0.0_wp, pack(abs(values), control%traction)]))
     gap = merge(point%traction + control%spring*point%s - values, &
-      sample%interface%rie%material%k_n*(point%s - values), control%traction)
+      sample%joint%material%k_n*(point%s - values), control%traction)
     outcome%wrong = any(abs(gap) > most .and. (control%traction .or. &
-      abs(gap) > rounding*sample%interface%rie%material%k_n*abs(values)))
+      abs(gap) > rounding*sample%joint%material%k_n*abs(values)))
     if (.not. outcome%wrong .and. .not. sample%guarded) then
       ! the traction is that of the state: nothing grows or slides where nothing moves (the guard may let damage grow)
-      again = new_point(sample%interface, point%state, point%s)
+      again = new_point(sample%joint, point%state, point%s)
       gap = again%traction - point%traction
       outcome%wrong = any(abs(gap) > most .and. control%traction)
     end if

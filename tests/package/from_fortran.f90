@@ -1,23 +1,24 @@
 !> One elastic update through the installed modules, and the same through the UMAT.
 program from_fortran
   use, intrinsic :: iso_fortran_env, only: error_unit, wp => real64
-  use asperity_interface, only: interface_type, new_interface, update_points
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: update_points
   implicit none
   real(wp), parameter :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
   real(wp), parameter :: s0 = (1 - eta)*2*gc/sigma0, tolerance = 1.0e-14_wp*sigma0
   real(wp), parameter :: props(4) = [sigma0, gc, eta, mu], s(3) = [s0/2, 0.0_wp, 0.0_wp]
-  type(interface_type) :: interface
+  type(interface_type) :: joint
   real(wp), allocatable :: state(:, :), statev(:)
   real(wp) :: traction(3, 1), stress(3), ddsdde(3, 3), sse, spd, scd, pnewdt, ignored(9)
   integer :: status, failed
   external :: umat
 
-  call new_interface(props, interface, status)
+  call new_interface(props, joint, status)
   if (status /= 0) error stop "new_interface"
-  allocate (state(interface%n_statev, 1), statev(interface%n_statev))
+  allocate (state(joint%n_statev, 1), statev(joint%n_statev))
   state = 0
   statev = 0
-  call update_points(interface, reshape(s, [3, 1]), state, traction, status, failed)
+  call update_points(joint, reshape(s, [3, 1]), state, traction, status, failed)
   if (status /= 0) error stop "update_points"
   call expect(traction(1, 1), sigma0/2)
 
