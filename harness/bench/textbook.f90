@@ -1,4 +1,7 @@
-!> The law written as a textbook would: one plane after the other, rotation matrices and matmul. Only to compare speed.
+!> The law written as a textbook would: one plane after the other, rotation matrices and matmul.
+!>
+!> It is independent of the library's kernels on purpose: it is what their speed is compared with, and the benchmark
+!> stops where its traction or tangent differs from theirs.
 module textbook
   use asperity_kinds, only: wp
   use asperity_interface, only: interface_type
