@@ -19,8 +19,8 @@ module host_routines
       real(real64), intent(in) :: stran(ntens), dstran(ntens), props(nprops)
       character(len=*), intent(in) :: cmname
       real(real64), intent(inout), optional :: pnewdt, rpl, ddsddt(*), drplde(*), drpldt
-      real(real64), intent(in), optional :: time(*), dtime, temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
-        dfgrd0(*), dfgrd1(*)
+      real(real64), intent(in), optional :: time(*), dtime, temp, dtemp, predef(*), dpred(*), coords(*), drot(*), &
+        celent, dfgrd0(*), dfgrd1(*)
       integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
     end subroutine umat
 

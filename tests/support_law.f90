@@ -1,12 +1,12 @@
-!> Shared by the suites: the paper's Table 2, interfaces and paths made with it, special values, random numbers.
+!> Shared by the suites: the paper's Table 2, interfaces, paths and random histories made with it, special values.
 module support_law
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_m, p_mu, p_sigma0, p_theta, prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_interface, only: interface_type
   use asperity_law, only: update_point
   use mixed_control, only: confined_slip, direction_vector
+  use random_numbers, only: draw
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
@@ -160,18 +160,6 @@ contains
     real(wp) :: c(3)
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
-
-  !> Fill x with numbers from -1 to 1; the same ones for the same seed on every machine (Park and Miller).
-  subroutine draw(seed, x)
-    integer(int64), intent(inout) :: seed   !! 1..2147483646
-    real(wp), intent(out) :: x(:)           !! random numbers
-    integer(int64), parameter :: factor = 16807_int64, modulus = 2147483647_int64
-    integer :: i
-    do i = 1, size(x)
-      seed = mod(factor*seed, modulus)
-      x(i) = 2.0_wp*real(seed, wp)/real(modulus, wp) - 1.0_wp
-    end do
-  end subroutine draw
 
   !> Separations of n increments that jump to and fro, opening, closing and sliding, ever further up to 1.5 s_f.
   function random_history(seed, n) result(s)

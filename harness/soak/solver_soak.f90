@@ -5,6 +5,7 @@ program solver_soak
   use asperity_checks, only: integer_text
   use asperity_kinds, only: wp
   use mixed_control, only: full_solver
+  use random_numbers, only: largest_seed
   use solver_sample, only: describe, draw_sample, outcome_type, run_sample, sample_type
   implicit none
 
@@ -115,9 +116,9 @@ contains
       case default
         status = 1
       end select
-      if (status /= 0 .or. samples < 1 .or. seed < 1_int64 .or. seed > 2147483646_int64) then
+      if (status /= 0 .or. samples < 1 .or. seed < 1_int64 .or. seed > largest_seed) then
         write (error_unit, "(a)") "solver_soak: " // trim(argument) // ": " // usage // &
-          ", N >= 1 (10000), S from 1 to 2147483646 (1), I: that sample alone"
+          ", N >= 1 (10000), S from 1 to " // integer_text(int(largest_seed)) // " (1), I: that sample alone"
         stop 1
       end if
       a = a + 1

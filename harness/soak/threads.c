@@ -1,4 +1,4 @@
-/* Eight threads against one, bit for bit: threads [POINTS]. UMAT, VUMAT and C API, viscous damage and cut requests on.
+/* Eight threads against one, bit for bit: threads [POINTS [SEED]]. UMAT, VUMAT and C API, viscous damage and cut requests on.
  *
  * Points are taken through a random increment after another in rounds, first by one thread, then by all. */
 #define _POSIX_C_SOURCE 200809L
@@ -96,7 +96,7 @@ static void *work(void *argument) {
 
 int main(int argc, char **argv) {
   const long wanted = argc > 1 ? atol(argv[1]) : 10000000;
-  uint64_t seed = 20150917;
+  uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 20150917; /* not 0 */
   long differences = 0, done[ENTRIES] = {0};
   int failed = 0;
   time_t last = time(NULL);
@@ -112,7 +112,7 @@ int main(int argc, char **argv) {
       pthread_t thread[THREADS];
       work(&alone);
       for (int k = 0; k < THREADS; k++) {
-        share[k] = (work_type){entry, (int)((long)ROUND * k / THREADS), (int)((long)ROUND * (k + 1) / THREADS), &parallel};
+        share[k] = (work_type){entry, ROUND * k / THREADS, ROUND * (k + 1) / THREADS, &parallel};
         if (pthread_create(&thread[k], NULL, work, &share[k]) != 0) {
           puts("threads: a thread could not be started");
           return 1;
