@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+#include <unistd.h>
 
 #include "asperity.h"
 
@@ -99,7 +99,6 @@ int main(int argc, char **argv) {
   uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 20150917; /* not 0 */
   long differences = 0, done[ENTRIES] = {0};
   int failed = 0;
-  time_t last = time(NULL);
   for (int entry = 0; entry < ENTRIES; entry++) {
     long before = differences;
     while (done[entry] < wanted) {
@@ -121,11 +120,9 @@ int main(int argc, char **argv) {
       for (int k = 0; k < THREADS; k++) pthread_join(thread[k], NULL);
       differences += memcmp(&serial, &parallel, sizeof serial) != 0;
       done[entry] += ROUND;
-      if (time(NULL) - last >= 10) {
-        last = time(NULL);
-        printf("threads %s: %ld of %ld points\n", names[entry], done[entry], wanted);
-        fflush(stdout);
-      }
+      if (isatty(STDERR_FILENO))
+        fprintf(stderr, "\r\033[Kthreads: %s: %ld of %ld points%s", names[entry], done[entry], wanted,
+                done[entry] < wanted ? "" : "\r\033[K");
     }
     double damaged = 0.0;
     for (int p = 0; p < ROUND; p++) damaged += entry == 1 ? serial.state[0][p] : serial.rows[p][0];
