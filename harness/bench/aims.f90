@@ -23,8 +23,8 @@ contains
       ns("RP-32", "block", .false.)/ns("RP-32", "roots", .false.), at_most=2.8_real64)
     do i = 1, size(from_memory)
       call line(trim(from_memory(i)) // " vumat from memory / (block in the cache + streaming)", &
-        ns(from_memory(i), "vumat", .false.)/(ns(from_memory(i), "block", .false.) + ns(from_memory(i), "stream", .false.)), &
-        at_most=1.25_real64)
+        ns(from_memory(i), "vumat", .false.)/ &
+        (ns(from_memory(i), "block", .false.) + ns(from_memory(i), "stream", .false.)), at_most=1.25_real64)
     end do
     call line("RP-4 textbook tangent / point", &
       ns("RP-4", "textbook", .true.)/ns("RP-4", "point", .true.), at_least=3.5_real64)

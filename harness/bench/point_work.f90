@@ -6,7 +6,7 @@ module point_work
   use host_routines, only: umat
   use mixed_control, only: confined_slip
   use scene, only: new_scene
-  use textbook, only: textbook_numerical_tangent, textbook_tangent, textbook_traction
+  use textbook, only: textbook_numerical_tangent, textbook_update
   implicit none
   private
   public :: point_work_type, new_point_work, textbook_error, run_textbook_numerical, run_textbook, run_point, &
@@ -50,7 +50,7 @@ contains
     k = max(work%joint%material%k_n, work%joint%material%k_t, work%joint%material%k_c)
     worst = 0.0_wp
     do p = 1, size(work%s, 2)
-      call textbook_tangent(work%joint, work%s(:, p), work%old(:, p), state, t, d)
+      call textbook_update(work%joint, work%s(:, p), work%old(:, p), state, t, d)
       call update_point(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), new, t_point, d_point)
       worst = max(worst, maxval(abs(t - t_point))/(k*maxval(abs(work%s(:, p)))), maxval(abs(d - d_point))/k)
     end do
@@ -78,9 +78,9 @@ contains
     d = 0.0_wp
     do p = 1, size(work%s, 2)
       if (with_tangent) then
-        call textbook_tangent(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
       else
-        call textbook_traction(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
+        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
       end if
       used = used + t(1) + d(1, 1)
     end do
