@@ -14,9 +14,9 @@ module block_replay
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use case_initial, only: initial_type
-  use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type
   use host_routines, only: vumat
+  use progress_line, only: progress_type, show_progress
   use recorded_strains, only: strains_type
   implicit none
   private

@@ -5,13 +5,14 @@ module case_run
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
-  use driver_messages, only: begin_progress, clear_progress, exit_input, exit_ok, exit_solve, progress_type, say, short
+  use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
   use equilibrium_scan, only: scan_equilibria, scan_type
   use failed_case, only: failed_type, write_failed_case
   use history, only: close_history, history_type, open_history, start_from
   use load_path, only: component_names
   use mixed_control, only: ended_limit, ended_rejected, most_updates, new_point
   use path_run, only: run_path
+  use progress_line, only: begin_progress, clear_progress, progress_type
   use replay_run, only: run_replay
   implicit none
   private
@@ -38,7 +39,7 @@ contains
     code = exit_input
     call open_history(table, output, case%joint, planes .or. case%planes)
     if (table%good) then
-      call begin_progress(progress, quiet)
+      call begin_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
         call run_path(case%joint, case%state, case%steps, label, table, progress, failed)
       else

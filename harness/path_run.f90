@@ -5,11 +5,12 @@ module path_run
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use case_state, only: state_type
-  use driver_messages, only: progress_type, short, show_progress, tell
+  use driver_messages, only: short, tell
   use failed_case, only: failed_type
   use history, only: add_row, history_type, row_type, start_from
   use load_path, only: step_type
   use mixed_control, only: advance, control_type, new_point, point_type, report_type
+  use progress_line, only: progress_type, show_progress
   implicit none
   private
   public :: run_path

@@ -1,16 +1,16 @@
-!> Shared by the suites: the paper's Table 2, interfaces and paths made with it, special values, random numbers.
+!> Shared by the suites: the paper's Table 2, interfaces, paths and random histories made with it, special values.
 module support_law
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_m, p_mu, p_sigma0, p_theta, prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_interface, only: interface_type
   use asperity_law, only: update_point
   use mixed_control, only: confined_slip, direction_vector
+  use random_numbers, only: draw
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
-    plane_axes, local_separation, length, draw, random_history, same_bits
+    tangent_by_differences, plane_axes, local_separation, length, draw, random_history, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -121,6 +121,28 @@ contains
     end do
   end subroutine replay
 
+  !> Tangent by central differences of the traction.
+  pure function tangent_by_differences(joint, from, s, state, step, dt) result(tangent)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    real(wp), intent(in) :: from(3)             !! separation at the start of the increment
+    real(wp), intent(in) :: s(3)                !! separation at its end
+    real(wp), intent(in) :: state(:)            !! STATEV at the start
+    real(wp), intent(in) :: step                !! by which the separation is moved either way
+    real(wp), intent(in), optional :: dt        !! duration of the increment
+    real(wp) :: tangent(3, 3)
+    real(wp) :: new(size(state)), before(3), after(3), other(3, 3), shifted(3), old(size(state))
+    integer :: j
+    old = state
+    do j = 1, 3
+      shifted = s
+      shifted(j) = s(j) - step
+      call update_point(joint, from, shifted, old, new, before, other, dt)
+      shifted(j) = s(j) + step
+      call update_point(joint, from, shifted, old, new, after, other, dt)
+      tangent(:, j) = (after - before)/(2.0_wp*step)
+    end do
+  end function tangent_by_differences
+
   !> Axes n, t, h of a plane by (1), as columns; Tx and Ty for a plane parallel to the average surface.
   pure function plane_axes(normal) result(axes)
     real(wp), intent(in) :: normal(3)   !! unit normal (N, Tx, Ty)
@@ -161,18 +183,6 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Fill x with numbers from -1 to 1; the same ones for the same seed on every machine (Park and Miller).
-  subroutine draw(seed, x)
-    integer(int64), intent(inout) :: seed   !! 1..2147483646
-    real(wp), intent(out) :: x(:)           !! random numbers
-    integer(int64), parameter :: factor = 16807_int64, modulus = 2147483647_int64
-    integer :: i
-    do i = 1, size(x)
-      seed = mod(factor*seed, modulus)
-      x(i) = 2.0_wp*real(seed, wp)/real(modulus, wp) - 1.0_wp
-    end do
-  end subroutine draw
-
   !> Separations of n increments that jump to and fro, opening, closing and sliding, ever further up to 1.5 s_f.
   function random_history(seed, n) result(s)
     integer(int64), intent(inout) :: seed   !! of `draw`
@@ -192,5 +202,12 @@ contains
     logical :: same
     same = all(transfer(a, [0_int64]) == transfer(b, [0_int64]))
   end function same_bits
+
+  !> Whether the bits are those of a NaN; no floating-point comparison, which a NaN may trap.
+  elemental function is_nan(x) result(yes)
+    real(wp), intent(in) :: x   !! any bits
+    logical :: yes
+    yes = iand(transfer(x, 0_int64), huge(0_int64)) > transfer(infinity, 0_int64)
+  end function is_nan
 
 end module support_law

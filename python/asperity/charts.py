@@ -32,7 +32,7 @@ CURVES = (
 BARS = (
     ("textbook / point, tangent", "textbook", "point", "double", True),
     ("textbook / block, tangent", "textbook", "block", "double", True),
-    ("plain / block, stress", "plain", "block", "double", False),
+    ("textbook / block, stress", "textbook", "block", "double", False),
     ("block / roots, stress", "block", "roots", "double", False),
     ("single: block / roots", "block", "roots", "single", False),
     ("VUMAT / streaming", "vumat", "stream", "double", False),
@@ -96,7 +96,6 @@ COLUMNS = (
     ("point", "point", "double", True),
     ("UMAT", "umat", "double", True),
     ("block, tangent", "block", "double", True),
-    ("plain, stress", "plain", "double", False),
     ("block, stress", "block", "double", False),
     ("roots", "roots", "double", False),
     ("VUMAT", "vumat", "double", False),

@@ -1,8 +1,8 @@
 """The 2D law of the plane-symmetric RIE in plain scalars, for comparison with the 3D law (Section 4.1).
 
 Serpieri and Alfano (2011) write the law for separations (s_N, s_T) and planes inclined by signed angles.
-This module does the same in Python floats: no frames, no vectors and nothing of the 3D code but the material
-parameters.  Numbers in round brackets are equations of Albarella et al. (2015).  Angles are in degrees,
+This module is an oracle for the tests and stays independent of library and 3D reference: it does the same in
+Python floats, without frames and vectors, and takes the material parameters alone from the 3D code.  Numbers in round brackets are equations of Albarella et al. (2015).  Angles are in degrees,
 tension and opening are positive.  A plane at angle phi has normal (cos phi, sin phi), tangent
 (-sin phi, cos phi).
 """
