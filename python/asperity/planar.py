@@ -2,8 +2,9 @@
 
 Serpieri and Alfano (2011) write the law for separations (s_N, s_T) and planes inclined by signed angles.
 This module is an oracle for the tests and stays independent of library and 3D reference: it does the same in
-Python floats, without frames and vectors, and takes the material parameters alone from the 3D code.  Numbers in round brackets are equations of Albarella et al. (2015).  Angles are in degrees,
-tension and opening are positive.  A plane at angle phi has normal (cos phi, sin phi), tangent
+Python floats, without frames and vectors, and takes the material parameters alone from the 3D code.
+Numbers in round brackets are equations of Albarella et al. (2015).  Angles are in degrees, tension and
+opening are positive.  A plane at angle phi has normal (cos phi, sin phi), tangent
 (-sin phi, cos phi).
 """
 

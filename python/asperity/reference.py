@@ -1,9 +1,9 @@
 """Independent NumPy reference of the interface law of Albarella, Serpieri, Alfano and Sacco (2015).
 
-It is an oracle for the tests and stays independent of the Fortran library: it is written from the equations of
-the paper with the corrections listed in docs/theory.md.  Numbers in round brackets are the paper's equations.
-Components are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are the user's
-consistent set.
+It is an oracle for the tests and uses nothing of the library.
+Written from the equations of the paper with the corrections listed in docs/theory.md, not from the Fortran
+library, so that the two can be compared.  Numbers in round brackets are the paper's equations.  Components
+are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are the user's consistent set.
 
 A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 9 + 3 k entries: damage,
 stored, rupture, friction and work per unit area, status, the three offsets of the separation, and then
