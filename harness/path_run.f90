@@ -32,6 +32,7 @@ contains
 
     if (state%given) then
       point = new_point(joint, state%statev, state%s)
+      if (state%has_work) point%work = state%work
       call start_from(table, joint, point)
     else
       point = new_point(joint)
@@ -102,6 +103,7 @@ contains
         row%s = point%s
         row%traction = point%traction
         row%state = point%state
+        row%work = point%work
         row%snaps = report%snaps
         row%released = report%released
         row%updates = report%updates
@@ -200,6 +202,7 @@ contains
       row%s = new%s
       row%traction = new%traction
       row%state = new%state
+      row%work = new%work
       row%iterations = iterations
       row%snaps = report%snaps
       row%released = report%released

@@ -1,7 +1,7 @@
 !> The library's arithmetic on scalars, one plane after the other: what vectors gain is measured against it.
 module plain
   use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
-    v_stored, v_work
+    v_stored
   use asperity_kinds, only: wp
   use asperity_interface, only: interface_type
   use asperity_material, only: material_type
@@ -36,7 +36,6 @@ contains
     stored = 0.0_wp
     rupture = 0.0_wp
     friction = 0.0_wp
-    work = 0.0_wp
     sigma_1 = 0.0_wp
     sigma_2 = 0.0_wp
     sigma_3 = 0.0_wp
@@ -70,8 +69,6 @@ contains
     state(v_rupture) = state(v_rupture) + rupture
     state(v_friction) = state(v_friction) + friction
     traction = [sigma_1, sigma_2, sigma_3]
-    state(v_work) = state(v_work) + (work + 0.5_wp*(sigma_1*(to_1 - from_1) + (sigma_2*(to_2 - from_2) &
-      + sigma_3*(to_3 - from_3))))
     state(v_status) = 1.0_wp
   end subroutine plain_update
 
