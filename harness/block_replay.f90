@@ -9,10 +9,11 @@
 !> host leaves undefined, hold garbage.
 module block_replay
   use asperity_checks, only: bounded, integer_text
-  use asperity_contract, only: v_friction, v_offset, v_rupture, v_work
+  use asperity_contract, only: v_friction, v_offset, v_rupture
   use asperity_host, only: vumat_map
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use control_point, only: work_between
   use case_initial, only: initial_type
   use history, only: add_row, history_type, row_type
   use host_routines, only: vumat
@@ -50,7 +51,7 @@ contains
     real(wp), dimension(n_points, ntens) :: strain, stress_old, stress
     real(wp), dimension(n_points, joint%n_statev) :: state_old, state
     real(wp), dimension(n_points) :: intern_old, intern, inelas_old, inelas, unset_point, rho
-    real(wp) :: unset(n_points, 9), earlier(0:stagger - 1, ntens), dtime, largest, offset(3)
+    real(wp) :: unset(n_points, 9), earlier(0:stagger - 1, ntens), dtime, largest, offset(3), start
     integer :: delay, i, n, position(3)
     logical :: viscous
 
@@ -84,6 +85,7 @@ contains
     row%iterations = 1
     earlier = 0.0_wp
     largest = 0.0_wp
+    start = table%last%work
     do n = 1, size(record%time)
       do i = 1, n_points
         strain(i, :) = increment(record, n - mod(i - 1, stagger))
@@ -106,11 +108,17 @@ contains
             " increments before"
         end if
       end do
-      largest = max(largest, abs(state(1, v_work)))
+      row%s = state(1, v_offset:v_offset + 2) - offset
+      do i = 1, 3
+        if (position(i) > 0) row%traction(i) = stress(1, position(i))
+      end do
+      row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
+      ! what the separations, which are sums, are rounded by counts in the work
+      largest = max(largest, maxval(abs(state(1, v_offset:v_offset + 2)))*sum(abs(row%traction)))
       associate (mass => density*joint%h, ledger => state(1, v_rupture) + state(1, v_friction), &
                  rounding => 4.0_wp*real(n, wp)*epsilon(1.0_wp))
         if (abs(mass*inelas(1) - ledger) > rounding*ledger) failure = "enerInelasNew is not rupture and friction"
-        if (abs(mass*intern(1) - state(1, v_work)) > rounding*largest) failure = "enerInternNew is not the work"
+        if (abs(mass*intern(1) - (row%work - start)) > rounding*largest) failure = "enerInternNew is not the work"
       end associate
       if (len(failure) > 0) then
         failure = "vumat, increment " // integer_text(n) // ": " // failure
@@ -123,10 +131,6 @@ contains
       inelas_old = inelas
       row%increment = n
       row%time = record%time(n)
-      row%s = state(1, v_offset:v_offset + 2) - offset
-      do i = 1, 3
-        if (position(i) > 0) row%traction(i) = stress(1, position(i))
-      end do
       row%state = state(1, :)
       row%state(v_offset:v_offset + 2) = offset   ! a VUMAT keeps its strains there, too
       call add_row(table, joint, row)

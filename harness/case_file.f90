@@ -44,8 +44,8 @@ module case_file
     "  &initial   traction = t_N, t_Tx, t_Ty, damage = alpha, slip = s_dit, s_dih: the planes a run starts", &
     "             with (values for all of them, or for each), and the traction they carry at separation", &
     "             zero                                                                ! optional", &
-    "  &state     separation = s_N, s_Tx, s_Ty, statev = ...: where the run starts (default: virgin and at", &
-    "             rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
+    "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: where the run starts (default: virgin and", &
+    "             at rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
     "             map = 0, dalpha = 0, r = 0, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
     "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &

@@ -1,7 +1,7 @@
 !> Run of one case: rows, end as expected or not, summary.
 module case_run
   use asperity_checks, only: integer_text, to_text
-  use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored, v_work
+  use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
@@ -190,7 +190,7 @@ contains
     complaint = ""
     if (table%n_rows == 0) return
     associate (last => table%last)
-      values = [last%s, last%traction, last%state([v_damage, v_stored, v_rupture, v_friction, v_work]), &
+      values = [last%s, last%traction, last%state([v_damage, v_stored, v_rupture, v_friction]), last%work, &
                 sqrt(last%s(2)**2 + last%s(3)**2)]
     end associate
     do i = 1, size(values)

@@ -1,4 +1,4 @@
-!> State a case starts from: separation and STATEV, as a replay file of a failed increment gives them.
+!> State a case starts from: separation, STATEV and the work so far, as a replay file of a failed increment gives them.
 module case_state
   use asperity_checks, only: append, integer_text
   use asperity_contract, only: status_ok
@@ -6,7 +6,7 @@ module case_state
   use asperity_points, only: explain_point, point_status
   use asperity_kinds, only: wp
   use case_text, only: group_index, group_where, text_type, unknown_name
-  use case_values, only: get_reals
+  use case_values, only: get_real, get_reals
   implicit none
   private
   public :: read_state, check_state
@@ -16,6 +16,8 @@ module case_state
     logical :: given = .false.              !! false: virgin and at rest
     real(wp) :: s(3) = 0.0_wp               !! separation (N, Tx, Ty), length
     real(wp), allocatable :: statev(:)      !! STATEV
+    logical :: has_work = .false.           !! false: the work so far is what is stored and dissipated
+    real(wp) :: work = 0.0_wp               !! of the traction on the separation so far, stress*length
   end type state_type
 
 contains
@@ -38,8 +40,11 @@ contains
         call get_reals(text, e, s, message)
       case ("statev")
         call get_reals(text, e, state%statev, message)
+      case ("work")
+        state%has_work = .true.
+        call get_real(text, e, state%work, message)
       case default
-        call unknown_name(text, e, "separation, statev", message)
+        call unknown_name(text, e, "separation, statev, work", message)
       end select
     end do
     if (size(s) == size(state%s)) then

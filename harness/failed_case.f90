@@ -63,7 +63,7 @@ contains
     end if
     if (written) call write_line(fd, path, "&pattern" // text // " /", written)
     if (written) call write_line(fd, path, "&state" // entry("separation", failed%start%s) // &
-      entry("statev", failed%start%state) // " /", written)
+      entry("statev", failed%start%state) // entry("work", [failed%start%work]) // " /", written)
     text = ""
     do i = 1, 3
       if (failed%control%traction(i)) then

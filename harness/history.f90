@@ -10,7 +10,7 @@
 module history
   use asperity_checks, only: integer_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, statev_table, v_damage, v_friction, &
-    v_rupture, v_stored, v_work
+    v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use control_point, only: point_type
@@ -30,6 +30,7 @@ module history
     real(wp) :: s(3) = 0.0_wp            !! separation (N, Tx, Ty)
     real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
     real(wp), allocatable :: state(:)    !! STATEV
+    real(wp) :: work = 0.0_wp            !! of the traction on the separation so far, stress*length
     integer :: iterations = 0
     integer :: updates = 0               !! of the law
     integer :: snaps = 0
@@ -91,7 +92,10 @@ contains
     type(point_type), intent(in) :: point           !! where the run starts
     character(len=event_length) :: ignored
     call find_events(joint, point%s, point%state, point%state, table%planes, ignored)
+    table%last%s = point%s
+    table%last%traction = point%traction
     table%last%state = point%state
+    table%last%work = point%work
   end subroutine start_from
 
   !> Write a row; the whole row goes out at once, so that a run that is killed leaves whole rows.
@@ -116,7 +120,7 @@ contains
       line = line // "," // number(row%traction(i))
     end do
     line = line // "," // number(row%state(v_damage)) // "," // number(row%state(v_stored)) // "," // &
-      number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%state(v_work)) // &
+      number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%work) // &
       "," // integer_text(row%iterations) // "," // trim(event)
     do k = 1, table%n_planes
       do i = plane_statev(k), plane_statev(k) + n_plane_statev - 1

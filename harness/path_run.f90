@@ -33,6 +33,7 @@ contains
 
     if (state%given) then
       point = new_point(joint, state%statev, state%s)
+      if (state%has_work) point%work = state%work
       call start_from(table, joint, point)
     else
       point = new_point(joint)
@@ -103,6 +104,7 @@ contains
         row%s = point%s
         row%traction = point%traction
         row%state = point%state
+        row%work = point%work
         row%snaps = report%snaps
         row%released = report%released
         row%updates = report%updates
@@ -201,6 +203,7 @@ contains
       row%s = new%s
       row%traction = new%traction
       row%state = new%state
+      row%work = new%work
       row%iterations = iterations
       row%snaps = report%snaps
       row%released = report%released

@@ -10,6 +10,7 @@ module replay_run
   use asperity_host, only: component_map
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use control_point, only: work_between
   use case_initial, only: initial_type
   use history, only: add_row, history_type, row_type
   use host_routines, only: umat
@@ -101,6 +102,7 @@ contains
         row%traction(i) = stress(position(i))
       end do
       row%state = statev
+      row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
       row%cut = pnewdt < 1.0_wp
       call add_row(table, joint, row)
       if (.not. table%good) return

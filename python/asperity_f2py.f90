@@ -232,7 +232,7 @@ end subroutine interface_replay
 
 !> Confined slip test with adaptive increments between turning points.
 subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
-                                   preload_time, separation, traction, state, n_rows, n_turns, status, message)
+                                   preload_time, separation, traction, state, work, n_rows, n_turns, status, message)
   use adaptive, only: adaptive_slip, largest_tolerance, least_tolerance, walk_type
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
@@ -252,6 +252,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   double precision, intent(inout) :: separation(3, room)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, room)     !! traction, stress
   double precision, intent(inout) :: state(nstatv, room)   !! STATEV
+  double precision, intent(inout) :: work(room)            !! of the traction on the separation, stress*length
   integer, intent(out) :: n_rows                           !! rows; beyond the room they are counted, not kept
   integer, intent(out) :: n_turns                          !! turning points reached; fewer than n: equilibrium lost
   integer, intent(out) :: status                           !! 0 or status_separation
@@ -283,13 +284,14 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
     status = status_separation
     return
   end if
-  call adaptive_slip(joint, direction, turns, sigma_n, tolerance, .true., separation, traction, state, n_rows, &
+  call adaptive_slip(joint, direction, turns, sigma_n, tolerance, .true., separation, traction, state, work, n_rows, &
     n_turns, walk, times, preload_time)
 end subroutine interface_adaptive_slip
 
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
-                                   preload_time, guarded, stiffness, separation, traction, state, jumps, n_done, status, message)
+                                   preload_time, guarded, stiffness, separation, traction, state, work, jumps, n_done, status, &
+                                   message)
   use asperity_checks, only: append, bounded, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
@@ -310,6 +312,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
+  double precision, intent(inout) :: work(n)            !! of the traction on the separation, stress*length
   double precision, intent(inout) :: jumps(9, 0:n)      !! of the preload and every slip: snaps, parts, separation before
                                                         !! and after the longest snap, energy set free by all
   integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
@@ -344,7 +347,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     return
   end if
   call confined_slip(joint, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
-    times, preload_time, reports=reports, stiffness=stiffness)
+    times, preload_time, reports=reports, stiffness=stiffness, work=work)
   do i = 0, n
     jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
                    reports(i)%released]

@@ -30,7 +30,7 @@ int asperity_version(char *text, int size);
 /* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
 int asperity_nstatv(const double *props, int nprops, char *message, int size);
 
-/* Give n states the separation at which they carry a traction (state variables 7 to 9), before their first increment.
+/* Give n states the separation at which they carry a traction (state variables 6 to 8), before their first increment.
  *   traction double[n][3], finite
  *   state    double[n][nstatv], planes as they are (all zero: virgin) -> the same with offset, slips and energies
  * The traction grows from what the state carries, in proportion; the next asperity_update with s = 0 returns it.

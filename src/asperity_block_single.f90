@@ -2,7 +2,7 @@
 module asperity_block_single
   use, intrinsic :: iso_fortran_env, only: real64, wp => real32
   use asperity_contract, only: energy_limit, max_planes, n_plane_statev, n_point_statev, separation_limit, &
-    status_ok, status_props, v_damage, v_friction, v_offset, v_rupture, v_status, v_stored, v_work
+    status_ok, status_props, v_damage, v_friction, v_offset, v_rupture, v_status, v_stored
   use asperity_interface, only: interface_type
   use asperity_material, only: material_type, over_time
   implicit none

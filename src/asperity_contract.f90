@@ -78,10 +78,10 @@ module asperity_contract
     prop_type("reserved", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
-  integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_work = 5, v_status = 6, &
-    v_offset = 7
+  integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &
+    v_offset = 6
   !> State variables before those of the planes, and per plane (alpha, s_dit, s_dih).
-  integer, parameter, public :: n_point_statev = 9, n_plane_statev = 3
+  integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
 
   !> One state variable: name, meaning, unit.
   type :: statev_type
@@ -95,7 +95,6 @@ module asperity_contract
     statev_type("stored", "stored energy per unit nominal area", "stress*length"), &
     statev_type("rupture", "energy spent on rupture per unit nominal area", "stress*length"), &
     statev_type("friction", "energy dissipated by friction per unit nominal area", "stress*length"), &
-    statev_type("work", "work done by the traction per unit nominal area", "stress*length"), &
     statev_type("status", "0: never called, 1: called", "-"), &
     statev_type("offset_N", "separation offset N of an initial traction", "length"), &
     statev_type("offset_Tx", "separation offset Tx of an initial traction", "length"), &

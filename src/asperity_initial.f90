@@ -1,10 +1,10 @@
 !> Initial states: the separation at which a point, virgin or cracked, carries a traction before its first increment.
 !>
-!> That separation becomes the offset of STATEV 7-9 (contract), which the law adds to what the host calls separation.
+!> That separation becomes the offset of STATEV 6-8 (contract), which the law adds to what the host calls separation.
 module asperity_initial
   use asperity_checks, only: append, bounded, integer_text, to_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
-    v_friction, v_offset, v_status, v_stored, v_work
+    v_offset, v_status
   use asperity_interface, only: interface_type, separation_bound
   use asperity_points, only: point_status, state_status
   use asperity_kinds, only: wp
@@ -38,7 +38,7 @@ module asperity_initial
 
 contains
 
-  !> Whether a point that was never called comes with a traction (contract, STATEV 6).
+  !> Whether a point that was never called comes with a traction (contract, STATEV 5).
   !>
   !> Looked at by the bits: what is not finite is no traction, but what a host left undefined.
   pure function first_traction(traction, state) result(yes)
@@ -86,8 +86,6 @@ contains
     old(v_offset:v_offset + 2) = 0.0_wp
     call update_point(rested, s, s, old, new, start, tangent)
     old = new
-    ! what is stored and spent at the start, and was not told, counts as work
-    old(v_work) = old(v_work) + sum(old(v_stored:v_friction) - state(v_stored:v_friction))
     least = rounding*stiffest(rested)*largest_length(rested, s, old)
     reached = 0.0_wp
     step = 1.0_wp/real(parts, wp)

@@ -4,7 +4,7 @@
 module asperity_law
   use asperity_kinds, only: wp
   use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
-    v_stored, v_work
+    v_stored
   use asperity_interface, only: interface_type
   use asperity_material, only: material_type, over_time
   use asperity_pattern, only: max_lanes, pattern_type
@@ -39,7 +39,7 @@ contains
     real(wp), intent(out) :: traction(3)         !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)       !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt         !! duration of the increment, >= 0 (tau_v > 0 only), time; absent: 0
-    real(wp) :: alpha(max_lanes), d_t(max_lanes), d_h(max_lanes), sums(5)
+    real(wp) :: alpha(max_lanes), d_t(max_lanes), d_h(max_lanes), sums(4)
     integer :: i, k
 
     do k = 1, joint%pattern%n
@@ -65,15 +65,14 @@ contains
     state(v_stored) = sums(2)
     state(v_rupture) = state(v_rupture) + sums(3)
     state(v_friction) = state(v_friction) + sums(4)
-    state(v_work) = state(v_work) + sums(5)
     state(v_status) = 1.0_wp
   end subroutine update_point_in_place
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
   !>
   !> Per plane: damage (25), return mapping (30)-(39), traction (22). The tangent is unsymmetric where a plane slides in
-  !> contact or is damaged while it slides. Rupture by the trapezoid of Y, friction by that of the friction strength,
-  !> work by that of the traction (docs/theory.md).
+  !> contact or is damaged while it slides. Rupture by the trapezoid of Y, friction by that of the friction strength
+  !> (docs/theory.md).
   pure subroutine sum_planes(material, pattern, from, to, alpha, d_t, d_h, sums, traction, tangent)
     type(material_type), intent(in) :: material   !! constants of the law
     type(pattern_type), intent(in) :: pattern     !! frames and weights
@@ -81,7 +80,7 @@ contains
     real(wp), intent(inout) :: alpha(max_lanes)   !! damage of the planes, start -> end
     real(wp), intent(inout) :: d_t(max_lanes)     !! inelastic slip s_dit, start -> end, length
     real(wp), intent(inout) :: d_h(max_lanes)     !! inelastic slip s_dih, start -> end, length
-    real(wp), intent(out) :: sums(5)              !! damage; energy stored, increments of rupture, friction, work
+    real(wp), intent(out) :: sums(4)              !! damage; energy stored, increments of rupture, friction
     real(wp), intent(out) :: traction(3)          !! stress
     real(wp), intent(out) :: tangent(3, 3)        !! stress/length
     include "asperity_plane_names.inc"
@@ -99,7 +98,6 @@ contains
     stored = 0.0_wp
     rupture = 0.0_wp
     friction = 0.0_wp
-    work = 0.0_wp
     sigma_1 = 0.0_wp
     sigma_2 = 0.0_wp
     sigma_3 = 0.0_wp
@@ -112,7 +110,7 @@ contains
     d13 = 0.0_wp
     d23 = 0.0_wp
     d33 = 0.0_wp
-    !$omp simd reduction(+:damage, stored, rupture, friction, work, sigma_1, sigma_2, sigma_3) &
+    !$omp simd reduction(+:damage, stored, rupture, friction, sigma_1, sigma_2, sigma_3) &
     !$omp reduction(+:d11, d21, d31, d12, d22, d32, d13, d23, d33)
     do k = 1, pattern%lanes
       c = pattern%cos_theta(k)
@@ -131,8 +129,7 @@ contains
       d_h(k) = d_h1
     end do
     traction = [sigma_1, sigma_2, sigma_3]
-    sums = [damage, stored, rupture, friction, work + 0.5_wp*(sigma_1*(to_1 - from_1) &
-      + (sigma_2*(to_2 - from_2) + sigma_3*(to_3 - from_3)))]
+    sums = [damage, stored, rupture, friction]
     tangent(:, 1) = [d11, d21, d31]
     tangent(:, 2) = [d12, d22, d32]
     tangent(:, 3) = [d13, d23, d33]

@@ -2,7 +2,7 @@
 !>
 !> PROPS, STATEV and component orders: docs/contract.md. DDSDDE is the consistent tangent and unsymmetric (Abaqus:
 !> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
-!> used once, by a point that was never called (STATEV 6 is 0): it starts from that traction; afterwards the law is
+!> used once, by a point that was never called (STATEV 5 is 0): it starts from that traction; afterwards the law is
 !> total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE with NaN and leaves
 !> STATEV as it came.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &

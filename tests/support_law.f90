@@ -1,7 +1,8 @@
 !> Shared by the suites: the paper's Table 2, interfaces, paths and random histories made with it, special values.
 module support_law
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_m, p_mu, p_sigma0, p_theta, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_eta, p_gc, p_m, p_mu, &
+    p_sigma0, p_theta, prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
@@ -10,7 +11,7 @@ module support_law
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
-    tangent_by_differences, plane_axes, local_separation, length, draw, random_history, same_bits, is_nan
+    work_along, tangent_by_differences, plane_axes, local_separation, length, draw, random_history, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -18,6 +19,10 @@ module support_law
   real(wp), parameter, public :: sf = 2.0_wp*gc/sigma0, s0 = (1.0_wp - eta)*sf, stiffness = sigma0/s0
   !> Inclination of the paper's Sections 4.2 to 4.4, degrees; one degree in radians.
   real(wp), parameter, public :: theta = 30.0_wp, degree = acos(-1.0_wp)/180.0_wp
+
+  !> State variables of one plane, and of RP-4 with its flat plane; index of the damage of the first plane.
+  integer, parameter, public :: flat_nstatv = n_point_statev + n_plane_statev, &
+    pyramid_nstatv = n_point_statev + 5*n_plane_statev, i_alpha = n_point_statev + 1
 
   ! by their bits: no floating-point exception is raised
   real(wp), parameter, public :: nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
@@ -34,6 +39,7 @@ module support_law
     real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
     real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
+    real(wp), allocatable :: work(:)        !! (slips) of the traction on the separation, N/mm
     integer, allocatable :: iterations(:)   !! (slips) Newton iterations
   end type path_type
 
@@ -88,8 +94,9 @@ contains
     real(wp) :: e(2)
     integer :: n
     n = size(slips)
-    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%iterations(n))
-    call confined_slip(joint, direction, slips, sigma_n, n_preload, path%s, t, path%state, path%iterations, path%n)
+    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%work(n), path%iterations(n))
+    call confined_slip(joint, direction, slips, sigma_n, n_preload, path%s, t, path%state, path%iterations, path%n, &
+      work=path%work)
     e = direction_vector(direction)
     path%along = e(1)*t(2, :) + e(2)*t(3, :)
     path%across = e(1)*t(3, :) - e(2)*t(2, :)
@@ -142,6 +149,18 @@ contains
       tangent(:, j) = (after - before)/(2.0_wp*step)
     end do
   end function tangent_by_differences
+
+  !> Work of the traction along separations from rest, free of traction, by the trapezoidal rule.
+  pure function work_along(s, t) result(work)
+    real(wp), intent(in) :: s(:, :)   !! (3, T) separation
+    real(wp), intent(in) :: t(:, :)   !! (3, T) traction
+    real(wp) :: work(size(s, 2))
+    integer :: i
+    work(1) = 0.5_wp*dot_product(t(:, 1), s(:, 1))
+    do i = 2, size(s, 2)
+      work(i) = work(i - 1) + 0.5_wp*dot_product(t(:, i) + t(:, i - 1), s(:, i) - s(:, i - 1))
+    end do
+  end function work_along
 
   !> Axes n, t, h of a plane by (1), as columns; Tx and Ty for a plane parallel to the average surface.
   pure function plane_axes(normal) result(axes)

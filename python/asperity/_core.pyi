@@ -37,6 +37,7 @@ def interface_adaptive_slip(
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    work: _Floats,
 ) -> tuple[int, int, int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
@@ -51,6 +52,7 @@ def interface_confined_slip(
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    work: _Floats,
     jumps: _Floats,
 ) -> tuple[int, int, bytes]: ...
 def interface_slip_curves(

@@ -12,10 +12,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from . import _core
+from . import _core, contract
 from .contract import Floats
 from .fracture_energy import fracture_energy
-from .interface import Interface
+from .interface import Interface, work_along
 from .material import Material
 from .newton import NewtonStudy, newton_path
 from .pattern import Pattern
@@ -169,10 +169,10 @@ def _fixed(interface: Interface, slips: Floats, sigma_N: float, times: int) -> _
 def _adaptive(interface: Interface, turns: Sequence[float], sigma_N: float, tolerance: float) -> _Path:
     """Adaptive increments, without what Python makes of the rows."""
     separation, traction = np.empty((ROOM, 3)), np.empty((ROOM, 3))
-    state = np.empty((ROOM, interface.nstatv))
+    state, work = np.empty((ROOM, interface.nstatv)), np.empty(ROOM)
     rows, reached, status, message = _core.interface_adaptive_slip(
         interface.props(), STEP_DIRECTION, np.array(turns), sigma_N, tolerance, np.zeros(len(turns)), 0.0,
-        separation.T, traction.T, state.T,
+        separation.T, traction.T, state.T, work,
     )  # fmt: skip
     if status != 0 or reached < len(turns) or rows > ROOM:
         raise ValueError(
@@ -181,7 +181,7 @@ def _adaptive(interface: Interface, turns: Sequence[float], sigma_N: float, tole
     angle = np.radians(STEP_DIRECTION)
     e = np.array([np.cos(angle), np.sin(angle)])
     s_L, tau_L = separation[:rows, 1:] @ e, traction[:rows, 1:] @ e
-    return _Path(_way(s_L), tau_L, separation[:rows, 0], float(state[rows - 1, 4]))
+    return _Path(_way(s_L), tau_L, separation[:rows, 0], float(work[rows - 1]))
 
 
 def _way(s_L: Floats) -> Floats:
@@ -532,7 +532,9 @@ def _rows(interface: Interface, s: Floats, stride: int) -> tuple[Floats, Floats]
     status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
     if status != 0:
         raise ValueError(message.decode("ascii").rstrip())
-    return traction[stride - 1 :: stride].copy(), state[stride - 1 :: stride, 2:5].copy()
+    rupture, friction = (state[:, contract.statev_index(name)] for name in ("rupture", "friction"))
+    sums = np.column_stack([rupture, friction, work_along(s, traction)])
+    return traction[stride - 1 :: stride].copy(), sums[stride - 1 :: stride].copy()
 
 
 REACH = 1000.0
@@ -597,7 +599,7 @@ def _carried(interface: Interface, s: Floats, state: Floats) -> Floats:
         slope[:, None] > 0.0, np.cross([1.0, 0.0, 0.0], n) / np.maximum(slope, 1e-9)[:, None], (0, 0, 1)
     )
     t = np.where(slope[:, None] > 0.0, np.cross(n, h), (0.0, 1.0, 0.0))
-    planes = state[9:].reshape(len(n), 3)
+    planes = state[contract.plane_statev(1) :].reshape(len(n), 3)
     tangents = np.stack([t, h], axis=1)
     elastic = (np.einsum("kij,j->ki", tangents, s[0]) - planes[:, 1:]).astype(kind)
     gap, low = (n @ s[0]).astype(kind), np.zeros(len(n), kind)

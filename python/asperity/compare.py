@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import planar, reference
+from . import contract, planar, reference
 from .case_files import SlipTest, slip_tests
 from .contract import Floats
 from .installed import cases, driver
-from .results import Rows, read_rows, results_of
+from .interface import work_along
+from .results import ENERGIES, Rows, read_rows, results_of
 
 LAW_TOLERANCE = 1.0e-12
 """Difference along given separations, relative to the scales of `Difference`: rounding of sums."""
@@ -139,13 +140,14 @@ def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]
     s = ours.separation
 
     law = reference.replay(parameters, pattern, s)
-    theirs = _Curve(s, law.traction, law.state[:, 0], law.state[:, 1:5])
+    theirs = _Curve(s, law.traction, law.state[:, 0], _energies(law.state, work_along(s, law.traction)))
     yield "law/NumPy", _difference(parameters, ours, theirs, slice(None))
     if len(test.slips) > 0:
         history = reference.confined_slip(
             parameters, pattern, test.direction, test.slips, test.sigma_N, preload
         )
-        solved = _Curve(history.separation, history.traction, history.damage, history.state[:, 1:5])
+        energies = _energies(history.state, history.work)
+        solved = _Curve(history.separation, history.traction, history.damage, energies)
         solved = solved[: int(np.isfinite(solved.damage).sum())]
         yield "test/NumPy", _difference(parameters, ours, solved, slipping)
 
@@ -160,6 +162,11 @@ def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]
         slips = test.slips[: whole - test.preload].tolist()
         solved = _planar(planar.confined_slip(parameters, planes, slips, test.sigma_N, preload))
         yield "test/2D", _difference(parameters, flat, solved, slipping)
+
+
+def _energies(state: Floats, work: Floats) -> Floats:
+    """Energies (T, 4) of the columns of a result."""
+    return np.column_stack([*(state[:, contract.statev_index(name)] for name in ENERGIES[:-1]), work])
 
 
 def _planar(responses: Sequence[planar.PlanarResponse]) -> _Curve:

@@ -20,7 +20,7 @@ def find_events(
     planes fully), open, close (a plane leaves or comes into contact), slip (a damaged plane starts to slide);
     and those of `more`, by row.
     """
-    first = contract.statev_names(len(normals)).index("alpha_1")
+    first = contract.plane_statev(1)
     count = len(normals)
     planes = state[:, first : first + 3 * count].reshape(len(state), count, 3)
     alpha, slips = planes[:, :, 0], planes[:, :, 1:]

@@ -51,20 +51,22 @@ class Snap:
 class History:
     """One point along a path; the first axis of every field is the row.
 
-    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text),
-    those of a preload with row 0; snaps: the jumps among them, the longest of each row.
+    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); work (T,): of the
+    traction on the separation, the preload included, stress*length; events: (row, text), those of a preload
+    with row 0; snaps: the jumps among them, the longest of each row.
     """
 
     separation: Floats
     traction: Floats
     damage: Floats
     state: Floats
+    work: Floats
     events: tuple[tuple[int, str], ...] = ()
     snaps: tuple[Snap, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        _freeze(self.separation, self.traction, self.damage, self.state)
+        _freeze(self.separation, self.traction, self.damage, self.state, self.work)
 
 
 class EquilibriumLost(RuntimeError):
@@ -150,7 +152,7 @@ class Interface:
 
         damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of
         all planes, (2,), or of each, (Np, 2); None is zero.  The traction grows in proportion; the
-        separation it needs is kept as the offset (STATEV 7 to 9), the energies are those of that way.
+        separation it needs is kept as the offset (STATEV 6 to 8), the energies are those of that way.
         Raises ValueError for wrong input and for a traction that the state cannot carry, with what it does
         carry.
         """
@@ -181,7 +183,7 @@ class Interface:
         steps = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) > 0:
             _raise(*_core.interface_replay(self._props, S.T, steps, int(self.guarded), traction.T, state.T))
-        return self._history(S.copy(), traction, state)
+        return self._history(S.copy(), traction, state, work_along(S, traction))
 
     def confined_slip(
         self,
@@ -206,8 +208,8 @@ class Interface:
         With a tolerance (1e-8 to 0.1) the slips are turning points, increments are adaptive, in the preload
         too, and the rows are those that were needed: straight lines between them are within tolerance times
         the larger of sigma0 and the largest traction so far, of s_f and the largest s_N.  The energies of
-        the state are extrapolated (Richardson): the area under tau is the change of work less that of
-        sigma_N s_N.
+        the state and the work are extrapolated (Richardson): the area under tau is the change of work less
+        that of sigma_N s_N.
 
         Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
         equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
@@ -231,12 +233,12 @@ class Interface:
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
-        jumps = np.zeros((n + 1, 9))
+        work, jumps = np.empty(n), np.zeros((n + 1, 9))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
                 times, float(preload_time), int(self.guarded), stiffness,
-                separation.T, traction.T, state.T, jumps.T,
+                separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
             self._warn_if_soft(sigma_N)
@@ -246,7 +248,7 @@ class Interface:
             lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
         elif n_done < n:
             lost = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
-        history = self._history(separation[:rows], traction[:rows], state[:rows], lost, jumps)
+        history = self._history(separation[:rows], traction[:rows], state[:rows], work[:rows], lost, jumps)
         if lost:
             where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
             raise EquilibriumLost(where + lost, history)
@@ -263,15 +265,15 @@ class Interface:
     ) -> History:
         """Rows of adaptive increments between turning points."""
         if len(turns) == 0:
-            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)))
+            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)), np.empty(0))
         rows = 512
         while True:
             room = rows
             separation, traction = np.empty((room, 3)), np.empty((room, 3))
-            state = np.empty((room, self.nstatv))
+            state, work = np.empty((room, self.nstatv)), np.empty(room)
             rows, reached, status, message = _core.interface_adaptive_slip(
                 self._props, direction, turns, sigma_N, tolerance,
-                times, preload_time, separation.T, traction.T, state.T,
+                times, preload_time, separation.T, traction.T, state.T, work,
             )  # fmt: skip
             _raise(status, message)
             if rows <= room:
@@ -282,7 +284,8 @@ class Interface:
         elif reached < len(turns):
             lost = f"no equilibrium on the way to slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
         # copies, so that the room is given back
-        history = self._history(separation[:rows].copy(), traction[:rows].copy(), state[:rows].copy(), lost)
+        kept = (part[:rows].copy() for part in (separation, traction, state, work))
+        history = self._history(*kept, lost)
         if lost:
             raise EquilibriumLost(lost, history)
         return history
@@ -376,11 +379,12 @@ class Interface:
         separation: Floats,
         traction: Floats,
         state: Floats,
+        work: Floats,
         lost: str = "",
         jumps: Floats | None = None,
     ) -> History:
         """History with its events; jumps (1 + T', 9) of the preload and the rows, interface_confined_slip."""
-        damage = contract.statev_names(self.n_planes).index("damage")
+        damage = contract.statev_index("damage")
         snaps: tuple[Snap, ...] = ()
         flags: dict[int, list[str]] = {}
         for i, jump in enumerate([] if jumps is None else jumps):
@@ -395,7 +399,7 @@ class Interface:
         events = find_events(self.pattern.normals, separation, state, flags)
         if lost:
             events += ((len(separation), lost),)
-        return History(separation, traction, state[:, damage].copy(), state, events, snaps)
+        return History(separation, traction, state[:, damage].copy(), state, work, events, snaps)
 
     def _warn_if_soft(self, sigma_N: float) -> None:
         """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
@@ -411,6 +415,13 @@ class Interface:
                 ModelWarning,
                 stacklevel=3,
             )
+
+
+def work_along(separation: Floats, traction: Floats) -> Floats:
+    """Work (T,) of a traction (T, 3) along a separation (T, 3) from rest, by the trapezoidal rule."""
+    before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
+    change = np.diff(separation, axis=0, prepend=0.0)
+    return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))
 
 
 def _freeze(*arrays: Floats) -> None:

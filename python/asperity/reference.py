@@ -5,9 +5,9 @@ Written from the equations of the paper with the corrections listed in docs/theo
 library, so that the two can be compared.  Numbers in round brackets are the paper's equations.  Components
 are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are the user's consistent set.
 
-A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 9 + 3 k entries: damage,
-stored, rupture, friction and work per unit area, status, the three offsets of the separation, and then
-(alpha, s_dit, s_dih) of every plane; zeros are a virgin point.
+A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 8 + 3 k entries: damage,
+stored, rupture and friction per unit area, status, the three offsets of the separation, and then (alpha,
+s_dit, s_dih) of every plane; zeros are a virgin point.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 Pattern = tuple[Floats, Floats]
 
-HEADER = 9
+HEADER = 8
 """Entries of the state before those of the planes."""
 
 PER_PLANE = 3
@@ -100,7 +100,7 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Response:
-    """Answer of the law: traction (..., 3), state (..., 9+3k), tangent (..., 3, 3), and per plane (..., k)
+    """Answer of the law: traction (..., 3), state (..., 8+3k), tangent (..., 3, 3), and per plane (..., k)
     the branch (OPEN, STICK or SLIP) and whether its damage grew."""
 
     traction: Floats
@@ -112,7 +112,8 @@ class Response:
 
 @dataclass(frozen=True)
 class SlipHistory:
-    """Confined slip: separation and traction (T, [B,] 3), damage (T, [B]), state (T, [B,] 9+3k).
+    """Confined slip: separation and traction (T, [B,] 3), damage (T, [B]), state (T, [B,] 8+3k);
+    work (T, [B]) of the traction on the separation, by the trapezoidal rule, the preload included.
 
     Rows after a lost equilibrium are NaN.  events holds (row, lane, text), row -1 being the preload.
     """
@@ -121,6 +122,7 @@ class SlipHistory:
     traction: Floats
     damage: Floats
     state: Floats
+    work: Floats
     events: list[tuple[int, int, str]] = field(default_factory=list)
 
 
@@ -189,7 +191,7 @@ def frames(normals: Floats) -> Floats:
 
 
 def virgin(pattern: Pattern) -> Floats:
-    """State of a virgin point, (9 + 3 k,) zeros."""
+    """State of a virgin point, (8 + 3 k,) zeros."""
     return np.zeros(HEADER + PER_PLANE * len(pattern[1]))
 
 
@@ -204,7 +206,7 @@ def update(
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
-    s and s_old are (..., 3), state is (..., 9 + 3 k); None means zero.  Leading axes are independent points.
+    s and s_old are (..., 3), state is (..., 8 + 3 k); None means zero.  Leading axes are independent points.
     dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.  guarded: damage
     of a plane stays where its growth would give energy back, Y by the mean of start and end.
     """
@@ -214,7 +216,7 @@ def update(
     lead = s.shape[:-1]
     state = np.broadcast_to(virgin(pattern) if state is None else state, (*lead, len(virgin(pattern))))
     s_old = np.broadcast_to(np.zeros(3) if s_old is None else s_old, s.shape)
-    offset = state[..., 6:9]
+    offset = state[..., 5:8]
     alpha_old, slip_old = _histories(state)
     s_new = _resolve(frame, s + offset)
     s_before = _resolve(frame, s_old + offset)
@@ -230,8 +232,6 @@ def update(
     traction, tangent = _assemble(parameters, frame, gamma, s_new, damage, friction)
 
     # Energies per unit area; the start of the increment is evaluated from the state that came in.
-    tau_before = parameters.Kt * (s_before[..., 1:] - slip_old)
-    traction_before = _traction(frame, gamma, alpha_old, *_parts(parameters, s_before, tau_before))
     strength_before = parameters.mu * alpha_old * _pressure(parameters, s_before)
     strength = parameters.mu * alpha * _pressure(parameters, s_new)
     sliding = np.linalg.norm(slip - slip_old, axis=-1)
@@ -241,9 +241,8 @@ def update(
     out[..., 1] = (gamma * _stored(parameters, s_new, alpha, slip)).sum(-1)
     out[..., 2] = state[..., 2] + (gamma * 0.5 * release * (alpha - alpha_old)).sum(-1)
     out[..., 3] = state[..., 3] + (gamma * 0.5 * (strength_before + strength) * sliding).sum(-1)
-    out[..., 4] = state[..., 4] + 0.5 * ((traction_before + traction) * (s - s_old)).sum(-1)
-    out[..., 5] = 1.0
-    out[..., 6:9] = offset
+    out[..., 4] = 1.0
+    out[..., 5:8] = offset
     planes = np.concatenate([alpha[..., None], slip], axis=-1)
     out[..., HEADER:] = planes.reshape(*lead, PER_PLANE * len(gamma))
     return Response(traction, out, tangent, branch, alpha > alpha_old)
@@ -450,11 +449,11 @@ def confined_slip(
     for row, (slip, dt) in enumerate(zip(slips, durations, strict=True)):
         point.dt = float(dt)
         point.advance(row, slip * along, target)
-        rows.append((point.s, point.traction, point.state))
-    separation, traction, state = (np.stack(column) for column in zip(*rows, strict=True))
+        rows.append((point.s, point.traction, point.state, point.work))
+    separation, traction, state, work = (np.stack(column) for column in zip(*rows, strict=True))
     if single:
-        separation, traction, state = separation[:, 0], traction[:, 0], state[:, 0]
-    return SlipHistory(separation, traction, state[..., 0], state, point.events)
+        separation, traction, state, work = separation[:, 0], traction[:, 0], state[:, 0], work[:, 0]
+    return SlipHistory(separation, traction, state[..., 0], state, work, point.events)
 
 
 class _HeldPoint:
@@ -472,6 +471,7 @@ class _HeldPoint:
         self.s = np.zeros((lanes, 3))
         self.traction = np.zeros((lanes, 3))
         self.state = np.tile(virgin(pattern), (lanes, 1))
+        self.work = np.zeros(lanes)
         self.events: list[tuple[int, int, str]] = []
 
     def advance(self, row: int, s_T: Floats, sigma_N: Floats) -> None:
@@ -490,6 +490,7 @@ class _HeldPoint:
                 self.parameters, self.pattern, s[found], self.state[found], self.s[found], self.dt
             )
             state[found], traction[found] = answer.state, answer.traction
+        self.work = self.work + 0.5 * ((self.traction + traction) * (s - self.s)).sum(-1)
         self.s, self.traction, self.state = s, traction, state
 
     def _normal(self, s: Floats, state: Floats) -> tuple[Floats, Floats]:

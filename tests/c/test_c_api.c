@@ -8,7 +8,7 @@
 #include "check.h"
 
 /* Parameters of the paper's Table 2, (12): s0 = (1 - eta) 2 Gc/sigma0, K = sigma0/s0. */
-enum { SIGMA0 = 3, FLAT_STATEV = 9 + 3, ALPHA = 9 };
+enum { SIGMA0 = 3, FLAT_STATEV = POINT_STATEV + PLANE_STATEV, ALPHA = POINT_STATEV };
 static const double GC = 0.3, ETA = 0.9, MU = 0.5;
 #define S0 ((1.0 - ETA) * 2.0 * GC / SIGMA0)
 #define K (SIGMA0 / S0)
@@ -29,10 +29,11 @@ static int version_is_text(void) {
 }
 
 static int nstatv_counts_planes(void) {
-  /* contract: 9 + 3 Np; m inclined planes and, by the default share, the flat one */
+  /* contract: 8 + 3 Np; m inclined planes and, by the default share, the flat one */
   const double regular[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, flat[] = FLAT_PROPS;
   char message[] = "######";
-  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) == 9 + 3 * (4 + 1)) + FAILS(message[0] == '\0');
+  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) ==
+                  POINT_STATEV + PLANE_STATEV * (4 + 1)) + FAILS(message[0] == '\0');
   return bad + FAILS(asperity_nstatv(flat, N_FLAT_PROPS, NULL, 0) == FLAT_STATEV);
 }
 
@@ -92,10 +93,10 @@ static int time_is_for_viscous_damage(void) {
   char message[256];
   int bad = FAILS(asperity_update(props, 13, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
                                   sizeof message) == ASPERITY_BAD_TIME);
-  bad += FAILS(strstr(message, "dt is missing") != NULL) + FAILS(untouched[5] == 0.0);
+  bad += FAILS(strstr(message, "dt is missing") != NULL) + FAILS(untouched[STATUS] == 0.0);
   bad += FAILS(asperity_update_with(props, 13, -1.0, 0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
                                   sizeof message) == ASPERITY_BAD_TIME);
-  bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[5] == 0.0);
+  bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[STATUS] == 0.0);
   bad += FAILS(asperity_update_with(props, 13, 0.25, 0, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
                                   sizeof message) == ASPERITY_OK);
   bad += DIFFERS(half, state[ALPHA], 16 * 2.3e-16) + FAILS(message[0] == '\0');
@@ -136,7 +137,7 @@ static int errors_write_nothing_but_the_message(void) {
   const double good[] = FLAT_PROPS, negative[] = {SIGMA0, -GC, ETA, MU};
   int bad = rejected(ASPERITY_BAD_PROPS, "Gc", negative, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_FEW_PROPS, "3", good, 3, 1, S0, FLAT_STATEV, 0.0);
-  bad += rejected(ASPERITY_FEW_STATEV, "12", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV - 1, 0.0);
+  bad += rejected(ASPERITY_FEW_STATEV, "11", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV - 1, 0.0);
   bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, nan(""), FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, HUGE_VAL, FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_BAD_STATE, "alpha", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 1.5);
@@ -180,14 +181,14 @@ static int initial_state_carries_the_traction(void) {
   char message[512];
   int bad = FAILS(asperity_initial_state(props, N_FLAT_PROPS, 1, wanted, FLAT_STATEV, state, message, sizeof message) ==
                   ASPERITY_OK);
-  for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i] / K, state[6 + i], 1e-10 * S0);
+  for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i] / K, state[OFFSET + i], 1e-10 * S0);
   bad += FAILS(asperity_update(props, N_FLAT_PROPS, 1, NULL, zero, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
                ASPERITY_OK);
   for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i], traction[i], 1e-10 * SIGMA0);
   dead[0][ALPHA] = dead[1][ALPHA] = 1.0;
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, 2, tension[0], FLAT_STATEV, dead[0], message,
                                       sizeof message) == ASPERITY_BAD_INITIAL);
-  bad += FAILS(strstr(message, "point 2: initial t_N = 0.5: tension on a crack") != NULL) + FAILS(dead[1][6] == 0.0);
+  bad += FAILS(strstr(message, "point 2: initial t_N = 0.5: tension on a crack") != NULL) + FAILS(dead[1][OFFSET] == 0.0);
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, -1, wanted, FLAT_STATEV, state, message, sizeof message) ==
                ASPERITY_BAD_SIZE);
   return bad + FAILS(asperity_initial_state(bad_props, 4, 1, wanted, FLAT_STATEV, state, message, sizeof message) ==

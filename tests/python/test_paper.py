@@ -133,7 +133,7 @@ def test_slip_curves_are_the_single_tests(threads: int) -> None:
         e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
         np.testing.assert_array_equal(found.s_N[i], single.separation[:, 0])
         np.testing.assert_array_equal(found.damage[i], single.damage)
-        np.testing.assert_array_equal(found.work[i], single.state[:, 4])
+        np.testing.assert_array_equal(found.work[i], single.work)
         np.testing.assert_allclose(found.tau_L[i], single.traction[:, 1:] @ e, rtol=0.0, atol=1e-14)
         across = single.traction[:, 1:] @ np.array([-e[1], e[0]])
         np.testing.assert_allclose(found.tau_across[i], across, rtol=0.0, atol=1e-14)

@@ -55,6 +55,11 @@ class Vumat:
         self._stress, self.state, self._energy = stress, state, energy
         return stress[[0, 2, 1]]
 
+    @property
+    def work(self) -> float:
+        """Work of the traction on the separation, as the host is told, stress*length."""
+        return float(self._energy[0]) * self.density
+
     def value(self, name: str) -> float:
         """State variable by its name."""
         return float(self.state[self.names.index(name)])
@@ -90,7 +95,7 @@ def fly(
     point = Vumat(interface)
     s = np.zeros(3) if start is None else np.asarray(start, float)
     traction = point.step(s)
-    first = point.value("work")
+    first = point.work
     v_half = velocity + 0.5 * dt * (force - traction) / mass
     path, energy = np.empty((steps, 3)), np.empty(steps)
     origin = s.copy()
@@ -101,5 +106,5 @@ def fly(
         v = 0.5 * (v_half + v_next)
         v_half = v_next
         path[i] = s
-        energy[i] = 0.5 * mass * (v @ v) + point.value("work") - first - force @ (s - origin)
+        energy[i] = 0.5 * mass * (v @ v) + point.work - first - force @ (s - origin)
     return Flight(path, point.value("damage"), energy)

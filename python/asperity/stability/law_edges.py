@@ -9,10 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import contract
 from ..contract import Floats
-from ..interface import EquilibriumLost, Interface
+from ..interface import EquilibriumLost, Interface, work_along
 from ..material import Material, ModelWarning
-from ..newton import newton_study
+from ..newton import NewtonStudy, newton_study
 from ..pattern import Pattern
 from .edges import S_F, TABLE_2, Edge, K, Trial
 from .explicit import Flight, Vumat, fly
@@ -27,10 +28,15 @@ ACCEPTED = 0.01
 """Error that a trial of accuracy accepts."""
 
 
-def ledger_error(state: Floats) -> float:
-    """Work that is neither stored nor dissipated, over the work."""
-    _, stored, rupture, friction, work = state[:5]
-    return float(abs(work - stored - rupture - friction) / abs(work))
+RUPTURE = contract.statev_index("rupture")
+LEDGER = [contract.statev_index(name) for name in ("stored", "rupture", "friction")]
+"""What the work becomes, in STATEV."""
+
+
+def ledger_error(study: NewtonStudy) -> float:
+    """Work that is neither stored nor dissipated at the end, over the work."""
+    work = work_along(study.separation, study.traction)[-1]
+    return float(abs(work - study.state[-1, LEDGER].sum()) / abs(work))
 
 
 def steps() -> list[Trial]:
@@ -41,7 +47,7 @@ def steps() -> list[Trial]:
     for n, energies in ((1, False), (10, False), (100, True), (1000, True)):
         study = newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=n), -1.0)
         off = np.abs(study.traction[-1] - exact.traction[-1]).max() / np.abs(exact.traction[-1]).max()
-        error, rupture = ledger_error(study.state[-1]), study.state[-1, 2]
+        error, rupture = ledger_error(study), study.state[-1, RUPTURE]
         label = f"slip of 10 s_f under -1 MPa in {n} step{'s' * (n > 1)}"
         if n == 1:
             found = f"{max(study.iterations)} iterations; off by {off:.1g} from 1000 steps"
@@ -182,8 +188,8 @@ def clamped_reversal(
         for i in range(1, steps + 1):
             s, before = a + (i / steps) * (b - a), s
             state = flat.update(s, state, before).state
-            highest = np.maximum(highest, state[:, 2])
-            fall = np.maximum(fall, highest - state[:, 2])
+            highest = np.maximum(highest, state[:, RUPTURE])
+            fall = np.maximum(fall, highest - state[:, RUPTURE])
     return fall
 
 
@@ -191,7 +197,7 @@ def second_law() -> list[Trial]:
     """Damage with clamped slip: the law as printed, the closed region, the guard."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
-    state = flat.replay(path(corners, 1000)).state[:, 2]
+    state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
     trials = [
         Trial(
             "the law as printed: slid open to 0.03, clamped to -0.2, back to -0.05 mm",
@@ -201,7 +207,7 @@ def second_law() -> list[Trial]:
         )
     ]
     guarded = Interface(TABLE_2, Pattern.regular(0, 0.0), guarded=True)
-    kept = guarded.replay(path(corners, 1000)).state[:, 2]
+    kept = guarded.replay(path(corners, 1000)).state[:, RUPTURE]
     found = f"rupture {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
     trials.append(Trial("the same with guarded = True", True, bool(np.diff(kept).min() >= -1e-12), found))
     clamp, back = (
@@ -312,7 +318,7 @@ def units() -> list[Trial]:
 
     def run(length: float, stress: float) -> Floats:
         history = scaled(length, stress).confined_slip(20.0, slips * length, -stress, preload=10)
-        energies = history.state[:, 1:5] / (length * stress)
+        energies = np.column_stack([history.state[:, LEDGER], history.work]) / (length * stress)
         return np.hstack([history.separation / length, history.traction / stress, energies])
 
     one = run(1.0, 1.0)
