@@ -6,6 +6,7 @@ module asperity_block_double
   use asperity_kinds, only: wp
   use asperity_interface, only: interface_type
   use asperity_material, only: material_type, over_time
+  use asperity_pattern, only: pattern_type
   implicit none
   private
   include "asperity_block.inc"

@@ -5,6 +5,7 @@ module asperity_block_single
     status_ok, status_props, v_damage, v_friction, v_offset, v_rupture, v_status, v_stored
   use asperity_interface, only: interface_type
   use asperity_material, only: material_type, over_time
+  use asperity_pattern, only: pattern_type
   implicit none
   private
   include "asperity_block.inc"

@@ -213,7 +213,7 @@ contains
     end if
     if (good) good = .not. unstable(tangent, held, damping, elastic(joint))
     ! what the guard has held back comes at once
-    if (good) good = joint%material%least_y >= 0.0_wp .or. &
+    if (good) good = joint%material%guard .or. &
       maxval(new(n_point_statev + 1::n_plane_statev) - state(n_point_statev + 1::n_plane_statev)) <= most_growth
     if (.not. good) return
     s = s_new

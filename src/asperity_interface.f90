@@ -44,9 +44,7 @@ contains
     p(given + 1:) = defaults(given + 1:)
     joint%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
       p(p_tau_v))
-    if (present(guarded)) then
-      if (guarded) joint%material%least_y = 0.0_wp
-    end if
+    if (present(guarded)) joint%material%guard = guarded
     m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), joint%pattern)

@@ -22,7 +22,7 @@ module asperity_material
     real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
     real(wp) :: take = 1.0_wp   !! weight of the damage of (7) without its history; keep + take is not above 1
     real(wp) :: take_eta        !! take/eta
-    real(wp) :: least_y = -huge(1.0_wp)   !! damage grows where the trapezoid of Y is at least this; 0: the guard
+    logical :: guard = .false.   !! whether damage of a plane grows only where that releases energy
   end type material_type
 
 contains

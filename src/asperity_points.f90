@@ -136,7 +136,8 @@ contains
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
-    real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3), v(chunk, n_statev(max_planes))
+    real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3)
+    real(wp), dimension(chunk, n_statev(max_planes)) :: v_old, v
     integer :: i, j, n, p
 
     n = last - first + 1
@@ -148,13 +149,13 @@ contains
         if (present(s_old)) s0(i, j) = s_old(j, p)
       end do
       do j = 1, joint%n_statev
-        v(i, j) = state(j, p)
+        v_old(i, j) = state(j, p)
       end do
     end do
     if (present(tangent)) then
-      call update_block(block, n, s0, s1, chunk, v, t, d)
+      call update_block(block, n, s0, s1, chunk, v_old, chunk, v, t, d)
     else
-      call update_block(block, n, s0, s1, chunk, v, t)
+      call update_block(block, n, s0, s1, chunk, v_old, chunk, v, t)
     end if
     do i = 1, n
       p = first + i - 1
