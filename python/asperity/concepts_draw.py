@@ -112,7 +112,7 @@ def joint() -> Figure:
         arrow(traction, (x, 0.12), (0.4, 0.0), BLUE)
         arrow(traction, (x + 0.4, 0.63), (-0.4, 0.0), BLUE)
     traction.text(3.02, 0.32, r"$t_{Tx} > 0$", color=BLUE, **NOTE)
-    traction.text(0.3, -0.55, r"$\mathbf{t}$ acts on the lower side, $-\mathbf{t}$ on the upper one", **NOTE)
+    traction.text(0.3, -0.55, "the arrows are the tractions on each side", **NOTE)
     traction.set_title(r"(c) positive tractions, per nominal area", **NOTE)
 
     _planes_of(planes, Pattern.regular(2, 30.0))
@@ -132,9 +132,10 @@ def _planes_of(ax: Axes, pattern: Pattern) -> None:
         ends = np.array([middle - 0.8 * along, middle + 0.8 * along])
         ax.plot(*ends.T, color=fills[k], linewidth=4, solid_capstyle="butt")
         arrow(ax, middle, 0.9 * normal, BLACK)
-        arrow(ax, middle, 0.75 * up, BLACK)
+        if k > 0:
+            arrow(ax, middle, 0.75 * up, BLACK)
+            ax.text(*np.add(middle + 0.85 * up, (0.0, -0.34)), "uphill", ha="center", **NOTE)
         ax.text(*(middle + 1.0 * normal), r"$\mathbf{n}$", ha="center")
-        ax.text(*(np.add(middle + 0.85 * up, (0.0, -0.28))), r"$\mathbf{t}$", ha="center")
         ax.text(middle[0], -0.95, rf"{names[k]}, $\gamma$ = {gamma:.3g}", color=fills[k], ha="center", **NOTE)
     angle = np.radians(np.linspace(0.0, 30.0, 20))
     foot = np.array([2.3 + 1.0, 0.0]) - 0.8 * np.array([np.cos(angle[-1]), np.sin(angle[-1])])
