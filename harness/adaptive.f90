@@ -4,7 +4,7 @@
 !> tolerance*largest traction of the traction, and as close to a separation that is free; the trapezoids of rupture,
 !> friction and work are as good. The energies that are kept are extrapolated from both runs and better than that
 !> (the law is total: a single increment is often exact at its end, so that the end alone says nothing).
-!> A step that is too large and in which a plane switches ends at the first switch instead: docs/driver.md, "Adaptive".
+!> A step that is too large and in which a plane switches ends at the first switch instead: docs/solver.md.
 module adaptive
   use asperity_contract, only: plane_statev, v_friction, v_rupture
   use asperity_interface, only: interface_type
@@ -33,7 +33,7 @@ module adaptive
   !> What one increment leaves out of the path of the slips adds up over steps.
   real(wp), parameter :: path_share = 3.0_wp
   !> A switch is looked for where the step would have to shrink to a third, and for few planes: of many, single ones
-  !> matter little, and the search costs more than the rows it saves (docs/driver.md).
+  !> matter little, and the search costs more than the rows it saves (docs/solver.md).
   real(wp), parameter :: worth_landing = 10.0_wp
   integer, parameter :: most_planes = 8
   !> The side of a switch on which a step starts is found that far into it.

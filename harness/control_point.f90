@@ -227,7 +227,7 @@ contains
   end function work_between
 
   !> Energy that a motion under held tractions sets free, per unit area: the work of what is held, less that of the
-  !> springs, less what the interface stores and dissipates (docs/theory.md, "Snap").
+  !> springs, less what the interface stores and dissipates (docs/solver.md, "Snap").
   pure function released_energy(balance, old, new) result(energy)
     type(balance_type), intent(in) :: balance   !! what is held
     type(point_type), intent(in) :: old, new    !! before and after

@@ -1,7 +1,7 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
 !> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch
-!> ends the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
+!> ends the overdamped motion to the next equilibrium: a snap (docs/solver.md, "Branch" and "Snap").
 module mixed_control
   use asperity_checks, only: bounded
   use asperity_interface, only: interface_type

@@ -1,7 +1,7 @@
 /* asperity: interface law for rough quasi-brittle interfaces (damage, friction, interlocking), C API.
  *
  * Components are (N, Tx, Ty), tension positive; separation in length, traction in stress, any consistent units.
- * PROPS and STATEV: docs/contract.md. Every function is stateless and may be called by several threads at once.
+ * PROPS and STATEV: docs/reference/contract.md. Every function is stateless; several threads may call it at once.
  * A message buffer may be NULL; a message that does not fit is cut. Texts are closed by a zero. */
 #ifndef ASPERITY_H
 #define ASPERITY_H
@@ -66,7 +66,7 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
            const int *npt, const int *layer, const int *kspt, const int *kstep, const int *kinc);
 
 /* VUMAT of Abaqus/Explicit for cohesive elements, in double and in single precision (Fortran calling convention, arrays
- * (nblock, *) by columns; docs/vumat.md). */
+ * (nblock, *) by columns; docs/reference/vumat.md). */
 void vumat_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
             const int *nprops, const int *lanneal, const double *stepTime, const double *totalTime,
             const double *dt, const char *cmname, const double *coordMp, const double *charLength,

@@ -54,7 +54,7 @@ contains
   !>
   !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
   !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
-  !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap"). What the host
+  !> ends the point moves on under the traction held then, if there is a rest (docs/solver.md, "Snap"). What the host
   !> calls separation is taken as zero; where it is not, the caller takes it off the offset.
   pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface

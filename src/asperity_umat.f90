@@ -1,6 +1,6 @@
 !> UMAT of Abaqus/Standard, CalculiX and Kratos: unpack, one call of the law, pack.
 !>
-!> PROPS, STATEV and component orders: docs/contract.md. DDSDDE is the consistent tangent and unsymmetric (Abaqus:
+!> PROPS, STATEV, component orders: docs/reference/contract.md. DDSDDE is the consistent tangent, unsymmetric (Abaqus:
 !> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
 !> used once, by a point that was never called (STATEV 5 is 0): it starts from that traction; afterwards the law is
 !> total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE with NaN and leaves

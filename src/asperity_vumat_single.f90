@@ -1,6 +1,6 @@
 !> VUMAT of Abaqus/Explicit in single precision.
 !>
-!> PROPS and STATEV: docs/contract.md. A rejected block fills stressNew with NaN and leaves the state as it came.
+!> PROPS, STATEV: docs/reference/contract.md. A rejected block fills stressNew with NaN and leaves the state as it came.
 subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
                         coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, defgradOld, &
                         fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, stretchNew, &

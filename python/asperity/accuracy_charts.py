@@ -1,4 +1,4 @@
-"""Command `asperity chart accuracy`: work-precision charts, and their numbers in docs/accuracy.md."""
+"""Command `asperity chart accuracy`: work-precision charts, and their numbers in docs/results/accuracy.md."""
 
 from __future__ import annotations
 

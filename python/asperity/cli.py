@@ -91,6 +91,10 @@ def _parser() -> argparse.ArgumentParser:
     speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
     speed.set_defaults(action=_speed)
     accuracy_charts.add_command(charts)
+    from . import concepts
+
+    explain = "the pictures that explain the law and the solver"
+    concepts.add_arguments(charts.add_parser("concepts", help=explain))
 
     paper.add_command(commands)
     card_command.add_command(commands)

@@ -236,7 +236,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_record(options.record, tests)
         print(options.record)
         return 0
-    images = options.page.parent / "images"
+    images = options.page.parents[1] / "images"
     images.mkdir(exist_ok=True)
     contents = {"fit-example": lambda: example(images / "fit.png"), "fit-coupling": lambda: example(None)}
     if not options.no_study:

@@ -145,9 +145,7 @@ class Interface:
             )
         return Update(traction, new, tangent)
 
-    def initial(
-        self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None
-    ) -> Floats:
+    def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
 
         damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of

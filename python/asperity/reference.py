@@ -430,7 +430,7 @@ def confined_slip(
     sigma_N is first applied at zero slip in preload_increments equal parts (not rows of the result).
     direction_deg and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
     the preload takes preload_time and times (T,) are those of the slips after it.  The test of Sections
-    4.1 and 4.2; docs/theory.md says which root is followed.
+    4.1 and 4.2; docs/solver.md says which root is followed.
     """
     direction, target = np.broadcast_arrays(
         np.radians(np.asarray(direction_deg, float)), np.asarray(sigma_N, float)

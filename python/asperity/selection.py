@@ -1,7 +1,8 @@
 """The cheapest pattern that a scene needs: regular patterns against a dense one of the same surface.
 
 A scene is a range of normal tractions and a slip path on a surface.  The surface is isotropic (planes of one
-inclination in every azimuth, slip in any direction, docs/select.md) or planar: a ridge that slips across.
+inclination in every azimuth, slip in any direction) or planar: a ridge that slips across.  The page is
+docs/how-to/select.md.
 """
 
 from __future__ import annotations

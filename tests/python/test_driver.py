@@ -908,7 +908,7 @@ def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
 
 # --- initial states -----------------------------------------------------------------------------------------
 
-# the way to an initial traction, in the parts that docs/theory.md gives it
+# the way to an initial traction, in the parts that docs/solver.md gives it
 PARTS = 32
 
 

@@ -200,7 +200,7 @@ def test_run(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_table_of_the_page() -> None:
     """The page has the table of these runs, numbers within what compilers round."""
-    page = (ROOT / "docs" / "stability.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "results" / "stability.md").read_text(encoding="utf-8")
     found = re.search(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
     assert found and agree(found[1], table([(edge, trials_of(edge.name)) for edge in EDGES]))
 

@@ -644,8 +644,8 @@ def test_full_list_of_planes() -> None:
 
 
 def test_page(tmp_path: Path) -> None:
-    """docs/surface.md shows what its commands print, and the first of the listed planes."""
-    page = Path(__file__).parents[2] / "docs" / "surface.md"
+    """docs/how-to/surface.md shows what its commands print, and the first of the listed planes."""
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"
     text = page.read_text(encoding="utf-8")
     assert follow(page, tmp_path) == text
     assert text.count("```text") == 7

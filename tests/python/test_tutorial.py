@@ -1,7 +1,8 @@
-"""docs/tutorial.md: its commands in an empty folder, but for the host run, whose result is in docs/images.
+"""docs/how-to/tutorial.md: its commands in an empty folder.
 
-After a change of the fit: `make hosts`, then `.venv/bin/python tests/python/refresh.py docs/tutorial.md`,
-which runs the page, host and all, and fills in what is printed.
+The host is not run; its result is in docs/images.  After a change of the fit: `make hosts`, then
+`.venv/bin/python tests/python/refresh.py docs/how-to/tutorial.md`, which runs the page, host and all, and
+fills in what is printed.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def test_tutorial(
 ) -> None:
     """Record, fit, select, card and comparison give what is shown."""
     monkeypatch.chdir(tmp_path)
-    page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    page = (DOCS / "how-to" / "tutorial.md").read_text(encoding="utf-8")
     [(code, shown)] = parts(page, "python")
     assert run(code) == shown
 

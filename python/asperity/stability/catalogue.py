@@ -28,7 +28,7 @@ def shown(trials: Sequence[Trial]) -> bool:
 
 
 def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
-    """Body of docs/stability.md: what happens at each edge, what to do, what was measured, in Markdown."""
+    """Body of docs/results/stability.md: what happens at each edge, what to do, what was measured."""
     return "\n\n".join(_section(edge, trials) for edge, trials in results)
 
 

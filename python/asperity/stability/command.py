@@ -26,7 +26,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
     run = actions.add_parser("run", help="run entries: the method that fails, the one that survives")
     run.add_argument("names", nargs="+", metavar="NAME", help="of `asperity stability list`, or all")
-    run.add_argument("--table", action="store_true", help="print the body of docs/stability.md")
+    run.add_argument("--table", action="store_true", help="print the body of docs/results/stability.md")
     run.add_argument(
         "--fill",
         type=Path,

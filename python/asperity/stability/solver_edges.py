@@ -82,7 +82,7 @@ def snap() -> list[Trial]:
 SNAP = Edge(
     "snap",
     "Fold of the slip path at low pressure",
-    "Fine patterns (m >= 12 at 30°) and steep ones lose the neighbouring equilibrium where their last "
+    "Fine patterns (m >= 13 at 30°) and steep ones lose the neighbouring equilibrium where their last "
     "planes open: the next one is a jump away. Small steps meet the fold, large ones leap over it by luck.",
     "Small steps do not help. Viscous damage, an implicit dynamic step, or a solver that goes on to the next "
     "equilibrium; look for the event snap.",
