@@ -213,7 +213,7 @@ def fit(
     """
     try:
         from scipy.optimize import OptimizeResult, least_squares
-        from scipy.stats import t as student
+        from scipy.special import stdtrit
     except ImportError as error:
         raise NoScipyError from error
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
@@ -287,7 +287,7 @@ def fit(
         values=problem.values(best.x),
         x=best.x,
         covariance=known.covariance,
-        quantile=float(student.ppf(0.5 + 0.5 * confidence, best.fun.size - best.x.size)),
+        quantile=float(stdtrit(best.fun.size - best.x.size, 0.5 + 0.5 * confidence)),
         confidence=confidence,
         residuals=best.fun,
         scatter=known.scatter,
