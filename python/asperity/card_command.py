@@ -19,9 +19,8 @@ _REPLAY = ("h", "map", "r")
 _GROUPS = ("material", "pattern", "replay")
 
 
-def add_command(commands: Any) -> None:
-    """Add the subcommand to the command's subparsers."""
-    card = commands.add_parser("card", help="print the material block for the input of a host program")
+def add_arguments(card: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
     card.add_argument("--host", required=True, choices=("abaqus", "calculix", "kratos"))
     card.add_argument("--name", default="INTERFACE", help="of material and elements (default: %(default)s)")

@@ -27,10 +27,9 @@ DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
 """Where neither the record nor the user tells."""
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     known = ", ".join(f"{name}={value:.4g}" for name, value in DEFAULT_FIXED.items())
-    parser = commands.add_parser("fit", help="identify parameters from shear-box records")
     parser.add_argument(
         "records",
         nargs="+",

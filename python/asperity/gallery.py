@@ -33,6 +33,7 @@ from .material import Material
 from .pattern import Pattern
 from .plots import COLOURS
 from .results import Rows, read_rows, results_of
+from .tables import markdown
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
 """The five planes of Table 3."""
@@ -713,22 +714,19 @@ INTERVALS = (1, 2, 5, 10, 20)
 def table_5() -> Outcome:
     """Energies three ways, and what the sampling does to the order of RP-4 and RP-6."""
     lines, came_out, equal = [], [], 0
-    rows = [
-        "| | " + " | ".join(PATTERNS) + " |",
-        "|---|" + "--:|" * len(PATTERNS),
-    ]
+    rows: list[Sequence[str]] = []
     found = {name: fracture_energy(MATERIAL, pattern(name)) for name in PATTERNS}
     coarse = {name: table_5_curves(name) for name in PATTERNS}
     inferred = {name: sampled(coarse[name], *SAMPLING) for name in PATTERNS}
     for i, what in enumerate(("max", "min", "ratio")):
-        rows.append(f"| paper, {what} | " + " | ".join(TABLE_5[name][i] for name in PATTERNS) + " |")
+        rows.append([f"paper, {what}", *(TABLE_5[name][i] for name in PATTERNS)])
         ours = {name: printed(*inferred[name])[i] for name in PATTERNS}
         equal += sum(ours[name] == TABLE_5[name][i] for name in PATTERNS)
-        rows.append(f"| inferred sampling, {what} | " + " | ".join(ours.values()) + " |")
+        rows.append([f"inferred sampling, {what}", *ours.values()])
         values = [(e.largest, e.smallest, e.spread + 1.0)[i] for e in found.values()]
-        rows.append(f"| converged, {what} | " + " | ".join(f"{v:.6f}" for v in values) + " |")
-    rows.append("| error estimate | " + " | ".join(f"{e.error.max():.0e}" for e in found.values()) + " |")
-    rows.append("| increments | " + " | ".join(str(e.increments) for e in found.values()) + " |")
+        rows.append([f"converged, {what}", *(f"{v:.6f}" for v in values)])
+    rows.append(["error estimate", *(f"{e.error.max():.0e}" for e in found.values())])
+    rows.append(["increments", *(str(e.increments) for e in found.values())])
     for name in PATTERNS:
         e = found[name]
         lines.append(",".join([name, *TABLE_5[name], *printed(*inferred[name]),
@@ -764,7 +762,7 @@ def table_5() -> Outcome:
     ]
     safe = [k for k in INTERVALS if spread["RP-4"][k].min() > spread["RP-6"][k].max()]
     came_out += [
-        "\n" + "\n".join(rows) + "\n",
+        f"\n{markdown(['', *PATTERNS], rows, numbers=True)}\n",
         f"By the inferred sampling {equal} of 15 printed numbers come out to the last digit: steps of "
         "0.0025 mm, 64 "
         "directions, the trapezoid rule over $s_L$ = 0 and every tenth point from 0.0225 mm on.",

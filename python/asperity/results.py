@@ -5,10 +5,10 @@ from __future__ import annotations
 import glob
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from .contract import Floats
+if TYPE_CHECKING:
+    from .contract import Floats
 
 ENERGIES = ("stored", "rupture", "friction", "work")
 """Energies per unit area, in the order of STATEV."""
@@ -34,6 +34,8 @@ class Rows:
 
 def read_rows(path: Path) -> Rows:
     """Rows of a driver's CSV; raises ValueError where columns that are read, or rows, are missing."""
+    import numpy as np
+
     header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
     names = header.split(",")
     missing = [name for name in COLUMNS if name not in names]

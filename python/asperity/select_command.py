@@ -54,9 +54,8 @@ MAP_TURNS = (0.6,)
 """Slip path of the map, mm."""
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("select", help="find the cheapest pattern that a scene needs")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     parser.add_argument(
         "case",
         nargs="?",
@@ -293,10 +292,7 @@ def _map(output: Path) -> int:
 
 def _draw_map(rows: list[tuple[float, float, float, list[Candidate | None]]], output: Path) -> None:
     """Planes needed as numbers on colours; a row of panels for each tolerance."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    from .plots import plt
 
     most = REFERENCE_SIDES + 1
     shape = (len(MAP_TOLERANCES), len(MAP_SIGMA_N))

@@ -58,9 +58,8 @@ _CELL = re.compile(r"^\W*([A-Za-z]\w*)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\W*$")
 """Name of a column and its unit in brackets."""
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("surface", help="find the planes of a scanned profile or height map")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     parser.add_argument(
         "scan",
         type=Path,

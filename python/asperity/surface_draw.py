@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -17,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .contract import Floats
 from .pattern import Pattern
-from .plots import COLOURS
+from .plots import COLOURS, plt
 from .slopes import Facets, Planes, Scan, Slips
 
 MOST_CELLS = 600
