@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +13,8 @@ import numpy as np
 from . import planar, reference
 from .case_files import SlipTest, slip_tests
 from .contract import Floats
-from .installed import cases, driver
-from .results import Rows, read_rows, results_of
+from .installed import cases
+from .results import Rows, drive
 
 LAW_TOLERANCE = 1.0e-12
 """Difference along given separations, relative to the scales of `Difference`: rounding of sums."""
@@ -92,14 +90,7 @@ def _figures(path: Path) -> list[str]:
 
 def compare(case: Path) -> Comparison:
     """Run a case by the driver and compare; raises ValueError with the driver's message if it fails."""
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "out.csv"
-        run = subprocess.run(
-            [driver(), case, "-o", output, "--quiet"], capture_output=True, text=True, check=False
-        )
-        if run.returncode != 0:
-            raise ValueError(run.stderr.strip())
-        results = {value: read_rows(path) for value, path in results_of(output).items()}
+    results = drive(case)
     differences: dict[str, Difference] = {}
     curves = rows = 0
     for test in slip_tests(case):

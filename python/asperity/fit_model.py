@@ -142,8 +142,7 @@ class Problem:
 
     def interface(self, values: Mapping[str, float]) -> Interface:
         """The interface with these parameters."""
-        material = Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
-        return Interface(material, Pattern.regular(self.sides, values["theta"], values["flat"]))
+        return Interface(material_of(values), Pattern.regular(self.sides, values["theta"], values["flat"]))
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """For each test tau and s_N along its path, and how many rows converged: `slip_curve`."""
@@ -170,6 +169,11 @@ class Problem:
         points = [x + sign * shift for shift in shifts for sign in (1.0, -1.0)]
         found = each(self.residuals, points)
         return np.column_stack([(a - b) / (2.0 * step) for a, b in zip(found[::2], found[1::2], strict=True)])
+
+
+def material_of(values: Mapping[str, float]) -> Material:
+    """Material of parameters by name."""
+    return Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
 
 
 def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:

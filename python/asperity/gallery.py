@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -28,11 +25,11 @@ from .fracture_energy import (
     table_5_curves,
 )
 from .gallery_draw import DILATION, ENERGY, SLIP, TRACTION, beside, curves, new_figure, plan, polar, space
-from .installed import cases, driver
+from .installed import cases
 from .material import Material
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector, unit_vector
 from .plots import COLOURS
-from .results import Rows, read_rows, results_of
+from .results import Rows, drive
 from .tables import markdown
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
@@ -122,14 +119,7 @@ class Entry:
 def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
     path = next(path for path in cases() if path.stem == stem)
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "out.csv"
-        run = subprocess.run(
-            [driver(), path, "-o", output, "--quiet"], capture_output=True, text=True, check=False
-        )
-        if run.returncode != 0:
-            raise ValueError(run.stderr.strip())
-        results = {value: read_rows(file) for value, file in results_of(output).items()}
+    results = drive(path)
     title, name = labels(path)
     return Case(title, name, tuple(_curve(test, results[test.value]) for test in slip_tests(path)))
 
@@ -145,8 +135,8 @@ def _curve(test: SlipTest, rows: Rows) -> Curve:
     )
     if first < 0:
         s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
-    angle = np.radians(test.direction)
-    e, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    e = direction_vector(test.direction)
+    across = np.array([-e[1], e[0]])
     lost = "lost" in rows.events[-1]
     return Curve(test, s, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
 
@@ -256,7 +246,7 @@ def figure_6() -> Outcome:
         ax.text(*(1.08 * np.array(vector)), label, ha="center", va="center")
     angle = np.radians(30.0)
     ax.annotate(
-        "", 0.72 * np.array([np.cos(angle), np.sin(angle)]), (0, 0),
+        "", 0.72 * unit_vector(angle), (0, 0),
         arrowprops={"arrowstyle": "->", "color": COLOURS[1], "linewidth": 1.6},
     )  # fmt: skip
     ax.text(0.78 * np.cos(angle), 0.8 * np.sin(angle), r"$\mathbf{s}_L$", color=COLOURS[1])
@@ -295,8 +285,7 @@ def figure_2(case: Case) -> Outcome:
     """Opening in mode I."""
     (curve,) = case.curves
     m = curve.test.material
-    s_f = 2.0 * m.Gc / m.sigma0
-    s_0 = (1.0 - m.eta) * s_f
+    s_f, s_0 = m.s_f, m.s_0
     s, t = curve.s_N, curve.traction[:, 0]
     triangle = np.interp(s, [0.0, s_0, s_f, s[-1]], [0.0, m.sigma0, 0.0, 0.0])
     area = float(np.sum(0.5 * (t[1:] + t[:-1]) * np.diff(s)))
@@ -338,12 +327,6 @@ def _parameters(m: Material) -> reference.Parameters:
     return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
 
 
-def _residual(m: Material, theta: float) -> float:
-    """Residual strength straight up a plane over |sigma_N| (docs/theory.md, section 8)."""
-    slope = np.tan(np.radians(theta))
-    return float((m.mu + slope) / (1.0 - m.mu * slope))
-
-
 def _family(case: Case, legend: str, **size: float) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
     """Figure of tau_L over s_L for the curves of a sweep, and their CSV."""
     figure, (ax,) = new_figure(size.get("width", 5.6), size.get("height", 3.8))
@@ -356,8 +339,7 @@ def figure_4a(case: Case) -> Outcome:
     """Flat interface."""
     figure, table = _family(case, r"$\sigma_N$ [MPa]")
     m = case.curves[0].test.material
-    stiffness = m.sigma0**2 / (2.0 * m.Gc * (1.0 - m.eta))
-    slopes = [c.tau_L[1] / c.s_L[1] / stiffness for c in case.curves]
+    slopes = [c.tau_L[1] / c.s_L[1] / m.K for c in case.curves]
     whole = [c for c in case.curves if not c.lost]
     residual = [abs(c.tau_L[-1] - m.mu * abs(c.test.sigma_N)) for c in whole]
     ends = _list([f"{c.tau_L[-1]:.4g}" for c in whole])
@@ -382,7 +364,8 @@ def figure_4b(case: Case) -> Outcome:
     figure, table = _family(case, r"$\theta_m$ [°]")
     m = case.curves[0].test.material
     shares = [
-        f"{c.test.value:g}° {c.tau_L[-1]:.2f} of {10.0 * _residual(m, c.test.value):.2f}" for c in case.curves
+        f"{c.test.value:g}° {c.tau_L[-1]:.2f} of {10.0 * m.residual_strength(c.test.value):.2f}"
+        for c in case.curves
     ]
     return Outcome(
         figure,
@@ -401,7 +384,7 @@ def figure_5a(case: Case) -> Outcome:
     """Small pressures."""
     figure, table = _family(case, r"$\sigma_N$ [MPa]")
     m = case.curves[0].test.material
-    ratio = _residual(m, 35.0)
+    ratio = m.residual_strength(35.0)
     shares = [
         f"{_sigma(c.test.value)}: {c.tau_L[-1]:.3f} of {abs(c.test.value) * ratio:.3f}"
         for c in case.curves

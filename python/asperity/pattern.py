@@ -17,7 +17,11 @@ _ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
 
 def direction_vector(direction_deg: ArrayLike) -> contract.Floats:
     """Unit vectors (Tx, Ty), shape (..., 2), of directions in degrees, shape (...), from Tx towards Ty."""
-    angle = np.radians(direction_deg)
+    return unit_vector(np.radians(direction_deg))
+
+
+def unit_vector(angle: ArrayLike) -> contract.Floats:
+    """Unit vectors (Tx, Ty), shape (..., 2), at angles in radians, shape (...), from Tx towards Ty."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 

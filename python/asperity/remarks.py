@@ -83,7 +83,7 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
             "locks where it slides up this plane"
         )
         return Remark(text, good=False)
-    strength = (material.mu + steepest) / (1.0 - product)
+    strength = material.residual_strength(np.degrees(np.arctan(steepest)))
     text = f"mu tan(theta) = {product:.3g} < 1: the residual strength up the steepest plane is {strength:.3g}"
     return Remark(f"{text} times the normal traction", good=True)
 
@@ -124,7 +124,7 @@ def _zone(material: Material, modulus: float, size: float) -> Remark:
 
 def _compliance(material: Material, modulus: float, size: float) -> Remark:
     """Elastic opening of the unbroken joint beside that of an element."""
-    share = modulus * (1.0 - material.eta) * 2.0 * material.Gc / (material.sigma0**2 * size)
+    share = modulus / (material.K * size)
     return Remark(
         f"unbroken, the joint opens by {share:.3g} times the stretch of an element: E/(K L)", good=True
     )

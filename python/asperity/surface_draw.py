@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 
 from .contract import Floats
-from .pattern import Pattern
+from .pattern import Pattern, unit_vector
 from .plots import COLOURS, plt
 from .slopes import Facets, Planes, Scan, Slips
 
@@ -143,7 +143,7 @@ def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None
 
 def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, start: float) -> None:
     """Facets of a profile as a histogram of the signed inclination, planes as sticks."""
-    e = np.array([np.cos(start), np.sin(start)])
+    e = unit_vector(start)
     incl = _signed(found, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
     ax.hist(

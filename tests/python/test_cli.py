@@ -315,14 +315,14 @@ def test_compare_judges_every_column(
     """A driver that is wrong in one number of one column is told from all it is compared with."""
     path = Path(write("case.nml", CASE))
 
-    def wrong(output: Path) -> results.Rows:
-        rows = results.read_rows(output)
+    def wrong(case: Path) -> dict[float | None, results.Rows]:
+        rows = results.drive(case)[None]
         i = results.COLUMNS.index(column)
         fields = np.column_stack([rows.separation, rows.traction, rows.damage, rows.energies])
         fields[-1, i] += value
-        return results.Rows(fields[:, :3], fields[:, 3:6], fields[:, 6], rows.events, fields[:, 7:])
+        return {None: results.Rows(fields[:, :3], fields[:, 3:6], fields[:, 6], rows.events, fields[:, 7:])}
 
-    monkeypatch.setattr(compare, "read_rows", wrong)
+    monkeypatch.setattr(compare, "drive", wrong)
     result = compare.compare(path)
     assert not result.agrees
     for name, difference in result.differences.items():
