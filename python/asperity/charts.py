@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import csv
+import subprocess
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .installed import bench
 from .tables import markdown
 
 if TYPE_CHECKING:
@@ -73,6 +76,17 @@ def read_timings(path: Path) -> list[Timing]:
     if not timings:
         raise ValueError(f"{path}: expected rows written by bench --csv")
     return timings
+
+
+def measure(*options: str, quiet: bool = False) -> list[Timing]:
+    """Rows of a run of the benchmark now, which prints its table unless it is quiet."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "bench.csv")
+        command = [bench(), "--csv", path, *options]
+        done = subprocess.run(command, check=False, stdout=subprocess.DEVNULL if quiet else None)
+        if done.returncode != 0:
+            raise ValueError(f"{bench()}: exit code {done.returncode}: expected 0")
+        return read_timings(path)
 
 
 def draw_speed(timings: Sequence[Timing], path: Path) -> None:

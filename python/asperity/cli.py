@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
-from .installed import bench, cases, driver
+from .installed import cases, driver
 from .results import read_rows, results_of
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
@@ -149,12 +148,13 @@ def _run(options: argparse.Namespace) -> int:
     code = subprocess.run([driver(), options.case, "-o", output], check=False).returncode
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
-        from .case_files import labels
+        from .case_files import read_case
         from .plots import draw
 
         png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
-        draw(results, png, *labels(options.case), *units)
+        case = read_case(options.case)
+        draw(results, png, case.title, case.sweep, *units)
         print(png)
     return code if code >= 0 else BAD_INPUT
 
@@ -187,17 +187,12 @@ def _compare(options: argparse.Namespace) -> int:
 
 def _speed(options: argparse.Namespace) -> int:
     """Read the benchmark's CSV or run it, then draw."""
-    from .charts import draw_speed, read_timings, table
+    from .charts import draw_speed, measure, read_timings, table
 
     if options.csv is not None and options.quick:
         raise ValueError(f"--quick: expected without {options.csv}, which is not run again")
-    with tempfile.TemporaryDirectory() as folder:
-        path = options.csv or Path(folder) / "bench.csv"
-        if options.csv is None:
-            command = [bench(), "--csv", path, *(["--quick"] if options.quick else [])]
-            if subprocess.run(command, check=False).returncode != 0:
-                return BAD_INPUT
-        timings = read_timings(path)
+    quick = ["--quick"] if options.quick else []
+    timings = measure(*quick) if options.csv is None else read_timings(options.csv)
     draw_speed(timings, options.output)
     if options.table:
         print(table(timings))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import planar, reference
-from .case_files import SlipTest, slip_tests
+from .case_files import SlipTest, read_case, slip_tests
 from .contract import Floats
 from .installed import cases
 from .results import Rows, drive
@@ -93,7 +93,7 @@ def compare(case: Path) -> Comparison:
     results = drive(case)
     differences: dict[str, Difference] = {}
     curves = rows = 0
-    for test in slip_tests(case):
+    for test in slip_tests(read_case(case)):
         curves += 1
         rows += len(results[test.value])
         for name, found in _differences(test, results[test.value]):

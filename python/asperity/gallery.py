@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import planar, reference
-from .case_files import SlipTest, labels, slip_tests
+from .case_files import SlipTest, read_case, slip_tests
 from .contract import Floats
 from .fracture_energy import (
     MATERIAL,
@@ -120,8 +120,8 @@ def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
     path = next(path for path in cases() if path.stem == stem)
     results = drive(path)
-    title, name = labels(path)
-    return Case(title, name, tuple(_curve(test, results[test.value]) for test in slip_tests(path)))
+    case = read_case(path)
+    return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
 
 
 def _curve(test: SlipTest, rows: Rows) -> Curve:

@@ -12,7 +12,7 @@ from . import _core, cards, contract
 from .contract import Floats
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import SMALL_CLOSURE, closure, remarks
+from .remarks import remarks, warn_if_soft
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +225,7 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            self._warn_if_soft(sigma_N)
+            warn_if_soft(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
@@ -238,7 +238,7 @@ class Interface:
                 separation.T, traction.T, state.T, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            self._warn_if_soft(sigma_N)
+            warn_if_soft(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:
@@ -398,21 +398,6 @@ class Interface:
         if lost:
             events += ((rows, lost),)
         return History(separation, traction, state[:, damage].copy(), state, events, tuple(snaps))
-
-    def _warn_if_soft(self, sigma_N: float) -> None:
-        """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
-        inclined = np.any(self.pattern.normals[:, 1:], axis=1)
-        if not (sigma_N < 0.0 and inclined.any()):
-            return
-        share, gamma = closure(self.material, self.pattern, sigma_N)
-        if share > SMALL_CLOSURE:
-            warnings.warn(
-                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
-                f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
-                "the bond, raise kc where closure matters",
-                ModelWarning,
-                stacklevel=3,
-            )
 
 
 def _freeze(*arrays: Floats) -> None:

@@ -274,7 +274,11 @@ def test_command(tmp_path: Path):
 
     done = run("--tolerance", "0.1")
     assert done.returncode == 0, done.stderr
-    assert "meets it, checked" in done.stdout and "PROPS(16)" in done.stdout
+    assert "meets it, checked" in done.stdout and "PROPS(16)" in done.stdout and done.stderr == ""
+    path.write_text(path.read_text().replace("kc = 10.0", "kc = 1.0"))
+    done = run("--tolerance", "0.1")
+    assert done.stderr.startswith("asperity: warning: sigma_N = -1 closes an inclined plane")
+    assert done.returncode == 0 and done.stderr.count("\n") == 1
     done = run("--tolerance", "1e-6")
     assert done.returncode == 1 and "no pattern up to RP-63 meets the tolerance 1e-06" in done.stderr
     done = run("--map")
