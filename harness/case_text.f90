@@ -32,6 +32,7 @@ module case_text
     character(len=name_length) :: name     !! lower case
     integer :: line
     integer :: first, last                 !! its entries
+    integer :: from, to                    !! in the source, from & to /
   end type group_type
 
   !> A file in memory.
@@ -88,7 +89,7 @@ contains
         last = end_of_word(text%source, i + 1)
         if (inside) call append(message, not_closed(text) // " before &" // text%source(i + 1:last) // " in line " // &
           integer_text(line))
-        call add_group(text, text%source(i + 1:last), line)
+        call add_group(text, text%source(i + 1:last), line, i)
         inside = .true.
         comma = .true.
       case default
@@ -122,6 +123,7 @@ contains
     select case (c)
     case ("/")
       inside = .false.
+      text%groups(text%n_groups)%to = i
     case (",")
       if (comma) call append(message, where_is(text, line) // in_entry(text) // "empty value before a comma")
       comma = .true.
@@ -180,10 +182,11 @@ contains
   end function count_lines
 
   !> Open a group.
-  pure subroutine add_group(text, name, line)
+  pure subroutine add_group(text, name, line, from)
     type(text_type), intent(inout) :: text   !! groups so far
     character(len=*), intent(in) :: name     !! of the group
     integer, intent(in) :: line              !! where it opens
+    integer, intent(in) :: from              !! the same in the source
     type(group_type), allocatable :: longer(:)
     if (text%n_groups == size(text%groups)) then
       allocate (longer(2*text%n_groups))
@@ -191,7 +194,7 @@ contains
       call move_alloc(longer, text%groups)
     end if
     text%n_groups = text%n_groups + 1
-    text%groups(text%n_groups) = group_type(lower(name), line, text%n_entries + 1, text%n_entries)
+    text%groups(text%n_groups) = group_type(lower(name), line, text%n_entries + 1, text%n_entries, from, from)
   end subroutine add_group
 
   !> Start an entry of the open group.

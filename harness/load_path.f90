@@ -27,6 +27,8 @@ module load_path
     real(wp), allocatable :: targets(:, :)      !! (3, n) separation or traction
     integer :: n_given(3) = 0                   !! values of the list of the component
     integer, allocatable :: increments(:)       !! (n) to each target
+    real(wp), allocatable :: slip(:)            !! (n) where s_Tx and s_Ty are given so, along `direction`
+    real(wp) :: direction = 0.0_wp              !! of the slip, degrees
     real(wp) :: time = 1.0_wp                   !! the step takes
     real(wp) :: tolerance = 0.0_wp              !! of adaptive increments, 0: as many as given
   end type step_type
@@ -130,6 +132,7 @@ contains
         call append(message, group_where(text, g) // "slip sets s_Tx and s_Ty: expected no other values for Tx and Ty")
       end if
       e_slip = direction_vector(direction)
+      step%direction = direction
       s(2)%values = slip%values*e_slip(1)
       s(3)%values = slip%values*e_slip(2)
     end if
@@ -145,6 +148,8 @@ contains
     step%control = control
     step%changed = (control%traction .neqv. last%traction) .or. abs(control%spring - last%spring) > 0.0_wp
     call set_targets(text, g, s, t, increments, cycles, step, message)
+    if (step%has_target(2) .and. allocated(slip%values)) step%slip = run_through(slip%values, &
+      size(step%increments)/cycles, cycles)
   end subroutine read_step
 
   !> Targets and increments of a step from its lists.
@@ -156,8 +161,7 @@ contains
     integer, intent(in) :: cycles                             !! times the lists are run through
     type(step_type), intent(inout) :: step                    !! control is set
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    type(list_type) :: list
-    integer :: i, j, n
+    integer :: i, n
 
     n = 1
     do i = 1, 3
@@ -175,27 +179,32 @@ contains
         " cycles: expected at most " // integer_text(most_targets) // " targets")
       return
     end if
-    allocate (step%targets(3, n*cycles), step%increments(n*cycles))
+    allocate (step%targets(3, n*cycles))
     step%targets = 0.0_wp
     do i = 1, 3
       if (allocated(s(i)%values)) then
-        list%values = s(i)%values
+        step%n_given(i) = size(s(i)%values)
+        if (step%n_given(i) > 0) step%targets(i, :) = run_through(s(i)%values, n, cycles)
       else if (allocated(t(i)%values)) then
-        list%values = t(i)%values
-      else
-        cycle
+        step%n_given(i) = size(t(i)%values)
+        if (step%n_given(i) > 0) step%targets(i, :) = run_through(t(i)%values, n, cycles)
       end if
-      if (size(list%values) == 0) cycle
-      step%has_target(i) = .true.
-      step%n_given(i) = size(list%values)
-      do j = 1, n*cycles
-        step%targets(i, j) = list%values(min(modulo(j - 1, n) + 1, size(list%values)))
-      end do
+      step%has_target(i) = step%n_given(i) > 0
     end do
-    do j = 1, n*cycles
-      step%increments(j) = increments(min(modulo(j - 1, n) + 1, size(increments)))
-    end do
+    step%increments = nint(run_through(real(increments, wp), n, cycles))
   end subroutine set_targets
+
+  !> A list of n values at most, run through several times; a shorter one keeps its last value.
+  pure function run_through(list, n, cycles) result(values)
+    real(wp), intent(in) :: list(:)   !! 1 to n values
+    integer, intent(in) :: n          !! values of a cycle
+    integer, intent(in) :: cycles     !! times
+    real(wp) :: values(n*cycles)
+    integer :: j
+    do j = 1, n*cycles
+      values(j) = list(min(modulo(j - 1, n) + 1, size(list)))
+    end do
+  end function run_through
 
   !> Separations that are given must be such that the law takes them; every list is looked through once.
   pure subroutine check_separations(text, steps, joint, message)

@@ -4,6 +4,7 @@ program rie_driver
   use asperity_checks, only: append, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
+  use case_echo, only: echo_case
   use case_file, only: case_format, case_type, interpret_case, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
@@ -14,17 +15,18 @@ program rie_driver
 
   !> Closure of the facing planes, as a multiple of s_f, beyond which a warning is given.
   real(wp), parameter :: soft_contact = 0.1_wp
-  character(len=*), parameter :: usage(8) = [character(len=78) :: &
-    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet]", &
+  character(len=*), parameter :: usage(9) = [character(len=78) :: &
+    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
     "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane", &
     "  --quiet     no progress line, no summary", &
+    "  --echo      check the case and print it as JSON, with all defaults; no run", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input, 2 the solve could not go on or", &
     "ended otherwise than expected (every row that converged is in the file)"]
   character(len=:), allocatable :: path, output, message
-  logical :: planes, quiet
+  logical :: echo, planes, quiet
 
   call read_command_line()
   call run()
@@ -39,6 +41,7 @@ contains
     output = ""
     planes = .false.
     quiet = .false.
+    echo = .false.
     i = 1
     if (command_argument_count() == 0) call reject("no case file")
     do while (i <= command_argument_count())
@@ -54,6 +57,8 @@ contains
         planes = .true.
       case ("--quiet")
         quiet = .true.
+      case ("--echo")
+        echo = .true.
       case ("-o")
         i = i + 1
         output = argument_text(i)
@@ -108,6 +113,11 @@ contains
       call interpret_case(text, values, cases(i), message)
       if (len(message) > 0) exit
     end do
+    if (echo) then
+      call end_on_errors()
+      call echo_case(text, variable, values, cases)
+      call finish(exit_ok)
+    end if
     if (size(values) > 0 .and. output == "-") call append(message, path // &
       ": a case with &sweep writes a file per value, not standard output")
     if (len(output) > 0) then

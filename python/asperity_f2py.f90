@@ -354,6 +354,39 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   end do
 end subroutine interface_confined_slip
 
+!> Events of the rows of a history by the rules of the driver, whose column `event` has the same names.
+subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, names)
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface
+  use events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  implicit none
+  integer, intent(in) :: nprops                            !! number of constants
+  double precision, intent(in) :: props(nprops)            !! admissible PROPS
+  integer, intent(in) :: nstatv                            !! state variables of a point
+  integer, intent(in) :: n                                 !! rows
+  double precision, intent(in) :: separation(3, n)         !! separation (N, Tx, Ty), length
+  double precision, intent(in) :: state(nstatv, n)         !! STATEV; before the first row the point was virgin
+  integer, intent(in) :: jumps(2, n)                       !! not 0: the row has a snap, was solved in parts
+  character(len=64), intent(inout) :: names(n)             !! names joined by +, blank: none
+  !f2py threadsafe
+  type(interface_type) :: joint
+  type(planes_type) :: planes
+  character(len=event_length) :: event
+  double precision :: before(nstatv)
+  integer :: i, status
+  call new_interface(props, joint, status)
+  if (status /= status_ok) return
+  call put_at_rest(joint, planes)
+  before = 0.0d0
+  do i = 1, n
+    call find_events(joint, separation(:, i), before, state(:, i), planes, event)
+    call name_event(event, "snap", jumps(1, i) /= 0)
+    call name_event(event, "substeps", jumps(2, i) /= 0)
+    names(i) = event
+    before = state(:, i)
+  end do
+end subroutine interface_events
+
 !> Newton's method without safeguards: one virgin point along given values of mixed control.
 subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, guarded, kind, tolerance, separation, &
                        traction, state, iterations, updates, residuals, n_done, ended)

@@ -1,8 +1,9 @@
-from numpy import float64, int32
+from numpy import bytes_, float64, int32
 from numpy.typing import NDArray
 
 _Floats = NDArray[float64]
 _Integers = NDArray[int32]
+_Texts = NDArray[bytes_]
 
 def contract_sizes() -> tuple[int, int, int, int, int, int]: ...
 def contract_prop(i: int) -> tuple[bytes, bytes, bytes, bytes, float]: ...
@@ -56,8 +57,17 @@ def interface_confined_slip(
     jumps: _Floats,
 ) -> tuple[int, int, bytes]: ...
 def interface_slip_curves(
-    props: _Floats, direction: _Floats, sigma_n: _Floats, slips: _Floats, preload: int, rows: _Floats
+    props: _Floats,
+    direction: _Floats,
+    sigma_n: _Floats,
+    stiffness: _Floats,
+    slips: _Floats,
+    preload: int,
+    rows: _Floats,
 ) -> tuple[_Integers, _Integers]: ...
+def interface_events(
+    props: _Floats, separation: _Floats, state: _Floats, jumps: _Integers, names: _Texts
+) -> None: ...
 def newton_path(
     props: _Floats,
     held: _Integers,

@@ -18,7 +18,7 @@ from .fracture_energy import fracture_energy
 from .interface import Interface, work_along
 from .material import Material
 from .newton import NewtonStudy, newton_path
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector, unit_vector
 from .slip_curves import SlipCurves, slip_curves
 
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
@@ -178,8 +178,7 @@ def _adaptive(interface: Interface, turns: Sequence[float], sigma_N: float, tole
         raise ValueError(
             f"{rows} rows: expected at most {ROOM}, up to slip {turns[-1]:g}; {message.decode()}"
         )
-    angle = np.radians(STEP_DIRECTION)
-    e = np.array([np.cos(angle), np.sin(angle)])
+    e = direction_vector(STEP_DIRECTION)
     s_L, tau_L = separation[:rows, 1:] @ e, traction[:rows, 1:] @ e
     return _Path(_way(s_L), tau_L, separation[:rows, 0], float(work[rows - 1]))
 
@@ -254,7 +253,7 @@ def two_rings(sides: int, theta: float, difference: float) -> Candidate:
     for k in range(2 * sides):
         angle = np.pi * k / sides
         slope = np.tan(np.radians(theta + (difference if k % 2 == 0 else -difference)))
-        normals.append((1.0, -slope * np.cos(angle), -slope * np.sin(angle)))
+        normals.append((1.0, *(-slope * unit_vector(angle))))
         weights.append((1.0 - FLAT) / (2 * sides))
     return Candidate(f"rings ±{difference:g}°", sides, 2 * sides + 1, Pattern.planes(normals, weights))
 
@@ -265,17 +264,10 @@ def candidates(theta: float) -> list[Candidate]:
     return [*(regular(m, theta) for m in sorted(EVEN + ODD)), *rings]
 
 
-def residual(theta: float, mu: float, phi: float) -> float:
-    """Residual strength over |sigma_N| at phi (radians) to a facing plane (docs/theory.md, 8)."""
-    tangent = np.tan(np.radians(theta))
-    w = np.sqrt(1.0 + (tangent * np.cos(phi)) ** 2)
-    up = np.sin(np.radians(theta)) * np.cos(phi) + mu / w
-    return float(up / (np.cos(np.radians(theta)) - mu * tangent * np.cos(phi) / w))
-
-
 def residual_spread(sides: int, theta: float, mu: float) -> float:
     """Residual strength up a plane over that between two planes, minus 1."""
-    return residual(theta, mu, 0.0) / residual(theta, mu, np.pi / sides) - 1.0
+    facing, between = material(mu).residual_strength(theta, [0.0, 180.0 / sides])
+    return float(facing / between - 1.0)
 
 
 @dataclass(frozen=True)
@@ -418,11 +410,10 @@ def tangent_run(
 ) -> TangentRun:
     """RP-4 under a held sigma_N, pulled along 20 degrees by springs: all three separations are unknown."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
-    spring = SPRING * material().sigma0 ** 2 / (2.0 * material().Gc * (1.0 - material().eta))
-    angle = np.radians(STEP_DIRECTION)
+    spring = SPRING * material().K
     targets = np.zeros((PRELOAD + increments, 3))
     targets[:, 0] = sigma_N * np.minimum(1.0, np.arange(1, len(targets) + 1) / PRELOAD)
-    targets[PRELOAD:, 1:] = spring * monotonic(increments)[:, None] * [np.cos(angle), np.sin(angle)]
+    targets[PRELOAD:, 1:] = np.outer(spring * monotonic(increments), direction_vector(STEP_DIRECTION))
 
     def solve() -> NewtonStudy:
         return newton_path(
@@ -483,8 +474,7 @@ def long_path(interface: Interface, sigma_N: float, increments: int, rows: int =
     quarter = rows // 4
     slips = cycle(5 * quarter)
     curve = slip_curves(interface, STEP_DIRECTION, slips, sigma_N, PRELOAD)
-    angle = np.radians(STEP_DIRECTION)
-    s = np.column_stack([curve.s_N[0], slips * np.cos(angle), slips * np.sin(angle)])
+    s = np.column_stack([curve.s_N[0], np.outer(slips, direction_vector(STEP_DIRECTION))])
     loop = s[-4 * quarter :]
     times = int(np.ceil(max(increments - quarter, 0) / len(loop)))
     return np.concatenate([s[:quarter], *[loop] * times])[:increments].copy()
@@ -567,8 +557,7 @@ def distances(
     interface = Interface(material(), Pattern.regular(4, 30.0))
     slips = np.concatenate([START * np.arange(1, 401) / 400.0, np.linspace(START, reach, increments + 1)[1:]])
     curve = slip_curves(interface, STEP_DIRECTION, slips, sigma_N, PRELOAD)
-    angle = np.radians(STEP_DIRECTION)
-    s = np.column_stack([curve.s_N[0], slips * np.cos(angle), slips * np.sin(angle)])
+    s = np.column_stack([curve.s_N[0], np.outer(slips, direction_vector(STEP_DIRECTION))])
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
     _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
     tick()
@@ -592,7 +581,7 @@ def _carried(interface: Interface, s: Floats, state: Floats) -> Floats:
     """
     kind = np.float32
     m, p = interface.material, interface.pattern
-    stiffness = kind(m.sigma0**2 / (2.0 * m.Gc * (1.0 - m.eta)))
+    stiffness = kind(m.K)
     n = p.normals
     slope = np.linalg.norm(n[:, 1:], axis=1)
     h = np.where(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from . import accuracy
 from .accuracy import Distance, Drift, PlaneError, StepError, TangentRun, pareto, residual_spread
 from .gallery_draw import new_figure
 from .plots import COLOURS, LINES
-from .tables import fill
+from .tables import fill, markdown
 
 STYLE = {
     "even": (COLOURS[0], "o", True),
@@ -41,12 +42,8 @@ STUDIES = ("increments", "planes", "materials", "precision", "tangents")
 """Parts of the chart, by the names of their markers."""
 
 
-def add_command(charts: argparse._SubParsersAction) -> None:
-    """Add the subcommand of `asperity chart`."""
-    chart = charts.add_parser(
-        "accuracy",
-        help="error against measured cost: increments, planes, precision, tangents (a minute)",
-    )
+def add_arguments(chart: argparse.ArgumentParser) -> None:
+    """Add the arguments of `asperity chart accuracy`."""
     chart.add_argument(
         "-o",
         "--output",
@@ -112,9 +109,7 @@ def _sigma(value: float) -> str:
     return f"{value:g}".replace("-", "−")
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---", *["--:"] * (len(head) - 1)], *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+_table = partial(markdown, numbers=True)
 
 
 # --- increments -------------------------------------------------------------------------------------

@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-import warnings
 from pathlib import Path
-from typing import Any
 
 from . import contract
-from .case_files import Group, groups
-from .interface import Interface
-from .material import Material
-from .pattern import Pattern
-
-_MATERIAL = ("sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc")
-_REPLAY = ("h", "map", "r")
-_GROUPS = ("material", "pattern", "replay")
+from .case_files import Run, read_case
+from .remarks import shown_warnings
 
 
-def add_command(commands: Any) -> None:
-    """Add the subcommand to the command's subparsers."""
-    card = commands.add_parser("card", help="print the material block for the input of a host program")
+def add_arguments(card: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
     card.add_argument("--host", required=True, choices=("abaqus", "calculix", "kratos"))
     card.add_argument("--name", default="INTERFACE", help="of material and elements (default: %(default)s)")
@@ -49,13 +40,11 @@ def add_command(commands: Any) -> None:
 
 def _card(options: argparse.Namespace) -> int:
     """Print or write the block; warnings go to standard error, a line each."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        interface, keywords = read_interface(options.case, options.value)
-        for name in ("h", "map", "dalpha", "r"):
-            if getattr(options, name) is not None:
-                keywords[name] = getattr(options, name)
-        text = interface.card(
+    with shown_warnings():
+        run = read_run(options.case, options.value)
+        of_host = run.of_host()
+        given = {name: getattr(options, name) for name in of_host}
+        text = run.interface.card(
             options.host,
             name=options.name,
             dimension=options.dimension,
@@ -64,17 +53,14 @@ def _card(options: argparse.Namespace) -> int:
             stress=options.stress,
             modulus=options.modulus,
             size=options.size,
-            **keywords,
+            **of_host | {name: value for name, value in given.items() if value is not None},
         )
-    messages = [str(warning.message) for warning in caught]
-    messages += [
-        f"{options.case}: &{group}: not in the block, which is that of a virgin joint: expected initial "
-        "conditions of the host beside it"
-        for group, _ in groups(options.case)
-        if group in ("initial", "state")
-    ]
-    for message in messages:
-        print(f"asperity: warning: {message}", file=sys.stderr)
+    if run.start != "virgin":
+        print(
+            f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "
+            "joint: expected initial conditions of the host beside it",
+            file=sys.stderr,
+        )
     if options.output is None:
         print(text, end="")
     else:
@@ -82,91 +68,21 @@ def _card(options: argparse.Namespace) -> int:
     return 0
 
 
-def read_interface(path: Path, value: str | None = None) -> tuple[Interface, dict[str, Any]]:
-    """Interface of a case file, and the keywords of `Interface.card` that its group &replay gives.
+def read_run(path: Path, value: str | None = None) -> Run:
+    """The run of a case, of a value of its sweep where PROPS change with it.
 
-    value replaces the name of the sweep.  Raises ValueError for what is missing, unknown or no number.
+    Raises ValueError with the driver's messages, and for a value that is missing or is none of the sweep.
     """
-    found = groups(path)
-    sweep = dict(found).get("sweep")
-    replaced = {}
-    if sweep is not None and _is_used(found, sweep["name"][0]):
-        name, values = sweep["name"][0], ", ".join(sweep["values"])
+    case = read_case(path)
+    run = case.runs[0]
+    if all(one.props == run.props for one in case.runs):
         if value is None:
-            raise ValueError(f"{path}: --value is missing: expected one for {name}, as {values}")
-        replaced[name.lower()] = value
-    elif value is not None:
+            return run
         raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
-    guard = dict(found).get("material", {}).pop("guard", [".false."])
-    if " ".join(guard).lower().lstrip(".")[:1] != "f":
-        raise ValueError(
-            f"{path}: &material: guard = {' '.join(guard)}: expected .false., as PROPS has no entry "
-            "for it: a host runs without the guard"
-        )
-    material = _numbers(path, found, "material", _MATERIAL, replaced)
-    pattern = _numbers(
-        path, found, "pattern", ("sides", "theta", "flat", "turn", "normals", "weights"), replaced
-    )
-    replay = _numbers(path, found, "replay", _REPLAY, replaced, others=True)
-    missing = [name for name in _MATERIAL[: contract.N_REQUIRED_PROPS] if name not in material]
-    if missing:
-        raise ValueError(f"{path}: &material: expected {', '.join(missing)}")
-    keywords: dict[str, Any] = {name: values[0] for name, values in replay.items()}
-    if "map" in keywords:
-        keywords["map"] = int(keywords["map"])
-    constants = {name: values[0] for name, values in material.items()}
-    return Interface(Material(**constants), _pattern(path, pattern)), keywords
-
-
-def _is_used(found: list[tuple[str, Group]], name: str) -> bool:
-    """Whether a constant of the interface is the name of the sweep."""
-    texts = [text for group in _GROUPS for values in dict(found).get(group, {}).values() for text in values]
-    return name.lower() in map(str.lower, texts)
-
-
-def _pattern(path: Path, values: dict[str, list[float]]) -> Pattern:
-    """Regular or listed planes."""
-    if "sides" in values:
-        if values.keys() & {"normals", "weights"}:
-            raise ValueError(f"{path}: &pattern: expected sides, or normals and weights")
-        numbers = {name: value[0] for name, value in values.items()}
-        sides = numbers.pop("sides")
-        if sides != int(sides):
-            raise ValueError(f"{path}: &pattern: sides = {sides:g}: expected a whole number")
-        return Pattern.regular(int(sides), numbers.pop("theta", contract.default("theta")), **numbers)
-    if values.keys() != {"normals", "weights"}:
-        raise ValueError(f"{path}: &pattern: expected sides, or normals and weights")
-    components = values["normals"]
-    if len(components) % 3 != 0:
-        raise ValueError(f"{path}: &pattern: {len(components)} values of normals: expected three a plane")
-    return Pattern.planes([components[i : i + 3] for i in range(0, len(components), 3)], values["weights"])
-
-
-def _numbers(
-    path: Path,
-    found: list[tuple[str, Group]],
-    group: str,
-    names: tuple[str, ...],
-    replaced: dict[str, str],
-    others: bool = False,
-) -> dict[str, list[float]]:
-    """Numbers of a group by the names of the contract; with `others`, other names are passed over."""
-    by_lower = {name.lower(): name for name in names}
-    numbers = {}
-    for key, texts in dict(found).get(group, {}).items():
-        if key not in by_lower:
-            if others:
-                continue
-            raise ValueError(f"{path}: &{group}: {key}: unknown name, expected one of {', '.join(names)}")
-        try:
-            numbers[by_lower[key]] = [_number(replaced.get(text.lower(), text)) for text in texts]
-        except ValueError:
-            raise ValueError(f"{path}: &{group}: {key} = {', '.join(texts)}: expected numbers") from None
-        if not texts:
-            raise ValueError(f"{path}: &{group}: {key}: expected a value")
-    return numbers
-
-
-def _number(text: str) -> float:
-    """A number as Fortran writes it."""
-    return float(text.lower().replace("d", "e"))
+    expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
+    if value is None:
+        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
+    for one in case.runs:
+        if contract.number("--value", value) == one.value:
+            return one
+    raise ValueError(f"{path}: --value {value}: expected one of {expected}")

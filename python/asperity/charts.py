@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import csv
+import subprocess
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
+from .installed import bench
+from .tables import markdown
 
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
-from matplotlib.axes import Axes
-
-from .plots import COLOURS
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 CURVES = (
-    ("textbook", "double", True, "textbook, tangent", COLOURS[3], "x--"),
-    ("point", "double", True, "point, tangent", COLOURS[1], "s-"),
-    ("block", "double", True, "block, tangent", COLOURS[0], "^-"),
-    ("block", "double", False, "block, stress", COLOURS[0], "o-"),
-    ("block", "single", False, "block, stress, single", COLOURS[2], "o-"),
-    ("roots", "double", False, "limit: roots and divisions", COLOURS[3], ":"),
-    ("roots", "single", False, "limit: the same, single", COLOURS[2], ":"),
-    ("vumat", "double", False, "VUMAT from memory", COLOURS[4], "D-"),
-    ("stream", "double", False, "limit: streaming", COLOURS[4], ":"),
+    ("textbook", "double", True, "textbook, tangent", 3, "x--"),
+    ("point", "double", True, "point, tangent", 1, "s-"),
+    ("block", "double", True, "block, tangent", 0, "^-"),
+    ("block", "double", False, "block, stress", 0, "o-"),
+    ("block", "single", False, "block, stress, single", 2, "o-"),
+    ("roots", "double", False, "limit: roots and divisions", 3, ":"),
+    ("roots", "single", False, "limit: the same, single", 2, ":"),
+    ("vumat", "double", False, "VUMAT from memory", 4, "D-"),
+    ("stream", "double", False, "limit: streaming", 4, ":"),
 )
-"""Kernel, precision, tangent, label, colour, marker and line of the curves."""
+"""Kernel, precision, tangent, label, number of the colour, marker and line of the curves."""
 
 BARS = (
     ("textbook / point, tangent", "textbook", "point", "double", True),
@@ -78,8 +78,21 @@ def read_timings(path: Path) -> list[Timing]:
     return timings
 
 
+def measure(*options: str, quiet: bool = False) -> list[Timing]:
+    """Rows of a run of the benchmark now, which prints its table unless it is quiet."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "bench.csv")
+        command = [bench(), "--csv", path, *options]
+        done = subprocess.run(command, check=False, stdout=subprocess.DEVNULL if quiet else None)
+        if done.returncode != 0:
+            raise ValueError(f"{bench()}: exit code {done.returncode}: expected 0")
+        return read_timings(path)
+
+
 def draw_speed(timings: Sequence[Timing], path: Path) -> None:
     """Time per point against the number of planes, and ratios; the file's name says PNG or PDF."""
+    from .plots import plt
+
     if path.suffix not in (".png", ".pdf"):
         raise ValueError(f"{path}: expected a name that ends in .png or .pdf")
     figure, (growth, ratios) = plt.subplots(
@@ -109,23 +122,24 @@ COLUMNS = (
 
 def table(timings: Sequence[Timing]) -> str:
     """Nanoseconds per point as a table in Markdown, a row per pattern."""
-    lines = ["| pattern | planes | " + " | ".join(column[0] for column in COLUMNS) + " |"]
-    lines.append("|---|" + "--:|" * (1 + len(COLUMNS)))
+    rows = []
     for pattern, planes in dict.fromkeys((t.pattern, t.planes) for t in timings if t.scene == "slip"):
-        cells = [f"{planes}"]
+        cells = [pattern, str(planes)]
         for _, kernel, precision, tangent in COLUMNS:
             times = {t.pattern: t.ns_per_point for t in _rows(timings, kernel, precision, tangent)}
             cells.append(f"{times[pattern]:.1f}" if pattern in times else "")
-        lines.append(f"| {pattern} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+        rows.append(cells)
+    return markdown(["pattern", "planes", *(column[0] for column in COLUMNS)], rows, numbers=True)
 
 
 def _growth(ax: Axes, timings: Sequence[Timing]) -> None:
+    from .plots import COLOURS
+
     for kernel, precision, tangent, label, colour, style in CURVES:
         points = sorted((t.planes, t.ns_per_point) for t in _rows(timings, kernel, precision, tangent))
         if points:
             x, y = zip(*points, strict=True)
-            ax.loglog(x, y, style, color=colour, label=label, markersize=4, linewidth=1.3)
+            ax.loglog(x, y, style, color=COLOURS[colour], label=label, markersize=4, linewidth=1.3)
     planes = sorted({t.planes for t in timings})
     ax.set_xticks(planes, [str(n) for n in planes])
     ax.set_xticks([], minor=True)
@@ -136,6 +150,8 @@ def _growth(ax: Axes, timings: Sequence[Timing]) -> None:
 
 
 def _ratios(ax: Axes, timings: Sequence[Timing]) -> None:
+    from .plots import COLOURS
+
     height = 0.8 / len(BAR_PATTERNS)
     hatches = ("", "//", "..")
     for i, pattern in enumerate(BAR_PATTERNS):

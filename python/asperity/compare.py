@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from . import contract, planar, reference
-from .case_files import SlipTest, slip_tests
+from .case_files import SlipTest, read_case, slip_tests
 from .contract import Floats
-from .installed import cases, driver
+from .installed import cases
 from .interface import work_along
-from .results import ENERGIES, Rows, read_rows, results_of
+from .results import ENERGIES, Rows, drive
 
 LAW_TOLERANCE = 1.0e-12
 """Difference along given separations, relative to the scales of `Difference`: rounding of sums."""
@@ -93,17 +91,10 @@ def _figures(path: Path) -> list[str]:
 
 def compare(case: Path) -> Comparison:
     """Run a case by the driver and compare; raises ValueError with the driver's message if it fails."""
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "out.csv"
-        run = subprocess.run(
-            [driver(), case, "-o", output, "--quiet"], capture_output=True, text=True, check=False
-        )
-        if run.returncode != 0:
-            raise ValueError(run.stderr.strip())
-        results = {value: read_rows(path) for value, path in results_of(output).items()}
+    results = drive(case)
     differences: dict[str, Difference] = {}
     curves = rows = 0
-    for test in slip_tests(case):
+    for test in slip_tests(read_case(case)):
         curves += 1
         rows += len(results[test.value])
         for name, found in _differences(test, results[test.value]):

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import contract
 from .contract import Floats
-from .fit_model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, each
+from .fit_model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, each, material_of
 from .fit_records import LARGEST_RATIO, ShearTest
 from .interface import Interface
 
@@ -177,16 +177,13 @@ class Fit:
 
 def residual_ratio(values: Mapping[str, float]) -> float:
     """|tau|/|sigma_N| of a broken interface that slides up one facing plane; inf where it locks."""
-    slope = np.tan(np.radians(values["theta"]))
-    below = 1.0 - values["mu"] * slope
-    return float((values["mu"] + slope) / below) if below > 0.0 else np.inf
+    return float(material_of(values).residual_strength(values["theta"]))
 
 
 def derived(values: Mapping[str, float]) -> dict[str, float]:
     """s_f, s0 (length) and K (stress/length), (12)."""
-    s_f = 2.0 * values["Gc"] / values["sigma0"]
-    s_0 = (1.0 - values["eta"]) * s_f
-    return {"s_f": s_f, "s0": s_0, "K": values["sigma0"] / s_0}
+    material = material_of(values)
+    return {"s_f": material.s_f, "s0": material.s_0, "K": material.K}
 
 
 def fit(
@@ -213,7 +210,7 @@ def fit(
     """
     try:
         from scipy.optimize import OptimizeResult, least_squares
-        from scipy.stats import t as student
+        from scipy.special import stdtrit
     except ImportError as error:
         raise NoScipyError from error
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
@@ -287,7 +284,7 @@ def fit(
         values=problem.values(best.x),
         x=best.x,
         covariance=known.covariance,
-        quantile=float(student.ppf(0.5 + 0.5 * confidence, best.fun.size - best.x.size)),
+        quantile=float(stdtrit(best.fun.size - best.x.size, 0.5 + 0.5 * confidence)),
         confidence=confidence,
         residuals=best.fun,
         scatter=known.scatter,

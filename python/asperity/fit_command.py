@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from tqdm import tqdm
 from .fit import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
 from .fit_model import INCREMENTS, SCALES, SIDES
 from .fit_records import read_records, unit_name
-from .material import ModelWarning
+from .remarks import shown_warnings
 
 PATIENCE = 2.0
 """Seconds before progress is shown."""
@@ -27,10 +26,9 @@ DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
 """Where neither the record nor the user tells."""
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     known = ", ".join(f"{name}={value:.4g}" for name, value in DEFAULT_FIXED.items())
-    parser = commands.add_parser("fit", help="identify parameters from shear-box records")
     parser.add_argument(
         "records",
         nargs="+",
@@ -98,11 +96,8 @@ def _run(options: argparse.Namespace) -> int:
         _check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ModelWarning)
+    with shown_warnings():
         tests = read_records(options.records, options.k_N, options.compression_positive)
-    for warning in caught:
-        print(f"asperity: warning: {warning.message}", file=sys.stderr)
     units = _units(options.units, {kind: unit for test in tests for kind, unit in test.units.items()})
     with tqdm(unit="evaluation", delay=PATIENCE, disable=None, leave=False) as bar:
 

@@ -15,7 +15,8 @@ from .contract import Floats
 from .fit_records import ShearTest
 from .interface import Interface
 from .material import Material
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector
+from .slip_curves import ROW
 
 SIDES = 8
 """Inclined planes: RP-8, nearly the same in every direction and cheap."""
@@ -141,8 +142,7 @@ class Problem:
 
     def interface(self, values: Mapping[str, float]) -> Interface:
         """The interface with these parameters."""
-        material = Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
-        return Interface(material, Pattern.regular(self.sides, values["theta"], values["flat"]))
+        return Interface(material_of(values), Pattern.regular(self.sides, values["theta"], values["flat"]))
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """For each test tau and s_N along its path, and how many rows converged: `slip_curve`."""
@@ -171,6 +171,11 @@ class Problem:
         return np.column_stack([(a - b) / (2.0 * step) for a, b in zip(found[::2], found[1::2], strict=True)])
 
 
+def material_of(values: Mapping[str, float]) -> Material:
+    """Material of parameters by name."""
+    return Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
+
+
 def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:
     """Function at several points at once; the library releases the lock of the interpreter."""
     with ThreadPoolExecutor(min(os.cpu_count() or 1, len(points))) as pool:
@@ -195,18 +200,23 @@ def slip_curve(
     """tau along the slip and s_N since its start, (T,) each, and how many rows converged.
 
     The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
-    events.  Rows without equilibrium repeat the last one.
+    state and events.  Rows without equilibrium repeat the last one.
     """
     n = slips.size
-    separation, traction = np.zeros((n, 3)), np.zeros((n, 3))
-    done, status, _ = _core.interface_confined_slip(
-        interface.props(), direction, slips, test.sigma_N, preload, np.zeros(n), 0.0, 0, test.k_N,
-        separation.T, traction.T, np.zeros((n, interface.nstatv)).T, np.zeros(n), np.zeros((n + 1, 9)).T,
-    )  # fmt: skip
-    done = max(done, 0) if status == 0 else 0
-    angle = np.radians(direction)
-    tau = traction[:, 1] * np.cos(angle) + traction[:, 2] * np.sin(angle)
-    s_N = separation[:, 0] - separation[0, 0]
+    rows = np.empty((1, n, ROW))
+    found, _ = _core.interface_slip_curves(
+        interface._props,
+        np.array([direction]),
+        np.array([test.sigma_N]),
+        np.array([test.k_N]),
+        slips,
+        preload,
+        rows.T,
+    )
+    done = max(int(np.atleast_1d(found)[0]), 0)
+    s_N, _, t_x, t_y, _, _ = rows[0].T
+    e_x, e_y = direction_vector(direction)
+    tau, s_N = t_x * e_x + t_y * e_y, s_N - s_N[0]
     if 0 < done < n:
         tau[done:], s_N[done:] = tau[done - 1], s_N[done - 1]
     return tau, s_N, done

@@ -6,18 +6,12 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 
 from .contract import Floats
 from .fit import COUPLED, ENOUGH, REFINE, Estimate, Fit, derived, residual_ratio
 from .fit_model import FINER, SCALES, STEP
 from .fit_records import ShearTest
-from .plots import COLOURS, LINES
 
 UNDETERMINED = 2.0
 """Factor: a parameter whose interval is wider to either side is called not determined."""
@@ -267,6 +261,8 @@ def _combination(names: Sequence[str], weights: Floats) -> str:
 
 def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None:
     """Record (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
+    from .plots import COLOURS, LINES, plt
+
     problem = found.problem
     has_dilation = any(test.s_N is not None for test in problem.tests)
     figure, axes = plt.subplots(

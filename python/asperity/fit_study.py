@@ -18,7 +18,7 @@ from .fit import DEFAULT_FREE, SAME, STARTS_TRIED, Fit, fit, residual_ratio
 from .fit_model import SIDES, Problem, slip_curve
 from .fit_records import ShearTest, read_records
 from .fit_report import draw, report
-from .tables import refresh
+from .tables import markdown, refresh
 
 TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
 """What the records are made with: mm, MPa, degrees."""
@@ -163,7 +163,7 @@ def table(repetitions: int) -> str:
     column has how many of these reach a sum of squares as small.
     """
     head = ["record", "noise", *TRUTH, "ratio", "found"]
-    lines = ["| " + " | ".join(head) + " |", "| --- |" + " --: |" * (len(head) - 1)]
+    lines = []
     with tqdm(
         total=len(STUDIES) * len(NOISES) * (repetitions + min(OWN_STARTS, repetitions)),
         unit="fit",
@@ -186,8 +186,8 @@ def table(repetitions: int) -> str:
                 reached = [b.costs[0] <= SAME * a.costs[0] for a, b in zip(fits, again, strict=False)]
                 cells["found"] = f"{sum(reached)} of {len(reached)}"
                 texts = [cells.get(key, "") for key in head[2:]]
-                lines.append("| " + " | ".join([name, f"{noise:.0%}".replace("%", " %"), *texts]) + " |")
-    return "\n".join(lines)
+                lines.append([name, f"{noise:.0%}".replace("%", " %"), *texts])
+    return markdown(head, lines, numbers=True)
 
 
 def example(picture: Path | None) -> str:

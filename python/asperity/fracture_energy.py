@@ -125,7 +125,7 @@ def fracture_energy(
 def table_5_curves(name: str) -> SlipCurves:
     """Curves of a pattern in the paper's steps, for the distinct ones of the 64 directions."""
     angles, _ = distinct(pattern(name), DIRECTIONS)
-    n = int(np.ceil(SPAN * 2.0 * MATERIAL.Gc / MATERIAL.sigma0 / STEP)) + 2 * SAMPLING[1]
+    n = int(np.ceil(SPAN * MATERIAL.s_f / STEP)) + 2 * SAMPLING[1]
     return slip_curves(Interface(MATERIAL, pattern(name)), angles, STEP * np.arange(1, n + 1), preload=1)
 
 
@@ -144,8 +144,7 @@ def printed(largest: float, smallest: float) -> tuple[str, str, str]:
 
 
 def _slips(material: Material, increments: int) -> Floats:
-    s_f = 2.0 * material.Gc / material.sigma0
-    return SPAN * s_f * np.arange(1, increments + 1) / increments
+    return SPAN * material.s_f * np.arange(1, increments + 1) / increments
 
 
 def _check_end(material: Material, curves: SlipCurves) -> None:

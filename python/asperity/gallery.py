@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from . import planar, reference
-from .case_files import SlipTest, labels, slip_tests
+from .case_files import SlipTest, read_case, slip_tests
 from .contract import Floats
 from .fracture_energy import (
     MATERIAL,
@@ -28,11 +25,12 @@ from .fracture_energy import (
     table_5_curves,
 )
 from .gallery_draw import DILATION, ENERGY, SLIP, TRACTION, beside, curves, new_figure, plan, polar, space
-from .installed import cases, driver
+from .installed import cases
 from .material import Material
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector, unit_vector
 from .plots import COLOURS
-from .results import Rows, read_rows, results_of
+from .results import Rows, drive
+from .tables import markdown
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
 """The five planes of Table 3."""
@@ -121,16 +119,9 @@ class Entry:
 def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
     path = next(path for path in cases() if path.stem == stem)
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "out.csv"
-        run = subprocess.run(
-            [driver(), path, "-o", output, "--quiet"], capture_output=True, text=True, check=False
-        )
-        if run.returncode != 0:
-            raise ValueError(run.stderr.strip())
-        results = {value: read_rows(file) for value, file in results_of(output).items()}
-    title, name = labels(path)
-    return Case(title, name, tuple(_curve(test, results[test.value]) for test in slip_tests(path)))
+    results = drive(path)
+    case = read_case(path)
+    return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
 
 
 def _curve(test: SlipTest, rows: Rows) -> Curve:
@@ -144,8 +135,8 @@ def _curve(test: SlipTest, rows: Rows) -> Curve:
     )
     if first < 0:
         s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
-    angle = np.radians(test.direction)
-    e, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    e = direction_vector(test.direction)
+    across = np.array([-e[1], e[0]])
     lost = "lost" in rows.events[-1]
     return Curve(test, s, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
 
@@ -255,7 +246,7 @@ def figure_6() -> Outcome:
         ax.text(*(1.08 * np.array(vector)), label, ha="center", va="center")
     angle = np.radians(30.0)
     ax.annotate(
-        "", 0.72 * np.array([np.cos(angle), np.sin(angle)]), (0, 0),
+        "", 0.72 * unit_vector(angle), (0, 0),
         arrowprops={"arrowstyle": "->", "color": COLOURS[1], "linewidth": 1.6},
     )  # fmt: skip
     ax.text(0.78 * np.cos(angle), 0.8 * np.sin(angle), r"$\mathbf{s}_L$", color=COLOURS[1])
@@ -294,8 +285,7 @@ def figure_2(case: Case) -> Outcome:
     """Opening in mode I."""
     (curve,) = case.curves
     m = curve.test.material
-    s_f = 2.0 * m.Gc / m.sigma0
-    s_0 = (1.0 - m.eta) * s_f
+    s_f, s_0 = m.s_f, m.s_0
     s, t = curve.s_N, curve.traction[:, 0]
     triangle = np.interp(s, [0.0, s_0, s_f, s[-1]], [0.0, m.sigma0, 0.0, 0.0])
     area = float(np.sum(0.5 * (t[1:] + t[:-1]) * np.diff(s)))
@@ -337,12 +327,6 @@ def _parameters(m: Material) -> reference.Parameters:
     return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
 
 
-def _residual(m: Material, theta: float) -> float:
-    """Residual strength straight up a plane over |sigma_N| (docs/theory.md, section 8)."""
-    slope = np.tan(np.radians(theta))
-    return float((m.mu + slope) / (1.0 - m.mu * slope))
-
-
 def _family(case: Case, legend: str, **size: float) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
     """Figure of tau_L over s_L for the curves of a sweep, and their CSV."""
     figure, (ax,) = new_figure(size.get("width", 5.6), size.get("height", 3.8))
@@ -355,8 +339,7 @@ def figure_4a(case: Case) -> Outcome:
     """Flat interface."""
     figure, table = _family(case, r"$\sigma_N$ [MPa]")
     m = case.curves[0].test.material
-    stiffness = m.sigma0**2 / (2.0 * m.Gc * (1.0 - m.eta))
-    slopes = [c.tau_L[1] / c.s_L[1] / stiffness for c in case.curves]
+    slopes = [c.tau_L[1] / c.s_L[1] / m.K for c in case.curves]
     whole = [c for c in case.curves if not c.lost]
     residual = [abs(c.tau_L[-1] - m.mu * abs(c.test.sigma_N)) for c in whole]
     ends = _list([f"{c.tau_L[-1]:.4g}" for c in whole])
@@ -381,7 +364,8 @@ def figure_4b(case: Case) -> Outcome:
     figure, table = _family(case, r"$\theta_m$ [°]")
     m = case.curves[0].test.material
     shares = [
-        f"{c.test.value:g}° {c.tau_L[-1]:.2f} of {10.0 * _residual(m, c.test.value):.2f}" for c in case.curves
+        f"{c.test.value:g}° {c.tau_L[-1]:.2f} of {10.0 * m.residual_strength(c.test.value):.2f}"
+        for c in case.curves
     ]
     return Outcome(
         figure,
@@ -400,7 +384,7 @@ def figure_5a(case: Case) -> Outcome:
     """Small pressures."""
     figure, table = _family(case, r"$\sigma_N$ [MPa]")
     m = case.curves[0].test.material
-    ratio = _residual(m, 35.0)
+    ratio = m.residual_strength(35.0)
     shares = [
         f"{_sigma(c.test.value)}: {c.tau_L[-1]:.3f} of {abs(c.test.value) * ratio:.3f}"
         for c in case.curves
@@ -713,22 +697,19 @@ INTERVALS = (1, 2, 5, 10, 20)
 def table_5() -> Outcome:
     """Energies three ways, and what the sampling does to the order of RP-4 and RP-6."""
     lines, came_out, equal = [], [], 0
-    rows = [
-        "| | " + " | ".join(PATTERNS) + " |",
-        "|---|" + "--:|" * len(PATTERNS),
-    ]
+    rows: list[Sequence[str]] = []
     found = {name: fracture_energy(MATERIAL, pattern(name)) for name in PATTERNS}
     coarse = {name: table_5_curves(name) for name in PATTERNS}
     inferred = {name: sampled(coarse[name], *SAMPLING) for name in PATTERNS}
     for i, what in enumerate(("max", "min", "ratio")):
-        rows.append(f"| paper, {what} | " + " | ".join(TABLE_5[name][i] for name in PATTERNS) + " |")
+        rows.append([f"paper, {what}", *(TABLE_5[name][i] for name in PATTERNS)])
         ours = {name: printed(*inferred[name])[i] for name in PATTERNS}
         equal += sum(ours[name] == TABLE_5[name][i] for name in PATTERNS)
-        rows.append(f"| inferred sampling, {what} | " + " | ".join(ours.values()) + " |")
+        rows.append([f"inferred sampling, {what}", *ours.values()])
         values = [(e.largest, e.smallest, e.spread + 1.0)[i] for e in found.values()]
-        rows.append(f"| converged, {what} | " + " | ".join(f"{v:.6f}" for v in values) + " |")
-    rows.append("| error estimate | " + " | ".join(f"{e.error.max():.0e}" for e in found.values()) + " |")
-    rows.append("| increments | " + " | ".join(str(e.increments) for e in found.values()) + " |")
+        rows.append([f"converged, {what}", *(f"{v:.6f}" for v in values)])
+    rows.append(["error estimate", *(f"{e.error.max():.0e}" for e in found.values())])
+    rows.append(["increments", *(str(e.increments) for e in found.values())])
     for name in PATTERNS:
         e = found[name]
         lines.append(",".join([name, *TABLE_5[name], *printed(*inferred[name]),
@@ -764,7 +745,7 @@ def table_5() -> Outcome:
     ]
     safe = [k for k in INTERVALS if spread["RP-4"][k].min() > spread["RP-6"][k].max()]
     came_out += [
-        "\n" + "\n".join(rows) + "\n",
+        f"\n{markdown(['', *PATTERNS], rows, numbers=True)}\n",
         f"By the inferred sampling {equal} of 15 printed numbers come out to the last digit: steps of "
         "0.0025 mm, 64 "
         "directions, the trapezoid rule over $s_L$ = 0 and every tenth point from 0.0225 mm on.",

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .contract import Floats
 from .pattern import Pattern
-from .plots import COLOURS, LINES
+from .plots import COLOURS, LINES, plt
 
 SLIP = r"slip $s_L$ [mm]"
 TRACTION = r"traction $\tau_L$ [MPa]"

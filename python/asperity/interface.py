@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 
 from . import _core, cards, contract
 from .contract import Floats
-from .events import find_events
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import SMALL_CLOSURE, closure, remarks
+from .remarks import remarks, warn_if_soft
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +225,7 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            self._warn_if_soft(sigma_N)
+            warn_if_soft(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
@@ -239,7 +238,7 @@ class Interface:
                 separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            self._warn_if_soft(sigma_N)
+            warn_if_soft(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:
@@ -382,37 +381,25 @@ class Interface:
         jumps: Floats | None = None,
     ) -> History:
         """History with its events; jumps (1 + T', 9) of the preload and the rows, interface_confined_slip."""
+        rows = len(separation)
         damage = contract.statev_index("damage")
-        snaps: tuple[Snap, ...] = ()
-        flags: dict[int, list[str]] = {}
-        for i, jump in enumerate([] if jumps is None else jumps):
-            row = max(i - 1, 0)
-            if jump[0] > 0.0:
-                snaps += (
-                    Snap(row, tuple(map(float, jump[2:5])), tuple(map(float, jump[5:8])), float(jump[8])),
-                )  # type: ignore[arg-type]
-                flags.setdefault(row, []).append("snap")
-            if i > 0 and row < len(separation) and jump[1] > 1.0:
-                flags.setdefault(row, []).append("substeps")
-        events = find_events(self.pattern.normals, separation, state, flags)
+        snaps: list[Snap] = []
+        flags = np.zeros((rows, 2), dtype=np.int32)
+        if jumps is not None:
+            for i in np.flatnonzero(jumps[:, 0] > 0.0).tolist():
+                before, after = (tuple(jumps[i, k : k + 3].tolist()) for k in (2, 5))
+                snaps.append(Snap(max(i - 1, 0), before, after, float(jumps[i, 8])))
+            flags[:, 0] = jumps[1 : rows + 1, 0] > 0.0
+            flags[:, 1] = jumps[1 : rows + 1, 1] > 1.0
+            flags[:1, 0] |= jumps[0, 0] > 0.0
+        names = np.zeros(rows, dtype="S64")
+        if rows > 0:
+            _core.interface_events(self._props, separation.T, state.T, flags.T, names)
+        happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
+        events = tuple((row, name) for row, name in happened if name)
         if lost:
-            events += ((len(separation), lost),)
-        return History(separation, traction, state[:, damage].copy(), state, work, events, snaps)
-
-    def _warn_if_soft(self, sigma_N: float) -> None:
-        """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
-        inclined = np.any(self.pattern.normals[:, 1:], axis=1)
-        if not (sigma_N < 0.0 and inclined.any()):
-            return
-        share, gamma = closure(self.material, self.pattern, sigma_N)
-        if share > SMALL_CLOSURE:
-            warnings.warn(
-                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
-                f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
-                "the bond, raise kc where closure matters",
-                ModelWarning,
-                stacklevel=3,
-            )
+            events += ((rows, lost),)
+        return History(separation, traction, state[:, damage].copy(), state, work, events, tuple(snaps))
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from . import _core
 from .contract import Floats
 from .interface import Interface
+from .pattern import direction_vector
 
 TANGENTS: tuple[str, ...] = tuple(
     takewhile(bool, (_core.newton_tangent(kind).decode("ascii").rstrip() for kind in count(1)))
@@ -113,6 +114,5 @@ def newton_study(
     slips = np.asarray(slips, dtype=float)
     targets = np.zeros((preload + len(slips), 3))
     targets[:, 0] = sigma_N * np.minimum(1.0, np.arange(1, len(targets) + 1) / max(preload, 1))
-    angle = np.radians(direction_deg)
-    targets[preload:, 1:] = slips[:, None] * [np.cos(angle), np.sin(angle)]
+    targets[preload:, 1:] = np.outer(slips, direction_vector(direction_deg))
     return newton_path(interface, targets, tangent=tangent, tolerance=tolerance, most=most, dt=dt)

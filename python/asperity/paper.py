@@ -34,9 +34,8 @@ rows of each curve. A cross in a picture marks the end of equilibrium.
 """
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    paper = commands.add_parser("paper", help="recompute the figures and tables of the paper")
+def add_arguments(paper: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     paper.add_argument(
         "-o",
         "--output",

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 import csv
-import subprocess
 import sys
-import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from .case_files import SlipTest, slip_tests
-from .charts import Timing, read_timings
-from .installed import bench, driver
+from .case_files import SlipTest, read_case, slip_tests
+from .charts import Timing, measure, read_timings
 from .material import Material, ModelWarning
+from .remarks import shown_warnings, warn_if_soft
 from .selection import (
     REFERENCE_SIDES,
     Candidate,
@@ -54,9 +52,8 @@ MAP_TURNS = (0.6,)
 """Slip path of the map, mm."""
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("select", help="find the cheapest pattern that a scene needs")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     parser.add_argument(
         "case",
         nargs="?",
@@ -92,19 +89,12 @@ def add_command(commands: argparse._SubParsersAction) -> None:
 
 
 def read_scene(path: Path, planar: bool = False) -> Scene:
-    """Scene of a case of the driver, which checks the file; a sweep may give several sigma_N or directions.
+    """Scene of a case of the driver; a sweep may give several sigma_N or directions.
 
-    Raises ValueError with the driver's messages, and for a case that is no slip under a held t_N.
+    Raises ValueError with the driver's messages, and for a case that is no slip under a held t_N; a
+    ModelWarning tells of a soft contact.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        command = [driver(), path, "--quiet", "-o", Path(folder) / "rows.csv"]
-        done = subprocess.run(command, check=False, capture_output=True, text=True)
-    if done.returncode not in (0, 2):
-        raise ValueError(done.stderr.strip().replace("rie_driver: ", ""))
-    for line in done.stderr.splitlines():
-        if "warning:" in line:
-            print(line.replace("rie_driver: ", "asperity: "), file=sys.stderr)
-    tests = list(slip_tests(path))
+    tests = list(slip_tests(read_case(path)))
     first = tests[0]
     if any((test.material, test.pattern) != (first.material, first.pattern) for test in tests):
         raise ValueError(
@@ -119,6 +109,7 @@ def read_scene(path: Path, planar: bool = False) -> Scene:
         raise ValueError(f"{path}: expected &step with t_N, then with slip, the same path in every run")
     if planar and any(test.direction != first.direction for test in tests):
         raise ValueError(f"{path}: expected one direction for a planar scene")
+    warn_if_soft(first.material, first.pattern, min(test.sigma_N for test in tests))
     return Scene(
         first.material,
         first.pattern.theta if first.pattern.m else 0.0,
@@ -153,15 +144,12 @@ class Costs:
 
 def read_costs(path: Path | None) -> Costs:
     """Costs from a CSV of the benchmark, or from a quick run; raises ValueError where kernels are missing."""
-    with tempfile.TemporaryDirectory() as folder:
-        source = path or Path(folder) / "bench.csv"
-        if path is None:
-            subprocess.run([bench(), "--quick", "--csv", source], check=True, capture_output=True)
-        timings = read_timings(source)
+    timings = measure("--quick", quiet=True) if path is None else read_timings(path)
+    source = str(path or "bench")
     return Costs({host: _line(timings, kernel, tangent, source) for host, kernel, tangent in KERNELS})
 
 
-def _line(timings: list[Timing], kernel: str, tangent: bool, source: Path) -> tuple[float, float]:
+def _line(timings: list[Timing], kernel: str, tangent: bool, source: str) -> tuple[float, float]:
     """Least relative squares of a constant and a slope."""
     rows = [
         (t.planes, t.ns_per_point)
@@ -185,9 +173,10 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("expected SCENE.nml or --map")
     if options.output is not None:
         raise ValueError(f"-o {options.output}: expected with --map only")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # the driver says so
+    with shown_warnings():
         scene = read_scene(options.case, options.planar)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # told already
         costs = read_costs(options.bench)
         with _progress("pattern", REFERENCE_SIDES) as bar:
             try:
@@ -293,10 +282,7 @@ def _map(output: Path) -> int:
 
 def _draw_map(rows: list[tuple[float, float, float, list[Candidate | None]]], output: Path) -> None:
     """Planes needed as numbers on colours; a row of panels for each tolerance."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    from .plots import plt
 
     most = REFERENCE_SIDES + 1
     shape = (len(MAP_TOLERANCES), len(MAP_SIGMA_N))

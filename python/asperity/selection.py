@@ -19,7 +19,7 @@ from . import contract, planar
 from .contract import Floats
 from .interface import Interface
 from .material import Material
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector
 from .reference import Parameters
 from .slip_curves import slip_curves
 
@@ -104,8 +104,7 @@ class Scene:
         """Path in even increments of at most STEP s_f, within LEAST_ROWS and MOST_ROWS."""
         ways = np.diff([0.0, *self.turns])
         length = np.abs(ways).sum()
-        s_f = 2.0 * self.material.Gc / self.material.sigma0
-        rows = finer * np.clip(length / (STEP * s_f), LEAST_ROWS, MOST_ROWS)
+        rows = finer * np.clip(length / (STEP * self.material.s_f), LEAST_ROWS, MOST_ROWS)
         parts = np.maximum(1, np.ceil(rows * np.abs(ways) / length)).astype(int)
         starts = [0.0, *self.turns[:-1]]
         return np.concatenate(
@@ -264,8 +263,7 @@ class DenseRun:
         ]
 
     def _compare(self, runs: Sequence[Curves]) -> Errors:
-        m = self.scene.material
-        s_0 = (1.0 - m.eta) * 2.0 * m.Gc / m.sigma0
+        s_0 = self.scene.material.s_0
         total = Errors()
         for k, run in enumerate(runs):
             n = self.rows[k]
@@ -288,24 +286,13 @@ class DenseRun:
         return total
 
 
-def residual_strength(theta: float, mu: float, phi: float) -> float:
-    """Strength over |sigma_N| of a dead interface that slides up a plane of inclination theta at phi to it.
-
-    Degrees; infinite where it locks (docs/theory.md, 8).
-    """
-    slope, c = np.tan(np.radians(theta)), np.cos(np.radians(phi))
-    w = np.sqrt(1.0 + (slope * c) ** 2)
-    below = np.cos(np.radians(theta)) - mu * slope * c / w
-    return float((np.sin(np.radians(theta)) * c + mu / w) / below) if below > 0.0 else np.inf
-
-
 def residual_error(scene: Scene, sides: int) -> float:
     """Residual strength between two planes of a regular pattern, less that up a plane, relative to this."""
     if scene.smooth:
         return 0.0
-    dense = residual_strength(scene.theta, scene.material.mu, 0.0)
-    phi = 180.0 / sides if sides else 90.0
-    weakest = scene.material.mu if sides == 0 else residual_strength(scene.theta, scene.material.mu, phi)
+    material = scene.material
+    dense = float(material.residual_strength(scene.theta))
+    weakest = float(material.residual_strength(scene.theta, 180.0 / sides)) if sides else material.mu
     if dense == np.inf:
         return 0.0 if weakest == np.inf else 1.0
     return abs(1.0 - weakest / dense) if dense > 0.0 else 0.0
@@ -433,7 +420,7 @@ def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
         return 0.0
     parameters = Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc or 1.0)
     history = dense.interface.confined_slip(scene.direction, dense.slips[:n], held, PRELOAD)
-    e = np.array([np.cos(np.radians(scene.direction)), np.sin(np.radians(scene.direction))])
+    e = direction_vector(scene.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
     planes = planar.trapezoid(scene.theta, scene.flat)
     rows = planar.confined_slip(parameters, planes, slip.tolist(), held, PRELOAD)

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import contract
 from .contract import Floats
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector, unit_vector
 
 LEAST_POINTS = 8
 """Points along a direction of a scan below which there is no statistics of slopes."""
@@ -172,7 +172,7 @@ class Planes:
         """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
         mean, square = np.empty(len(angles)), np.empty(len(angles))
         for i, angle in enumerate(angles):  # one at a time: a map has millions of facets
-            up = np.maximum(self.gradients @ _unit(angle), 0.0)
+            up = np.maximum(self.gradients @ unit_vector(angle), 0.0)
             mean[i] = self.nominal @ up
             up *= up
             square[i] = self.nominal @ up
@@ -188,7 +188,7 @@ class Planes:
         """
         found = np.empty(len(angles))
         for i, angle in enumerate(angles):
-            along = self.gradients @ _unit(angle)
+            along = self.gradients @ unit_vector(angle)
             top = along.max()
             touching = along >= top - TIE * (1.0 + abs(top))
             n_N = self.normals[touching, 0]
@@ -271,7 +271,7 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
     nominal = float(np.linalg.norm(total))
     vectors = vectors @ _rotation(total / nominal).T
     if scan.is_profile and direction != 0.0:
-        c, s = _unit(np.radians(direction))
+        c, s = direction_vector(direction)
         vectors[:, 1:] = np.outer(vectors[:, 1], (c, s))
     area = np.linalg.norm(vectors, axis=1)
     over = vectors[:, 0] <= FLATNESS * area
@@ -410,7 +410,7 @@ def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
 
 def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
     """Regular pattern of the facets' mean and mean square slope; for two sides, of that along its profile."""
-    slopes = np.abs(found.gradients @ _unit(np.radians(turn))) if sides == 2 else found.slopes
+    slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
     mean, square = found.nominal @ slopes, found.nominal @ slopes**2
     if mean <= FLATNESS:
         return Pattern.regular(0, 0.0)
@@ -475,10 +475,6 @@ def _relative(value: Floats | float, expected: Floats | float) -> float:
     size = np.linalg.norm(expected)
     difference = np.linalg.norm(np.subtract(value, expected))
     return float(difference / size) if size > 0.0 else float(difference > 0.0)
-
-
-def _unit(angle: float) -> Floats:
-    return np.array([np.cos(angle), np.sin(angle)])
 
 
 def _rotation(n: Floats) -> Floats:

@@ -13,10 +13,9 @@ import numpy as np
 from tqdm import tqdm
 
 from . import contract, slopes
-from .case_files import _TOKEN, groups
+from .case_files import read_case
 from .contract import Floats
 from .interface import Interface
-from .material import Material
 from .pattern import Pattern
 from .slopes import EVEN, Facets, Planes, Scan, Slips
 
@@ -58,9 +57,8 @@ _CELL = re.compile(r"^\W*([A-Za-z]\w*)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\W*$")
 """Name of a column and its unit in brackets."""
 
 
-def add_command(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand."""
-    parser = commands.add_parser("surface", help="find the planes of a scanned profile or height map")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     parser.add_argument(
         "scan",
         type=Path,
@@ -187,8 +185,10 @@ def _run(options: argparse.Namespace) -> int:
     """Read, level, bin, compare, write."""
     _check(options)
     table, png, case = _outputs(options)
-    of_case = None if options.case is None else _material_of(options.case)
-    head, tail = ("", "") if options.case is None else _around_pattern(options.case)
+    template = None if options.case is None else read_case(options.case)
+    of_case = None if template is None else template.runs[0].material
+    if template is not None and any(run.material != of_case for run in template.runs):
+        raise ValueError(f"{template.path}: &material: expected numbers, not the name of a sweep")
     mu = of_case.mu if of_case is not None else options.material[3] if options.material is not None else MU
     original = scan = read_scan(options.scan, options.spacing, options.unit)
     if options.smooth is not None:
@@ -223,8 +223,8 @@ def _run(options: argparse.Namespace) -> int:
     chosen = regular if options.regular else listed
     written = [table, png]
     props = props_line(chosen, options.material)
-    if of_case is not None:
-        case.write_text(head + case_lines(chosen) + tail, encoding="utf-8")
+    if template is not None and of_case is not None:
+        case.write_bytes(template.before + case_lines(chosen).encode() + template.after)
         props = ", ".join(f"{value:.9g}" for value in Interface(of_case, chosen).props().tolist())
         written.append(case)
     print(f"{case_lines(chosen)}\n\nPROPS  {props}\n")
@@ -271,37 +271,6 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
         if path.resolve() in read:
             raise ValueError(f"-o {stem}: {path} is read: expected another name")
     return table, png, case
-
-
-def _around_pattern(case: Path) -> tuple[str, str]:
-    """Text of a case before and after its group &pattern."""
-    text = case.read_text(encoding="utf-8")
-    start = None
-    for token in _TOKEN.finditer(text):
-        if start is None and (token["group"] or "").lower() == "pattern":
-            start = token.start()
-        elif start is not None and token.lastgroup == "end":
-            return text[:start], text[token.end() :]
-    raise ValueError(f"{case}: expected a group &pattern, to put the planes in its place")
-
-
-def _material_of(case: Path) -> Material:
-    """Material of a case; raises ValueError where a constant is missing or the name of a sweep."""
-    try:
-        given = dict(groups(case)).get("material", {})
-    except OSError as error:
-        raise ValueError(f"--case {case}: {error.strerror}: expected a case of the driver") from None
-    names = [field.name for field in fields(Material)]
-    try:
-        constants = {
-            n: float(given[n.lower()][0].lower().replace("d", "e")) for n in names if n.lower() in given
-        }
-    except (IndexError, ValueError):
-        raise ValueError(f"{case}: &material: expected numbers, not the name of a sweep") from None
-    missing = [name for name in REQUIRED if name not in constants]
-    if missing:
-        raise ValueError(f"{case}: &material: expected {', '.join(missing)}")
-    return Material(**constants)
 
 
 def _shown(error: float) -> str:

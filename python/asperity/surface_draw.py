@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -16,8 +11,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 
 from .contract import Floats
-from .pattern import Pattern
-from .plots import COLOURS
+from .pattern import Pattern, unit_vector
+from .plots import COLOURS, plt
 from .slopes import Facets, Planes, Scan, Slips
 
 MOST_CELLS = 600
@@ -148,7 +143,7 @@ def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None
 
 def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, start: float) -> None:
     """Facets of a profile as a histogram of the signed inclination, planes as sticks."""
-    e = np.array([np.cos(start), np.sin(start)])
+    e = unit_vector(start)
     incl = _signed(found, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
     ax.hist(

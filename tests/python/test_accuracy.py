@@ -67,7 +67,7 @@ def test_residual_is_that_of_a_long_slip(sides: int) -> None:
     interface = Interface(accuracy.material(), Pattern.regular(sides, 30.0))
     angles = np.array([0.0, 180.0 / sides])
     found = accuracy.slip_curves(interface, angles, np.linspace(0.0, 8.0, 801)[1:], -0.5)
-    strengths = [0.5 * accuracy.residual(30.0, 0.5, phi) for phi in np.radians(angles)]
+    strengths = 0.5 * interface.material.residual_strength(30.0, angles)
     np.testing.assert_allclose(found.tau_L[:, -1], strengths, rtol=1e-9)
     spread = found.tau_L[0, -1] / found.tau_L[1, -1] - 1.0
     assert accuracy.residual_spread(sides, 30.0, 0.5) == pytest.approx(spread, rel=1e-7)

@@ -15,7 +15,7 @@ import time
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import FrozenInstanceError, fields
+from dataclasses import FrozenInstanceError, fields, replace
 from importlib import metadata
 from importlib.resources import files
 from itertools import pairwise
@@ -72,6 +72,20 @@ def test_signatures() -> None:
     assert arguments(Interface.card).items() >= arguments(Interface.props).items()
     assert list(arguments(Interface.card))[:1] == ["host"]
     assert arguments(asperity.library) == {}
+
+
+def test_what_the_material_comes_to() -> None:
+    """s_f, s_0, K of (12); the residual strength up a plane, off its steepest line, and where it locks."""
+    assert (TABLE_2.s_f, TABLE_2.s_0, TABLE_2.K) == pytest.approx((0.2, 0.02, 150.0), rel=1e-14)
+    assert RP_4.update([[0.0, 0.0, 0.0]]).tangent[0, 0, 0] == pytest.approx(TABLE_2.K, rel=1e-14)
+    slope = np.tan(np.radians(30.0))
+    assert TABLE_2.residual_strength(30.0) == pytest.approx((0.5 + slope) / (1.0 - 0.5 * slope), rel=1e-14)
+    assert TABLE_2.residual_strength(-30.0) == pytest.approx((0.5 - slope) / (1.0 + 0.5 * slope), rel=1e-14)
+    # across the slope the pressure is that on the plane, which friction alone carries
+    assert TABLE_2.residual_strength(30.0, 90.0) == pytest.approx(0.5 / np.cos(np.radians(30.0)), rel=1e-14)
+    almost, beyond = (replace(TABLE_2, mu=share / slope) for share in (1.0 - 1e-9, 1.0 + 1e-9))
+    assert almost.residual_strength(30.0) == pytest.approx((1.0 / slope + slope) * 1e9, rel=1e-6)
+    assert np.array_equal(beyond.residual_strength([30.0, 29.0]) == np.inf, [True, False])
 
 
 def test_results_have_their_fields() -> None:

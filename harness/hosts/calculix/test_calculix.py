@@ -16,7 +16,7 @@ from calculix_run import DIGITS, TX, TY, Floats, N
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 ROUGH = Interface(MATERIAL, Pattern.regular(4, theta=30.0))
-STIFFNESS = MATERIAL.kc * MATERIAL.sigma0**2 / ((1.0 - MATERIAL.eta) * 2.0 * MATERIAL.Gc)
+STIFFNESS = MATERIAL.kc * MATERIAL.K
 LEGS = (
     (4, (-0.01, 0.0, 0.0)), (16, (-0.005, 0.08, 0.05)), (30, (-0.005, -0.1, 0.05)), (20, (0.06, 0.05, 0.05)),
     (10, (0.002, 0.05, 0.05)), (20, (0.3, 0.3, 0.05)), (30, (-0.02, -0.1, 0.05)),

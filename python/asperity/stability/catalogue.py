@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
+from ..tables import markdown
 from . import law_edges, solver_edges
 from .edges import Edge, Trial
 
@@ -35,11 +36,8 @@ def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
 def _section(edge: Edge, trials: Sequence[Trial]) -> str:
     lines = [f"### {edge.name}", "", f"**{edge.title}.** {edge.happens}", ""]
     lines += [f"*What to do.* {edge.advice}", ""]
-    lines += ["| method | | measured |", "|---|---|---|"]
-    for trial in trials:
-        cells = (trial.method, "survives" if trial.survives else "**fails**", trial.measured)
-        lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
-    return "\n".join(lines)
+    rows = [(t.method, "survives" if t.survives else "**fails**", t.measured) for t in trials]
+    return "\n".join([*lines, markdown(("method", "", "measured"), rows)])
 
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")

@@ -16,9 +16,8 @@ NOT_SHOWN = 1
 """Exit code of an entry that did not go as it says, and of a table that is not up to date."""
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add `stability` to the commands."""
-    stability = commands.add_parser("stability", help="where methods fail, shown, and what survives")
+def add_arguments(stability: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
     actions = stability.add_subparsers(required=True, metavar="ACTION")
 
     listed = actions.add_parser("list", help="the catalogue: what happens at each edge, what to do")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,17 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import Floats
-from ..installed import driver, stability_case
+from ..installed import stability_case
 from ..material import Material
 from ..newton import NewtonStudy
+from ..results import driven
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 """The paper's Table 2: mm, MPa, N/mm."""
 
-S_F = 2.0 * TABLE_2.Gc / TABLE_2.sigma0
+S_F = TABLE_2.s_f
 """Separation at complete rupture, mm."""
 
-K = TABLE_2.sigma0 / ((1.0 - TABLE_2.eta) * S_F)
+K = TABLE_2.K
 """Stiffness of the bond (12), MPa/mm."""
 
 
@@ -71,11 +70,7 @@ class Driven:
 def drive(case: str | Path) -> Driven:
     """Run a case of the catalogue, or a file, by the driver."""
     path = case if isinstance(case, Path) else stability_case(case)
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder, "out.csv")
-        done = subprocess.run(
-            [driver(), path, "-o", output, "--quiet"], check=False, capture_output=True, text=True
-        )
+    with driven(path) as (done, output):
         if not output.is_file():
             raise ValueError(done.stderr.strip())
         header, *lines = output.read_text(encoding="utf-8").splitlines()

@@ -13,13 +13,13 @@ from .. import contract
 from ..contract import Floats
 from ..interface import EquilibriumLost, Interface, work_along
 from ..material import Material, ModelWarning
-from ..newton import NewtonStudy, newton_study
-from ..pattern import Pattern
+from ..newton import newton_study
+from ..pattern import Pattern, direction_vector
 from .edges import S_F, TABLE_2, Edge, K, Trial
 from .explicit import Flight, Vumat, fly
 from .solver_edges import ramp
 
-S_0 = (1.0 - TABLE_2.eta) * S_F
+S_0 = TABLE_2.s_0
 """Separation at the onset of damage, mm."""
 
 # --- steps --------------------------------------------------------------------------------------------------
@@ -87,31 +87,26 @@ STEPS = Edge(
 # --- locking ------------------------------------------------------------------------------------------------
 
 
-def denominator(mu: float, theta: float, phi: ArrayLike) -> Floats:
-    """Denominator of the residual strength up a plane at phi, radians; where it is not > 0 it locks."""
-    slope = np.tan(np.radians(theta))
-    c = np.cos(phi)
-    result: Floats = np.cos(np.radians(theta)) - mu * slope * c / np.sqrt(1.0 + (slope * c) ** 2)
-    return result
+FAR = 1e12
+"""Residual strength, of |sigma_N|, beyond which it is infinite but for rounding."""
 
 
 def facing_angle(sides: int, direction: ArrayLike) -> Floats:
-    """Angle between a slip direction, degrees, and the nearest facing plane of a regular pattern, radians."""
-    planes = 2.0 * np.pi * np.arange(sides) / sides
-    away = (np.radians(direction)[..., None] - planes + np.pi) % (2.0 * np.pi) - np.pi
+    """Angle between a slip direction and the nearest facing plane of a regular pattern, degrees."""
+    planes = 360.0 * np.arange(sides) / sides
+    away = (np.asarray(direction)[..., None] - planes + 180.0) % 360.0 - 180.0
     result: Floats = np.abs(away).min(axis=-1)
     return result
 
 
 def locks(interface: Interface, direction: float) -> bool:
     """Whether the traction of the dead interface grows with the slip, far out, instead of staying."""
-    e = np.array([np.cos(np.radians(direction)), np.sin(np.radians(direction))])
     far = 1e4 * S_F
     # one step of 10 s_f breaks every plane
     study = newton_study(interface, direction, [10 * S_F, 0.5 * far, far], -0.01, preload=1, tolerance=1e-6)
     if not study.converged:
         raise RuntimeError(f"slip at {direction:g} degrees: {study.end}")
-    before, after = study.traction[-2:, 1:] @ e
+    before, after = study.traction[-2:, 1:] @ direction_vector(direction)
     return bool(after > 1.5 * before)  # 2 if it grows with the slip, 1 if it stays
 
 
@@ -135,7 +130,8 @@ def locking() -> list[Trial]:
     for sides in patterns:
         for ratio in ratios:
             rough = Interface(replace(TABLE_2, mu=ratio / slope), Pattern.regular(sides, theta))
-            predicted = denominator(ratio / slope, theta, facing_angle(sides, directions)) <= 1e-12
+            strength = rough.material.residual_strength(theta, facing_angle(sides, directions))
+            predicted = strength > FAR
             found = np.array([locks(rough, direction) for direction in directions])
             agree += int(np.sum(found == predicted))
             locked += int(np.sum(found))

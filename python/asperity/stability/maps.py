@@ -9,11 +9,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, TwoSlopeNorm
@@ -24,7 +19,7 @@ from ..contract import Floats
 from ..interface import Interface
 from ..newton import newton_study
 from ..pattern import Pattern
-from ..plots import COLOURS
+from ..plots import COLOURS, plt
 from .edges import S_F, TABLE_2, K, drive
 from .law_edges import clamped_reversal, locks
 from .solver_edges import SPRING, pulled, ramp

@@ -11,7 +11,7 @@ from ..contract import Floats
 from ..interface import Interface, work_along
 from ..material import Material
 from ..newton import NewtonStudy, newton_path, newton_study
-from ..pattern import Pattern
+from ..pattern import Pattern, direction_vector
 from .edges import S_F, TABLE_2, Edge, K, Trial, drive, plain
 
 SPRING = 0.3
@@ -40,9 +40,8 @@ def pulled(
         Material(TABLE_2.sigma0, TABLE_2.Gc, TABLE_2.eta, mu, kc=20.0), Pattern.regular(4, theta)
     )
     k = SPRING * K
-    angle = np.radians(direction)
     ends = np.linspace(0.0, S_F + TABLE_2.sigma0 / k, steps + 1)
-    targets = np.outer(ends, [0.0, k * np.cos(angle), k * np.sin(angle)])
+    targets = np.outer(ends, [0.0, *(k * direction_vector(direction))])
     targets[:, 0] = -1.0
     return newton_path(rough, targets, (True, True, True), tangent, most=most, spring=(0.0, k, k))
 
