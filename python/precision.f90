@@ -54,7 +54,7 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
       to(1, :) = real(s(:, i) - last, wp)
     end if
     if (way == 3) state(1, ledger) = 0.0_wp
-    call update_block(block, 1, from, to, 1, state, stress)
+    call update_block(block, 1, from, to, 1, (state), 1, state, stress)
     spent = [state(1, ledger), 0.5_wp*sum((before + stress(1, :))*(to(1, :) - from(1, :)))]
     before = stress(1, :)
     if (way == 2) state(1, v_offset:v_offset + 2) = state(1, v_offset:v_offset + 2) + to(1, :)

@@ -286,7 +286,7 @@ def test_steps_are_echoed(folder: Path) -> None:
 &step slip = 0.2, direction = 30.0 /
 &step s_Ty = 0.0 /
 """
-    start = CASE.split("&step")[0] + "&state separation = 3*0.0, statev = 18*0.0 /\n"
+    start = CASE.split("&step")[0] + "&state separation = 3*0.0, statev = 17*0.0 /\n"
     (run,) = case_files.read_case(Path(write("case.nml", start + steps))).runs
     assert run.start == "state" and list(run.props) == RT.props().tolist()
     common = {"spring": [0, 0, 0], "traction": [True, False, True], "time": 1, "tolerance": 0}
