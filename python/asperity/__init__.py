@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
-    from .selection import NoPatternError as NoPatternError
-    from .selection import Scene as Scene
-    from .selection import Selection as Selection
-    from .selection import select as select
+    from .selection.search import NoPatternError as NoPatternError
+    from .selection.search import Scene as Scene
+    from .selection.search import Selection as Selection
+    from .selection.search import select as select
 
     __version__: str
 
@@ -31,7 +31,7 @@ _NAMES = {
     "interface": ("EquilibriumLost", "History", "Interface", "Snap", "Update"),
     "material": ("Material", "ModelWarning"),
     "pattern": ("Pattern",),
-    "selection": ("NoPatternError", "Scene", "Selection", "select"),
+    "selection.search": ("NoPatternError", "Scene", "Selection", "select"),
 }
 """Modules and what the package has of each; they are imported when a name is used first."""
 

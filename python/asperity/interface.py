@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, cards, contract
+from . import _core, contract
+from .cards import blocks as cards
 from .contract import Floats
 from .material import Material, ModelWarning
 from .pattern import Pattern

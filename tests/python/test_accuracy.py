@@ -7,8 +7,9 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Pattern, accuracy, accuracy_charts
+from asperity import Interface, Pattern
 from asperity.cli import main
+from asperity.studies import accuracy, accuracy_charts
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -11,9 +11,10 @@ import warnings
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, ModelWarning, Pattern, planar, reference
-from asperity.compare import compare, find
+from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV, statev_index, statev_names
+from asperity.oracle import planar, reference
+from asperity.oracle.compare import compare, find
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from asperity import charts
 from asperity.cli import main
 from asperity.installed import bench
+from asperity.studies import speed_charts as charts
 
 PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
 """Planes of the patterns: inclined ones and, but for the first, the flat one."""

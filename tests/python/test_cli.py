@@ -13,9 +13,10 @@ import matplotlib.image
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, case_files, compare, plots, results, tables
+from asperity import Interface, Material, Pattern, case_files, plots, results, tables
 from asperity.cli import main
 from asperity.installed import cases, driver
+from asperity.oracle import compare
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 CASE = """&case title = 'Slip and back' /

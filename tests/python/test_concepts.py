@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Pattern, concepts
+from asperity import Interface, Pattern
 from asperity.cli import main
+from asperity.studies import concepts
 
 DOCS = Path(__file__).parents[2] / "docs"
 

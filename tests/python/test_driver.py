@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import reference
+from asperity.oracle import reference
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "harness" / "cases"

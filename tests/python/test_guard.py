@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, reference
+from asperity import Interface, Material, Pattern
 from asperity.installed import driver
+from asperity.oracle import reference
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RP_4 = Pattern.regular(4, 30.0)

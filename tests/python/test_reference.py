@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from asperity import planar
-from asperity.reference import (
+from asperity.oracle import planar
+from asperity.oracle.reference import (
     HEADER,
     OPEN,
     SLIP,

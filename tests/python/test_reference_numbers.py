@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 import numpy as np
-from asperity import reference
+from asperity.oracle import reference
 
 FILE = Path(__file__).parents[1] / "reference_numbers.f90"
 STEPS = 16

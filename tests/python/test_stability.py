@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from asperity import Interface, Pattern
 from asperity.cli import main
-from asperity.stability import EDGES, Trial, find, shown, table
-from asperity.stability.catalogue import agree
-from asperity.stability.edges import TABLE_2, drive
-from asperity.stability.explicit import Vumat
-from asperity.stability.law_edges import clamped_reversal, facing_angle
+from asperity.studies.stability import EDGES, Trial, find, shown, table
+from asperity.studies.stability.catalogue import agree
+from asperity.studies.stability.edges import TABLE_2, drive
+from asperity.studies.stability.explicit import Vumat
+from asperity.studies.stability.law_edges import clamped_reversal, facing_angle
 
 ROOT = Path(__file__).parents[2]
 NAMES = [edge.name for edge in EDGES]

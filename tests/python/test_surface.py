@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, contract, slopes
+from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.slopes import Planes, Scan, Slips
-from asperity.surface import case_lines, props_line, read_scan
+from asperity.surface import slopes
+from asperity.surface.command import case_lines, props_line, read_scan
+from asperity.surface.slopes import Planes, Scan, Slips
 from refresh import follow
 
 EXACT = 1.0e-9

@@ -10,9 +10,10 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, reference
+from asperity import Interface, Material, Pattern
 from asperity.contract import N_POINT_STATEV
 from asperity.installed import driver
+from asperity.oracle import reference
 from asperity.results import read_rows
 
 NAN, INF = float("nan"), float("inf")
