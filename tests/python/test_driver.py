@@ -37,7 +37,7 @@ def find_driver() -> Path:
     """The binary of ASPERITY_DRIVER, or of the tree: of `make check` or `make build` before any other."""
     if os.environ.get("ASPERITY_DRIVER"):
         return Path(os.environ["ASPERITY_DRIVER"]).resolve()
-    built = sorted(ROOT.glob("build/*/harness/rie_driver"), key=lambda path: -path.stat().st_mtime)
+    built = sorted(ROOT.glob("build/*/bin/rie_driver"), key=lambda path: -path.stat().st_mtime)
     preferred = [path for name in ("test", "release") for path in built if path.parts[-3] == name]
     if not built:
         pytest.fail("no rie_driver: `make build` makes one, or set ASPERITY_DRIVER")
@@ -691,7 +691,7 @@ def test_expected_end_that_does_not_come(run) -> None:
 def test_commands(driver: Path, tmp_path: Path) -> None:
     """--help and --version; a wrong command line is exit 1."""
 
-    version = re.search(r'version = "(.*)"', (ROOT / "src" / "asperity_contract.f90").read_text())
+    version = re.search(r'version = "(.*)"', (ROOT / "src" / "law" / "asperity_contract.f90").read_text())
     assert version is not None
     assert call(driver, "--version", folder=tmp_path).stdout == f"rie_driver {version[1]}\n"
     assert "usage: rie_driver CASE.nml" in call(driver, "--help", folder=tmp_path).stdout

@@ -1,4 +1,4 @@
-!> Rejected calls of the UMAT, in hosts without routines for messages; for Abaqus see src/abaqus.
+!> Rejected calls of the UMAT, in hosts without routines for messages; for Abaqus see the folder abaqus.
 module asperity_report_umat
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none
