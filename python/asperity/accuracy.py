@@ -529,7 +529,7 @@ def drifts(
 def _rows(interface: Interface, s: Floats, stride: int) -> tuple[Floats, Floats]:
     """Traction (R, 3) and rupture, friction, work (R, 3) of every stride-th row in double precision."""
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
-    status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
+    status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), traction.T, state.T)
     if status != 0:
         raise ValueError(message.decode("ascii").rstrip())
     rupture, friction = (state[:, contract.statev_index(name)] for name in ("rupture", "friction"))
@@ -570,7 +570,7 @@ def distances(
     angle = np.radians(STEP_DIRECTION)
     s = np.column_stack([curve.s_N[0], slips * np.cos(angle), slips * np.sin(angle)])
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
-    _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
+    _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), traction.T, state.T)
     tick()
     size = np.abs(traction[400:]).max()
     for way, label in WAYS.items():

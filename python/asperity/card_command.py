@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from . import contract
-from .case_files import Group, groups
+from .case_files import Group, groups, number
 from .interface import Interface
 from .material import Material
 from .pattern import Pattern
 
-_MATERIAL = ("sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc")
+_MATERIAL = ("sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc", "guard")
 _REPLAY = ("h", "map", "r")
 _GROUPS = ("material", "pattern", "replay")
 
@@ -97,12 +97,6 @@ def read_interface(path: Path, value: str | None = None) -> tuple[Interface, dic
         replaced[name.lower()] = value
     elif value is not None:
         raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
-    guard = dict(found).get("material", {}).pop("guard", [".false."])
-    if " ".join(guard).lower().lstrip(".")[:1] != "f":
-        raise ValueError(
-            f"{path}: &material: guard = {' '.join(guard)}: expected .false., as PROPS has no entry "
-            "for it: a host runs without the guard"
-        )
     material = _numbers(path, found, "material", _MATERIAL, replaced)
     pattern = _numbers(
         path, found, "pattern", ("sides", "theta", "flat", "turn", "normals", "weights"), replaced
@@ -159,14 +153,9 @@ def _numbers(
                 continue
             raise ValueError(f"{path}: &{group}: {key}: unknown name, expected one of {', '.join(names)}")
         try:
-            numbers[by_lower[key]] = [_number(replaced.get(text.lower(), text)) for text in texts]
+            numbers[by_lower[key]] = [number(replaced.get(text.lower(), text)) for text in texts]
         except ValueError:
             raise ValueError(f"{path}: &{group}: {key} = {', '.join(texts)}: expected numbers") from None
         if not texts:
             raise ValueError(f"{path}: &{group}: {key}: expected a value")
     return numbers
-
-
-def _number(text: str) -> float:
-    """A number as Fortran writes it."""
-    return float(text.lower().replace("d", "e"))

@@ -73,6 +73,14 @@ def groups(path: Path) -> list[tuple[str, Group]]:
     return found
 
 
+def number(text: str) -> float:
+    """Number as Fortran writes it, 1 or 0 for a truth value; raises ValueError for anything else."""
+    truth = {"true": 1.0, "t": 1.0, "false": 0.0, "f": 0.0}
+    word = text.lower()
+    key = word.strip(".")
+    return truth[key] if key in truth else float(word.replace("d", "e"))
+
+
 def labels(path: Path) -> tuple[str, str]:
     """Title of a case and name of its sweep; the name of the file and nothing where there is none."""
     found = dict(groups(path))
@@ -97,7 +105,7 @@ def slip_tests(path: Path) -> Iterator[SlipTest]:
             (
                 name,
                 {
-                    key: [float(replaced.get(value.lower(), value)) for value in values]
+                    key: [number(replaced.get(value.lower(), value)) for value in values]
                     for key, values in group.items()
                 },
             )
@@ -108,15 +116,8 @@ def slip_tests(path: Path) -> Iterator[SlipTest]:
 
 
 def _test(path: Path, value: float | None, found: list[tuple[str, dict[str, list[float]]]]) -> SlipTest:
-    names = {
-        "sigma0": "sigma0",
-        "gc": "Gc",
-        "eta": "eta",
-        "mu": "mu",
-        "sigma02": "sigma02",
-        "gc2": "Gc2",
-        "kc": "kc",
-    }
+    constants = ("sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc", "guard")
+    names = {name.lower(): name for name in constants}
     material = Material(
         **{names[key]: v[0] for name, g in found if name == "material" for key, v in g.items()}
     )

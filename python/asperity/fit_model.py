@@ -200,7 +200,7 @@ def slip_curve(
     n = slips.size
     separation, traction = np.zeros((n, 3)), np.zeros((n, 3))
     done, status, _ = _core.interface_confined_slip(
-        interface.props(), direction, slips, test.sigma_N, preload, np.zeros(n), 0.0, 0, test.k_N,
+        interface.props(), direction, slips, test.sigma_N, preload, np.zeros(n), 0.0, test.k_N,
         separation.T, traction.T, np.zeros((n, interface.nstatv)).T, np.zeros(n), np.zeros((n + 1, 9)).T,
     )  # fmt: skip
     done = max(done, 0) if status == 0 else 0

@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -253,6 +254,8 @@ def test_interface_of_a_case(folder: Path) -> None:
     swept = CASE.replace("theta = 30.0", "theta = Angle") + "&sweep name = 'angle', values = 0.0, 30.0 /"
     assert read_interface(Path(write(swept)), "30") == (RT, {})
     assert read_interface(Path(write(CASE.replace("mu = 0.5", "mu = 0.5, guard = .false.")))) == (RT, {})
+    guarded, _ = read_interface(Path(write(CASE.replace("mu = 0.5", "mu = 0.5, guard = .true."))))
+    assert guarded.material == replace(RT.material, guard=True)
     for path in cases():
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
@@ -265,7 +268,7 @@ def test_interface_of_a_case(folder: Path) -> None:
         ("mu = 0.5", "mu = -0.5", None, r"PROPS\(4\) mu = -0.5"),
         ("mu = 0.5", "nu = 0.5", None, "&material: nu: unknown name, expected one of sigma0, Gc"),
         (", mu = 0.5", "", None, "&material: expected mu"),
-        ("mu = 0.5", "mu = 0.5, guard = .true.", None, "&material: guard = .true.: expected .false."),
+        ("mu = 0.5", "mu = 0.5, guard = 2", None, r"PROPS\(17\) guard = 2: expected 0 or 1"),
         ("theta = 30.0", "theta = steep", None, "&pattern: theta = steep: expected numbers"),
         ("sides = 2, ", "", None, "&pattern: expected sides, or normals and weights"),
         ("sides = 2", "sides = 2.5", None, "&pattern: sides = 2.5: expected a whole number"),
