@@ -29,6 +29,9 @@ PER_PLANE = 3
 OPEN, STICK, SLIP = 0, 1, 2
 """Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
 
+ROUNDINGS = 8.0 * np.finfo(float).eps
+"""Of Kt |s_T|^2, within which no energy is released by growing damage."""
+
 PARALLEL = 1.0e-12
 """Sine of the inclination below which a plane counts as parallel to the average surface."""
 
@@ -225,7 +228,9 @@ def update(
     release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
     alpha, slope = _damage(parameters, s_new, alpha_old, dt)
     if parameters.guard:
-        gives_back = release < 0.0
+        # two energies of the same size are subtracted: what is left of them by rounding is nothing
+        whole = (s_before[..., 1:] ** 2).sum(-1) + (s_new[..., 1:] ** 2).sum(-1)
+        gives_back = release < -ROUNDINGS * parameters.Kt * whole
         alpha = np.where(gives_back, alpha_old, alpha)
         slope = np.where(gives_back[..., None], 0.0, slope)
     damage = alpha, slope
