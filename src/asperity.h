@@ -19,7 +19,7 @@ enum asperity_status {
   ASPERITY_BAD_NTENS = 4,      /* number of components no host has (UMAT only) */
   ASPERITY_BAD_SEPARATION = 5, /* not finite, or too large */
   ASPERITY_BAD_STATE = 6,      /* not finite, or a damage outside 0..1 */
-  ASPERITY_BAD_SIZE = 7,       /* a negative number of points */
+  ASPERITY_BAD_SIZE = 7,       /* a negative number of points, or of bytes of a message */
   ASPERITY_BAD_TIME = 8,       /* viscous damage: a time increment that is missing, not finite or negative */
   ASPERITY_BAD_INITIAL = 9     /* an initial traction that the state cannot carry */
 };
@@ -40,21 +40,15 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
                            char *message, int size);
 
 /* Update n points over one increment.
+ *   dt       duration of the increment, >= 0: needed by viscous damage (tau_v > 0, PROPS 13), else not looked at
  *   s_old    double[n][3], separation at the start (needed by the energies only); NULL: zero
  *   s        double[n][3], separation at the end
  *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
  *   traction double[n][3], traction at the end
  *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric); NULL: not wanted
  * Returns ASPERITY_OK, or the status of the first point that was rejected, with nothing written but the message. */
-int asperity_update(const double *props, int nprops, int n, const double *s_old, const double *s, int nstatv,
+int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s, int nstatv,
                     double *state, double *traction, double *tangent, char *message, int size);
-
-/* The same with what PROPS cannot say.
- *   dt       duration of the increment, >= 0: needed by viscous damage (tau_v > 0, PROPS 13), else not looked at
- *   guarded  not 0: damage of a plane grows only where that releases energy (docs/theory.md, section 10) */
-int asperity_update_with(const double *props, int nprops, double dt, int guarded, int n, const double *s_old,
-                         const double *s, int nstatv, double *state, double *traction, double *tangent,
-                         char *message, int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,

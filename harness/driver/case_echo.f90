@@ -2,7 +2,7 @@
 !>
 !> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
 !> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the group
-!> initial or state that gives another start), `guard`, `props` (PROPS) and `steps`, of which a replay has none.
+!> initial or state that gives another start), `props` (PROPS) and `steps`, of which a replay has none.
 !>
 !> A step has the targets of each component that moves, by name, with all cycles: s_N or t_N and so on. A step along a
 !> slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N, k_Tx,
@@ -38,8 +38,7 @@ contains
       start = "virgin"
       if (cases(i)%state%given) start = "state"
       if (cases(i)%initial%given) start = "initial"
-      call put(new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // ", ""guard"": " // &
-        truth(cases(i)%guarded) // ", ")
+      call put(new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // ", ")
       call put_list("props", cases(i)%props)
       call put("""steps"": [")
       do j = 1, size(cases(i)%steps)

@@ -89,7 +89,6 @@ module case_file
     logical :: planes = .false.                   !! columns per plane
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
-    logical :: guarded = .false.                  !! damage grows only where that releases energy
     type(interface_type) :: joint
     type(initial_type) :: initial                 !! planes and traction of the start
     type(state_type) :: state                     !! where the steps start
@@ -149,14 +148,14 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_props(text, case%props, case%mode_2, case%guarded, message)
+    call read_props(text, case%props, case%mode_2, message)
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
-    call new_interface(case%props, case%joint, status, case%guarded)
+    call new_interface(case%props, case%joint, status)
     if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
     held = .true.
     held(3) = case%replay%ntens > 2

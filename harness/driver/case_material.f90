@@ -2,10 +2,11 @@
 module case_material
   use asperity_checks, only: append, integer_text, review_props
   use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_dalpha, p_eta, p_flat, &
-    p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, status_ok
+    p_gc, p_gc2, p_guard, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, &
+    status_ok
   use asperity_kinds, only: wp
   use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
-  use case_values, only: get_integer, get_logical, get_real, get_reals
+  use case_values, only: get_integer, get_real, get_reals, get_switch
   use text_file, only: lower
   implicit none
   private
@@ -14,11 +15,10 @@ module case_material
 contains
 
   !> PROPS from &material, &pattern and &replay, every bad value reported.
-  subroutine read_props(text, props, mode_2, guarded, message)
+  subroutine read_props(text, props, mode_2, message)
     type(text_type), intent(in) :: text                       !! the file
     real(wp), allocatable, intent(out) :: props(:)            !! PROPS, admissible if nothing was appended
     logical, intent(out) :: mode_2                            !! tangential strength or energy differ from mode I
-    logical, intent(out) :: guarded                           !! damage grows only where that releases energy
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: known(3) = [character(len=80) :: &
       "sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard", "sides, theta, flat, turn, normals, weights", &
@@ -30,7 +30,6 @@ contains
 
     props = admissible_props()
     given = .false.
-    guarded = .false.
     allocate (normals(0), weights(0))
     do owner = 1, size(owners)
       g = group_index(text, trim(owners(owner)))
@@ -40,10 +39,6 @@ contains
         if (i > 0) then
           given(i) = .true.
           call set_prop(text, e, i, props, message)
-        else if (owner == 1 .and. text%entries(e)%name == "guard") then
-          call get_logical(text, e, guarded, message)
-          if (guarded .and. group_index(text, "replay") > 0) call append(message, entry_where(text, e) // &
-            ": expected .false. with &replay, PROPS of a host has no entry for it")
         else if (owner == 2 .and. text%entries(e)%name == "sides") then
           given(p_m) = .true.
           sides = 0
@@ -95,8 +90,8 @@ contains
     character(len=*), intent(in) :: name   !! lower case
     integer, intent(in) :: owner           !! 1, 2 or 3
     integer :: i
-    integer, parameter :: of_material(8) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc], &
-      of_pattern(3) = [p_theta, p_flat, p_turn], of_replay(4) = [p_h, p_map, p_dalpha, p_r]
+    integer, parameter :: of_material(9) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc, &
+      p_guard], of_pattern(3) = [p_theta, p_flat, p_turn], of_replay(4) = [p_h, p_map, p_dalpha, p_r]
     logical :: owned
     do i = n_fixed_props, 1, -1
       select case (owner)
@@ -122,7 +117,11 @@ contains
     real(wp) :: trial(n_fixed_props)
     integer :: status
     trial = admissible_props()
-    call get_real(text, e, trial(i), message)
+    if (i == p_guard) then
+      call get_switch(text, e, trial(i), message)
+    else
+      call get_real(text, e, trial(i), message)
+    end if
     complaint = ""
     call review_props(trial, status, complaint)
     if (status == status_ok) then

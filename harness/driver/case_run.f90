@@ -162,7 +162,7 @@ contains
     logical :: written
     if (.not. failed%happened) return
     path = failed_file(output)
-    call write_failed_case(path, case%props, case%guarded, failed, written)
+    call write_failed_case(path, case%props, failed, written)
     if (written) call say(label // ": that increment alone: " // path)
   end subroutine keep_failed
 

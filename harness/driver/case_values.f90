@@ -6,7 +6,7 @@ module case_values
   use text_file, only: lower, printable, to_real
   implicit none
   private
-  public :: get_real, get_reals, get_integer, get_integers, get_logical, get_string
+  public :: get_real, get_reals, get_integer, get_integers, get_logical, get_switch, get_string
 
 contains
 
@@ -110,6 +110,22 @@ contains
       call append(message, entry_where(text, entry) // ": expected .true. or .false.")
     end select
   end subroutine get_logical
+
+  !> The only number of an entry, or its only truth value as 1 or 0.
+  pure subroutine get_switch(text, entry, value, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    real(wp), intent(inout) :: value                          !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: complaint
+    logical :: yes
+    complaint = ""
+    call get_real(text, entry, value, complaint)
+    if (len(complaint) == 0) return
+    yes = value > 0.0_wp
+    call get_logical(text, entry, yes, message)
+    value = merge(1.0_wp, 0.0_wp, yes)
+  end subroutine get_switch
 
   !> The only string of an entry.
   pure subroutine get_string(text, entry, value, message)

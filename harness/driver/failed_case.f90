@@ -1,8 +1,8 @@
 !> Case file that reproduces a failed increment alone: material, pattern, the state at its start, the values it goes to.
 module failed_case
   use asperity_checks, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, n_listed_values, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, &
-    p_sigma02, p_tau_v, p_theta, p_turn, prop_table
+  use asperity_contract, only: n_fixed_props, n_listed_values, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, &
+    p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table
   use asperity_kinds, only: wp
   use control_point, only: control_type, point_type
   use load_path, only: component_names
@@ -26,13 +26,12 @@ module failed_case
 contains
 
   !> Write the file; numbers read back exactly.
-  subroutine write_failed_case(path, props, guarded, failed, written)
+  subroutine write_failed_case(path, props, failed, written)
     character(len=*), intent(in) :: path       !! file, replaced if it exists
     real(wp), intent(in) :: props(:)           !! PROPS
-    logical, intent(in) :: guarded             !! the guard, which PROPS lacks
     type(failed_type), intent(in) :: failed    !! the increment
     logical, intent(out) :: written            !! false: the reason is on standard error
-    integer, parameter :: constants(8) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc], &
+    integer, parameter :: constants(9) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc, p_guard], &
       shape_of(3) = [p_theta, p_flat, p_turn]
     character(len=:), allocatable :: text
     integer :: fd, i, k
@@ -47,7 +46,6 @@ contains
       if (i <= 4 .or. props(constants(i)) > 0.0_wp) text = text // entry(trim(prop_table(constants(i))%name), &
         props(constants(i):constants(i)))
     end do
-    if (guarded) text = text // " guard = .true."
     if (written) call write_line(fd, path, "&material" // text // " /", written)
     if (props(p_m) < 0.0_wp) then
       text = ""

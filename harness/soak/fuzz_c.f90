@@ -2,9 +2,9 @@
 module fuzz_c
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_c, only: asperity_nstatv, asperity_update, asperity_update_with
+  use asperity_c, only: asperity_nstatv, asperity_update
   use asperity_checks, only: all_bounded, append, integer_text, to_text
-  use asperity_contract, only: p_tau_v, status_ok, status_time
+  use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface, separation_bound
   use asperity_points, only: state_status
   use asperity_kinds, only: wp
@@ -23,7 +23,7 @@ contains
   !> One case: what is wrong, empty if nothing is; and whether its last call was rejected.
   subroutine try_c(seed, number, calls, rejected, complaint, inputs)
     integer(int64), intent(in) :: seed, number                  !! of the run, of the case
-    integer, intent(out) :: calls                               !! of asperity_update or asperity_update_with
+    integer, intent(out) :: calls                               !! of asperity_update
     logical, intent(out) :: rejected                            !! whether the last call was
     character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
     character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
@@ -36,7 +36,7 @@ contains
     type(c_ptr) :: from, slope, text
     integer(c_int) :: length, n, nprops, nstatv, status
     integer :: i, increment, increments, j
-    logical :: guarded, spoil, timed
+    logical :: spoil
 
     complaint = ""
     inputs = ""
@@ -55,7 +55,6 @@ contains
     state = 0.0_wp
     scale = log_uniform(stream, -2.0_wp, 3.0_wp)
     scale = scale*separation_bound(joint)*1.0e-50_wp
-    guarded = chance(stream, 0.5_wp)
     increments = pick(stream, 3)
     spoil = chance(stream, 0.4_wp)
     do increment = 1, increments
@@ -65,8 +64,6 @@ contains
         end do
       end do
       dt = log_uniform(stream, -6.0_wp, 6.0_wp)
-      timed = props(p_tau_v) > 0.0_wp
-      if (.not. timed) timed = chance(stream, 0.5_wp)
       if (spoil .and. increment == increments) call spoil_input()
       before = state
       traction = 7.0_wp
@@ -76,12 +73,7 @@ contains
       length = int(pick(stream, most_message), c_int)
       message = fence
       calls = increment
-      if (timed) then
-        status = asperity_update_with(props, nprops, dt, merge(1_c_int, 0_c_int, guarded), n, from, s, nstatv, state, &
-          traction, slope, text, length)
-      else
-        status = asperity_update(props, nprops, n, from, s, nstatv, state, traction, slope, text, length)
-      end if
+      status = asperity_update(props, nprops, dt, n, from, s, nstatv, state, traction, slope, text, length)
       call judge()
       if (rejected .or. len(complaint) > 0) exit
       s_old = s
@@ -117,14 +109,16 @@ contains
       case (4)
         dt = any_value(stream)
       case (5)
-        nprops = nprops - 1_c_int
+        i = pick(stream, 2)
+        nprops = merge(nprops - 1_c_int, -nprops, i == 1)
       case default
         if (p > n/2) then
           n = -n
         else
-          nstatv = nstatv - 1_c_int
+          i = pick(stream, 2)
+          nstatv = merge(nstatv - 1_c_int, -nstatv, i == 1)
           deallocate (state, before)
-          allocate (state(nstatv, n), before(nstatv, n))
+          allocate (state(max(0, int(nstatv)), n), before(max(0, int(nstatv)), n))
           state = 0.0_wp
         end if
       end select
@@ -138,7 +132,7 @@ contains
         if (.not. all(transfer(state, [0_int64]) == transfer(before, [0_int64]))) call append(complaint, &
           "a rejected call wrote the state")
         if (any(abs(traction - 7.0_wp) > 0.0_wp)) call append(complaint, "a rejected call wrote the traction")
-        if (.not. spoil .and. .not. (status == status_time .and. .not. timed)) call append(complaint, &
+        if (.not. spoil) call append(complaint, &
           "admissible input was rejected with status " // integer_text(int(status)))
         call check_message()
       else
@@ -158,13 +152,8 @@ contains
     subroutine check_message()
       call choose(c_loc(message), text)
       message = fence
-      if (timed) then
-        status = asperity_update_with(props, nprops, dt, 0_c_int, n, from, s, nstatv, state, traction, slope, &
-          c_loc(message), int(most_message, c_int))
-      else
-        status = asperity_update(props, nprops, n, from, s, nstatv, state, traction, slope, c_loc(message), &
-          int(most_message, c_int))
-      end if
+      status = asperity_update(props, nprops, dt, n, from, s, nstatv, state, traction, slope, c_loc(message), &
+        int(most_message, c_int))
       do i = 1, most_message
         if (message(i) == c_null_char) exit
       end do

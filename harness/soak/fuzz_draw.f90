@@ -1,8 +1,8 @@
 !> Random input of the fuzz run: any bits, awkward numbers, admissible constants; the same for the same seed and case.
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, &
-    p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn
+  use asperity_contract, only: n_fixed_props, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_guard, p_h, p_kc, p_m, p_map, &
+    p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn
   use asperity_kinds, only: wp
   use random_numbers, only: chance, log_uniform, pick, random_bits, uniform
   implicit none
@@ -75,6 +75,7 @@ contains
     if (chance(stream, 0.3_wp)) props(p_dalpha) = uniform(stream)
     if (chance(stream, 0.3_wp)) props(p_r) = uniform(stream)
     props(p_kc) = log_uniform(stream, merge(-10.0_wp, -2.0_wp, far), merge(9.9_wp, 4.0_wp, far))
+    if (chance(stream, 0.5_wp)) props(p_guard) = 1.0_wp
     if (.not. chance(stream, 0.15_wp)) return
     ! listed planes
     k = pick(stream, 8)

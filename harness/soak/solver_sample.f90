@@ -2,8 +2,8 @@
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded, integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
-    p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, p_sigma0, &
+    p_sigma02, p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -110,7 +110,8 @@ contains
     ! slip along Tx in a pattern that is turned: a direction against the planes
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
-    call new_interface(props, sample%joint, status, sample%guarded)
+    props(p_guard) = merge(1.0_wp, 0.0_wp, sample%guarded)
+    call new_interface(props, sample%joint, status)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
     if (varied) call crack(other, sample)
   end subroutine draw_sample

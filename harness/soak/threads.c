@@ -16,7 +16,7 @@ enum { THREADS = 8, ROUND = 40000, STEPS = 3, NSTATV = 8 + 3 * 5, NPROPS = 19, E
 static const double props[NPROPS] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0, 1.0 / 3.0, 10.0, 1.0, 0.0,
                                      0.0, 0.0, 0.5, 0.05, 0.0, 1.0, 0.0, 0.0, 0.0};
 static const double dt = 0.1;
-static const char *const names[ENTRIES] = {"umat", "vumat", "asperity_update_with"};
+static const char *const names[ENTRIES] = {"umat", "vumat", "asperity_update"};
 
 /* What comes out for every point; the stress of a VUMAT has its own order. */
 typedef struct {
@@ -77,8 +77,8 @@ static void by_vumat(int first, int last, result_type *out) {
 static void by_points(int first, int last, result_type *out) {
   memset(out->rows[first], 0, sizeof out->rows[0] * (size_t)(last - first));
   for (int step = 0; step < STEPS; step++)
-    asperity_update_with(props, NPROPS, dt, 0, last - first, NULL, strain[step][first], NSTATV, out->rows[first],
-                         out->stress[first], out->tangent[first], NULL, 0);
+    asperity_update(props, NPROPS, dt, last - first, NULL, strain[step][first], NSTATV, out->rows[first],
+                    out->stress[first], out->tangent[first], NULL, 0);
 }
 
 static void *work(void *argument) {

@@ -94,14 +94,12 @@ class EquilibriumLost(RuntimeError):
 class Interface:
     """Rough quasi-brittle interface: a material on a pattern of planes (Albarella et al. 2015).
 
-    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  guarded:
-    the damage of a plane grows only where that releases energy, so that no increment has a negative
-    dissipation.  Raises ValueError naming every value out of range.
+    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.
+    Raises ValueError naming every value out of range.
     """
 
     material: Material
     pattern: Pattern
-    guarded: bool = False
     n_planes: int = field(init=False, repr=False, compare=False)
     _props: Floats = field(init=False, repr=False, compare=False)
 
@@ -140,7 +138,7 @@ class Interface:
         if n > 0:  # f2py takes no empty arrays
             _raise(
                 *_core.interface_update(
-                    self._props, s_old.T, s.T, duration, int(self.guarded), new.T, traction.T, tangent.T
+                    self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
                 ),
             )
         return Update(traction, new, tangent)
@@ -167,7 +165,7 @@ class Interface:
         planes[:, :, 0] = alpha
         planes[:, :, 1:] = slips
         if len(tractions) > 0:
-            _raise(*_core.interface_initial(self._props, tractions.T, int(self.guarded), state.T))
+            _raise(*_core.interface_initial(self._props, tractions.T, state.T))
         return state[0] if given.ndim == 1 else state
 
     def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
@@ -180,7 +178,7 @@ class Interface:
         traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
         steps = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) > 0:
-            _raise(*_core.interface_replay(self._props, S.T, steps, int(self.guarded), traction.T, state.T))
+            _raise(*_core.interface_replay(self._props, S.T, steps, traction.T, state.T))
         return self._history(S.copy(), traction, state, work_along(S, traction))
 
     def confined_slip(
@@ -235,7 +233,7 @@ class Interface:
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                times, float(preload_time), int(self.guarded), stiffness,
+                times, float(preload_time), stiffness,
                 separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
@@ -297,10 +295,8 @@ class Interface:
     ) -> Floats:
         """Vector PROPS for a host, contract.props_table(); h is the thickness it divides by.
 
-        Raises ValueError naming every value out of range, and where guarded, which PROPS cannot say.
+        Raises ValueError naming every value out of range.
         """
-        if self.guarded:
-            raise ValueError("guarded = True: expected False for a host, PROPS has no entry for it")
         return self._pack(h=h, map=map, dalpha=dalpha, r=r)
 
     def _pack(self, **of_host: float) -> Floats:

@@ -2,14 +2,14 @@
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use asperity_checks, only: integer_text, review_props
-  use asperity_contract, only: status_ok, status_size, status_time, version
+  use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
   use asperity_points, only: explain_point, explain_points, explain_time, update_points
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, asperity_update_with
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update
 
 contains
 
@@ -38,7 +38,7 @@ contains
       nstatv = joint%n_statev
     else
       nstatv = 0
-      call review_props(props, status, text)
+      call review_props(props, status, text, nprops)
     end if
     call put_text(text, message, size)
     deallocate (text)   ! flang 16 does not do it
@@ -62,7 +62,7 @@ contains
     integer :: i
 
     allocate (character(len=0) :: text)
-    call begin(props, n, joint, status, text)
+    call begin(props, nprops, n, nstatv, size, joint, status, text)
     if (status == status_ok) then
       do i = 1, n
         call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
@@ -79,29 +79,10 @@ contains
   end function asperity_initial_state
 
   !> Update n points over one increment; returns 0, or a status code with the reasons in the message, nothing written.
-  function asperity_update(props, nprops, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
+  function asperity_update(props, nprops, dt, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
     result(status)
     integer(c_int), value :: nprops                     !! number of constants
-    integer(c_int), value :: n                          !! points
-    integer(c_int), value :: nstatv                     !! state variables per point
-    real(c_double), intent(in) :: props(nprops)         !! material constants
-    type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
-    real(c_double), intent(in) :: s(3, n)               !! double[n][3] separation (N, Tx, Ty) at the end, length
-    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state variables, start -> end
-    real(c_double), intent(inout) :: traction(3, n)     !! double[n][3] traction at the end, stress
-    type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
-    type(c_ptr), value :: message                       !! char[size], may be NULL
-    integer(c_int), value :: size                       !! bytes of the message
-    integer(c_int) :: status
-    call update(props, n, s_old, s, state, traction, tangent, message, size, status)
-  end function asperity_update
-
-  !> The same with a duration of the increment, which viscous damage (tau_v > 0) needs, and the guard.
-  function asperity_update_with(props, nprops, dt, guarded, n, s_old, s, nstatv, state, traction, tangent, message, &
-    size) bind(C) result(status)
-    integer(c_int), value :: nprops                     !! number of constants
     real(c_double), value :: dt                         !! duration, >= 0, time; not looked at if tau_v = 0
-    integer(c_int), value :: guarded                    !! not 0: damage grows only where that releases energy
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
     real(c_double), intent(in) :: props(nprops)         !! material constants
@@ -113,47 +94,13 @@ contains
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
-    call update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded /= 0)
-  end function asperity_update_with
-
-  !> Interface of PROPS for n points, or why there is none.
-  subroutine begin(props, n, joint, status, text, guarded)
-    real(c_double), intent(in), contiguous :: props(:)        !! material constants
-    integer(c_int), intent(in) :: n                           !! points
-    type(interface_type), intent(out) :: joint                !! the interface
-    integer(c_int), intent(out) :: status                     !! 0 or that of what is wrong
-    character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
-    logical, intent(in), optional :: guarded                  !! as in new_interface
-    call new_interface(props, joint, status, guarded)
-    if (status /= status_ok) then
-      call review_props(props, status, text)
-    else if (n < 0) then
-      status = status_size
-      text = "n = " // integer_text(n) // " points: expected 0 or more"
-    end if
-  end subroutine begin
-
-  !> Update n points; what both entries share.
-  subroutine update(props, n, s_old, s, state, traction, tangent, message, size, status, dt, guarded)
-    real(c_double), intent(in), contiguous :: props(:)           !! material constants
-    integer(c_int), intent(in) :: n                              !! points
-    type(c_ptr), intent(in) :: s_old                             !! (3, n) separation at the start, NULL: zero
-    real(c_double), intent(in), contiguous :: s(:, :)            !! (3, n) separation at the end, length
-    real(c_double), intent(inout), contiguous :: state(:, :)     !! (nstatv, n) state variables, start -> end
-    real(c_double), intent(inout), contiguous :: traction(:, :)  !! (3, n) traction at the end, stress
-    type(c_ptr), intent(in) :: tangent                           !! (3, 3, n) by rows, may be NULL
-    type(c_ptr), intent(in) :: message                           !! char[size], may be NULL
-    integer(c_int), intent(in) :: size                           !! bytes of the message
-    integer(c_int), intent(out) :: status                        !! 0 or why nothing was written
-    real(c_double), intent(in), optional :: dt                   !! duration, any bits, time
-    logical, intent(in), optional :: guarded                     !! as in new_interface
     real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
     integer :: failed, i
 
     text = ""
-    call begin(props, n, joint, status, text, guarded)
+    call begin(props, nprops, n, nstatv, size, joint, status, text)
     if (status == status_ok) then
       ! a pointer to nothing is an absent argument
       nullify (from, d)
@@ -172,7 +119,32 @@ contains
     end if
     call put_text(text, message, size)
     deallocate (text)   ! flang 16 does not do it
-  end subroutine update
+  end function asperity_update
+
+  !> Interface of PROPS for n points, or why there is none. Counts are those that came in, negative ones too.
+  subroutine begin(props, nprops, n, nstatv, size, joint, status, text)
+    real(c_double), intent(in), contiguous :: props(:)        !! material constants
+    integer(c_int), intent(in) :: nprops                      !! number of constants
+    integer(c_int), intent(in) :: n                           !! points
+    integer(c_int), intent(in) :: nstatv                      !! state variables per point
+    integer(c_int), intent(in) :: size                        !! bytes of the message
+    type(interface_type), intent(out) :: joint                !! the interface
+    integer(c_int), intent(out) :: status                     !! 0 or that of what is wrong
+    character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
+    call new_interface(props, joint, status)
+    if (status /= status_ok) then
+      call review_props(props, status, text, nprops)
+    else if (n < 0) then
+      status = status_size
+      text = "n = " // integer_text(n) // " points: expected 0 or more"
+    else if (nstatv < 0) then
+      status = status_nstatv
+      text = "NSTATV = " // integer_text(nstatv) // ": expected at least " // integer_text(joint%n_statev)
+    else if (size < 0) then
+      status = status_size
+      text = "size = " // integer_text(size) // " bytes of a message: expected 0 or more"
+    end if
+  end subroutine begin
 
   !> Copy a text into a C buffer, cut to its size, always closed by a zero.
   subroutine put_text(text, buffer, size)

@@ -2,8 +2,8 @@
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
-  use asperity_contract, only: is_damage, n_plane_statev, n_point_statev, n_required_props, status_nstatv, &
-    status_ntens, status_ok, status_separation, status_time, v_offset
+  use asperity_contract, only: is_damage, n_plane_statev, n_point_statev, status_nstatv, &
+    status_ntens, status_ok, status_separation, status_size, status_time, v_offset
   use asperity_interface, only: interface_type, new_interface, separation_bound
   use asperity_points, only: explain_point, explain_time, state_status, time_status
   use asperity_kinds, only: wp
@@ -91,12 +91,7 @@ contains
 
     position = component_map(ntens, 0)
     if (position(1) == 0) call append(message, "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6")
-    if (nprops < 0) then
-      call append(message, "NPROPS = " // integer_text(nprops) // ": expected at least " // &
-        integer_text(n_required_props))
-      return
-    end if
-    call review_props(props, status, message)
+    call review_props(props, status, message, nprops)
     if (status /= status_ok) return
     call new_interface(props, joint, status)
     do i = 1, size(stran)
@@ -113,15 +108,16 @@ contains
   end subroutine explain_call
 
   !> Say what is wrong with a VUMAT call as a whole.
-  pure subroutine explain_vumat(status, props, ndir, nshr, nstatev, dt, message)
+  pure subroutine explain_vumat(status, nblock, nprops, props, ndir, nshr, nstatev, dt, message)
     integer, intent(in) :: status                             !! of the test that failed
+    integer, intent(in) :: nblock, nprops                     !! as the host passed them
     real(wp), intent(in), contiguous :: props(:)              !! PROPS
     integer, intent(in) :: ndir, nshr, nstatev                !! as the host passed them
     real(wp), intent(in) :: dt                                !! time increment
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     type(interface_type) :: joint
     integer :: props_status
-    call review_props(props, props_status, message)
+    call review_props(props, props_status, message, nprops)
     if (props_status /= status_ok) return
     call new_interface(props, joint, props_status)
     if (status == status_ntens) then
@@ -130,6 +126,8 @@ contains
     else if (status == status_nstatv) then
       call append(message, "nstatev = " // integer_text(nstatev) // ": expected at least " // &
         integer_text(joint%n_statev))
+    else if (status == status_size) then
+      call append(message, "nblock = " // integer_text(nblock) // " points: expected 0 or more")
     else if (status == status_time) then
       call explain_time(joint, "dt", message, dt)
     else

@@ -10,7 +10,7 @@ subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, s
     update_block
   use asperity_checks, only: integer_text, to_text
   use asperity_contract, only: is_damage, max_planes, n_statev, plane_statev, status_initial, status_nstatv, &
-    status_ntens, status_ok, status_props, status_state, v_friction, v_offset, v_rupture, v_status
+    status_ntens, status_ok, status_props, status_size, status_state, v_friction, v_offset, v_rupture, v_status
   use asperity_host, only: explain_block, explain_vumat, vumat_map
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, slip_factor

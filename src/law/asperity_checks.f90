@@ -2,9 +2,9 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
-  use asperity_contract, only: min_inclined, n_fixed_props, n_listed_values, n_required_props, p_gc, p_gc2, p_h, p_m, &
-    p_map, p_sigma0, p_sigma02, prop_table, smallest_divisor, status_nprops, status_ok, status_props, &
-    stiffness_ratio_limit, weight_tolerance
+  use asperity_contract, only: divisor_props, integral_props, min_inclined, n_fixed_props, n_listed_values, &
+    n_required_props, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, status_nprops, status_ok, &
+    status_props, stiffness_ratio_limit, weight_tolerance
   implicit none
   private
   public :: all_bounded, bounded, review_props, append, put_text, to_text, integer_text, piece_end
@@ -132,13 +132,17 @@ contains
   end function all_bounded
 
   !> Test a PROPS vector; on request say of every bad value what it is and what was expected.
-  pure subroutine review_props(props, status, message)
+  pure subroutine review_props(props, status, message, nprops)
     real(wp), intent(in), contiguous :: props(:)                    !! PROPS, any number of values
     integer, intent(out) :: status                                  !! 0, status_props or status_nprops
     character(len=:), allocatable, intent(inout), optional :: message   !! one line per bad value is appended
+    integer, intent(in), optional :: nprops                         !! NPROPS as the caller passed it, where it may be
+                                                                    !! negative: the array then has size 0
     real(wp) :: ratio, total
-    integer :: i, j, k, m
+    integer :: given, i, j, k, m
 
+    given = size(props)
+    if (present(nprops)) given = nprops
     status = status_ok
     m = 0
     if (fixed_props_admissible(props)) then
@@ -146,7 +150,7 @@ contains
     else
       if (size(props) < n_required_props) then
         status = status_nprops
-        if (present(message)) call append(message, "NPROPS = " // integer_text(size(props)) // &
+        if (present(message)) call append(message, "NPROPS = " // integer_text(given) // &
           ": expected at least " // integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
       end if
       do i = 1, min(size(props), n_fixed_props)
@@ -201,6 +205,8 @@ contains
   pure function fixed_props_admissible(props) result(yes)
     real(wp), intent(in), contiguous :: props(:)   !! PROPS, any number of values
     logical :: yes
+    !> Entries with a rule besides their range.
+    integer, parameter :: special(*) = [integral_props, divisor_props]
     integer :: bad, i, n
     n = min(size(props), n_fixed_props)
     yes = n >= n_required_props
@@ -212,11 +218,9 @@ contains
       bad = ior(bad, merge(0, 1, props(i) <= prop_table(i)%upper))
     end do
     yes = bad == 0
-    if (yes .and. n >= p_m) yes = prop_admissible(p_m, props(p_m))
-    if (yes .and. n >= p_h) yes = prop_admissible(p_h, props(p_h))
-    if (yes .and. n >= p_map) yes = prop_admissible(p_map, props(p_map))
-    if (yes .and. n >= p_sigma02) yes = prop_admissible(p_sigma02, props(p_sigma02))
-    if (yes .and. n >= p_gc2) yes = prop_admissible(p_gc2, props(p_gc2))
+    do i = 1, size(special)
+      if (yes .and. n >= special(i)) yes = prop_admissible(special(i), props(special(i)))
+    end do
     if (yes .and. n >= p_sigma02) yes = mode_ratio_admissible(mode_ratio(props))
   end function fixed_props_admissible
 
@@ -247,9 +251,8 @@ contains
     logical :: yes
     yes = bounded(value, huge(1.0_wp))
     if (yes) yes = value >= prop_table(i)%lower .and. value <= prop_table(i)%upper
-    if (yes .and. (i == p_h .or. i == p_sigma02 .or. i == p_gc2)) yes = value >= smallest_divisor &
-      .or. .not. value > 0.0_wp
-    if (yes .and. (i == p_m .or. i == p_map)) yes = abs(value - real(int(value), wp)) <= 0.0_wp
+    if (yes .and. any(i == divisor_props)) yes = value >= smallest_divisor .or. .not. value > 0.0_wp
+    if (yes .and. any(i == integral_props)) yes = abs(value - real(int(value), wp)) <= 0.0_wp
     if (yes .and. i == p_m) yes = int(value) <= 0 .or. int(value) >= min_inclined
   end function prop_admissible
 

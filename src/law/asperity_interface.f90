@@ -1,8 +1,8 @@
 !> A rough interface: material and pattern of planes, and what its host asks of the library, from PROPS.
 module asperity_interface
   use asperity_checks, only: review_props
-  use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, &
-    p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, separation_limit, status_ok
+  use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_flat, p_h, p_m, p_map, p_r, p_theta, p_turn, &
+    prop_table, separation_limit, status_ok
   use asperity_kinds, only: wp
   use asperity_material, only: material_type, new_material
   use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
@@ -27,12 +27,11 @@ module asperity_interface
 
 contains
 
-  !> Interface from PROPS (contract; missing trailing values take their default), and the guard, which PROPS lacks.
-  pure subroutine new_interface(props, joint, status, guarded)
+  !> Interface from PROPS (contract; missing trailing values take their default).
+  pure subroutine new_interface(props, joint, status)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
     type(interface_type), intent(out) :: joint       !! defined if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
-    logical, intent(in), optional :: guarded         !! damage grows only where that releases energy, absent: no
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     real(wp) :: p(n_fixed_props)
     integer :: given, m
@@ -42,9 +41,7 @@ contains
     given = min(size(props), n_fixed_props)
     p(:given) = props(:given)
     p(given + 1:) = defaults(given + 1:)
-    joint%material = new_material(p(p_sigma0), p(p_gc), p(p_eta), p(p_mu), p(p_sigma02), p(p_gc2), p(p_kc), &
-      p(p_tau_v))
-    if (present(guarded)) joint%material%guard = guarded
+    joint%material = new_material(p)
     m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), joint%pattern)

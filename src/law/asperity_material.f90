@@ -1,5 +1,6 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
+  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_guard, p_kc, p_mu, p_sigma0, p_sigma02, p_tau_v
   use asperity_kinds, only: wp
   implicit none
   private
@@ -22,40 +23,35 @@ module asperity_material
     real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
     real(wp) :: take = 1.0_wp   !! weight of the damage of (7) without its history; keep + take is not above 1
     real(wp) :: take_eta        !! take/eta
-    logical :: guard = .false.   !! whether damage of a plane grows only where that releases energy
+    logical :: guard            !! whether damage of a plane grows only where that releases energy
   end type material_type
 
 contains
 
-  !> Constants of the law from admissible parameters (units: stress, stress*length; s_f = 2 Gc/sigma0, (5), (12)).
-  pure function new_material(sigma0, gc, eta, mu, sigma02, gc2, kc, tau_v) result(material)
-    real(wp), intent(in) :: sigma0    !! strength, > 0
-    real(wp), intent(in) :: gc        !! rupture energy, > 0
-    real(wp), intent(in) :: eta       !! ductility, 0 < eta < 1
-    real(wp), intent(in) :: mu        !! friction coefficient, >= 0
-    real(wp), intent(in) :: sigma02   !! tangential strength, 0: sigma0
-    real(wp), intent(in) :: gc2       !! mode II rupture energy, 0: Gc
-    real(wp), intent(in) :: kc        !! closing stiffness as a multiple of K_n, 0: 1
-    real(wp), intent(in) :: tau_v     !! relaxation time of the damage, 0: none
+  !> Constants of the law from admissible PROPS (s_f = 2 Gc/sigma0, (5), (12)); those of mode II and kc may be 0.
+  pure function new_material(props) result(material)
+    real(wp), intent(in) :: props(n_fixed_props)   !! PROPS before the listed planes, admissible
     type(material_type) :: material
-    real(wp) :: inv_s01, inv_s02, strength2
+    real(wp) :: gc2, inv_s01, inv_s02, sigma02
 
-    strength2 = merge(sigma02, sigma0, sigma02 > 0.0_wp)
-    inv_s01 = sigma0/((1.0_wp - eta)*2.0_wp*gc)
-    inv_s02 = strength2/((1.0_wp - eta)*2.0_wp*merge(gc2, gc, gc2 > 0.0_wp))
-    material%eta = eta
-    material%mu = mu
-    material%k_n = sigma0*inv_s01
-    material%k_t = strength2*inv_s02
-    material%k_c = merge(kc, 1.0_wp, kc > 0.0_wp)*material%k_n
+    material%eta = props(p_eta)
+    material%mu = props(p_mu)
+    sigma02 = merge(props(p_sigma02), props(p_sigma0), props(p_sigma02) > 0.0_wp)
+    gc2 = merge(props(p_gc2), props(p_gc), props(p_gc2) > 0.0_wp)
+    inv_s01 = props(p_sigma0)/((1.0_wp - material%eta)*2.0_wp*props(p_gc))
+    inv_s02 = sigma02/((1.0_wp - material%eta)*2.0_wp*gc2)
+    material%k_n = props(p_sigma0)*inv_s01
+    material%k_t = sigma02*inv_s02
+    material%k_c = merge(props(p_kc), 1.0_wp, props(p_kc) > 0.0_wp)*material%k_n
     material%inv_s01_2 = inv_s01**2
     material%inv_s02_2 = inv_s02**2
-    material%take_eta = 1.0_wp/eta
+    material%take_eta = 1.0_wp/material%eta
     material%kn_kt = material%k_n/material%k_t
     material%kc_kt = material%k_c/material%k_t
     material%s02_s01_2 = (inv_s01/inv_s02)**2
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
-    material%tau_v = tau_v
+    material%tau_v = props(p_tau_v)
+    material%guard = props(p_guard) > 0.0_wp
   end function new_material
 
   !> The constants for an increment of a duration: backward Euler of tau_v alpha' = alpha_eq - alpha.

@@ -51,7 +51,7 @@ static void *walk(void *argument) {
     to[2] = 0.1 * sin(0.013 * i + w->k);
     for (int j = 0; j < 3; j++) step[j] = to[j] - from[j];
     umat_call(w->umat, stress, from, step);
-    asperity_update(rp_4, 6, 1, from, to, NSTATV, w->points, traction, NULL, NULL, 0);
+    asperity_update(rp_4, 6, 0.0, 1, from, to, NSTATV, w->points, traction, NULL, NULL, 0);
     for (int j = 0; j < 3; j++) from[j] += step[j];
   }
   return NULL;
@@ -90,9 +90,9 @@ static void *be_rejected(void *argument) {
   } else {
     props[2] = 1.5;
   }
-  asperity_update(props, 6, 1, NULL, s, NSTATV, state, traction, NULL, expected, sizeof expected);
+  asperity_update(props, 6, 0.0, 1, NULL, s, NSTATV, state, traction, NULL, expected, sizeof expected);
   for (int i = 0; i < REJECTED; i++) {
-    int status = asperity_update(props, 6, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
+    int status = asperity_update(props, 6, 0.0, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
     if (status == ASPERITY_OK || strcmp(message, expected) != 0) w->wrong++;
   }
   return NULL;
@@ -125,8 +125,8 @@ static int memory_does_not_grow(void) {
     if (i == 1000) before = resident_kilobytes();
     s[1] = 1e-4 * (double)(i % 1000);
     umat_call(state, stress, zero, s);
-    asperity_update(rp_4, 6, 1, NULL, s, NSTATV, state, traction, NULL, NULL, 0);
-    if (i % 100 == 0) asperity_update(bad, 6, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
+    asperity_update(rp_4, 6, 0.0, 1, NULL, s, NSTATV, state, traction, NULL, NULL, 0);
+    if (i % 100 == 0) asperity_update(bad, 6, 0.0, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
   }
   /* address sanitizers keep freed memory for a while */
   const long allowed = getenv("ASPERITY_SANITIZED") ? 300000 : 256;

@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -262,6 +263,8 @@ def test_run_of_a_case(folder: Path) -> None:
     assert (run.value, run.interface) == (30.0, RT)
     guarded = CASE.replace("mu = 0.5", "mu = 0.5, guard = .false.")
     assert read_run(Path(write(guarded))).interface == RT
+    guarded = CASE.replace("mu = 0.5", "mu = 0.5, guard = .true.")
+    assert read_run(Path(write(guarded))).material == replace(RT.material, guard=True)
     for path in cases():
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
@@ -274,7 +277,7 @@ def test_run_of_a_case(folder: Path) -> None:
         ("mu = 0.5", "mu = -0.5", None, "case.nml:2: &material: mu = -0.5: expected >= 0"),
         ("mu = 0.5", "nu = 0.5", None, "&material: nu = 0.5: unknown name, expected one of sigma0, Gc"),
         (", mu = 0.5", "", None, "&material: mu is missing"),
-        ("mu = 0.5", "mu = 0.5, guard = .true.", None, "&material: guard = .true.: expected .false."),
+        ("mu = 0.5", "mu = 0.5, guard = 2", None, "&material: guard = 2"),
         ("theta = 30.0", "theta = steep", None, '&pattern: theta = "steep": expected a number'),
         ("sides = 2, ", "", None, r"&pattern: expected sides \(0: flat\), or normals and weights"),
         ("sides = 2", "sides = 2.5", None, "&pattern: sides = 2.5: expected a whole number"),

@@ -1,5 +1,7 @@
 """Initial states: points that start from a traction, against closed forms and the independent reference."""
 
+from dataclasses import replace
+
 import asperity
 import numpy as np
 import pytest
@@ -95,7 +97,7 @@ def test_guarded(sides):
     traction = [-20.0, 1.0, 0.5]
     states = []
     for guarded in (False, True):
-        law = asperity.Interface(TABLE_2, pattern, guarded=guarded)
+        law = asperity.Interface(replace(TABLE_2, guard=guarded), pattern)
         state = law.initial(traction, damage=0.3, slip=[0.05, 0.0])
         update = law.update(np.zeros((1, 3)), state[None])
         np.testing.assert_allclose(update.traction, [traction], rtol=0, atol=TOLERANCE * 20.0)
@@ -108,10 +110,9 @@ def test_what_the_guard_held_back():
     draw = np.random.default_rng(3)
     accepted = 0
     for _ in range(150):
-        material = asperity.Material(3.0, 0.3, eta=draw.uniform(0.6, 0.98), mu=0.5 * draw.random(), kc=100.0)
-        rough = asperity.Interface(
-            material, asperity.Pattern.regular(4, theta=draw.uniform(10.0, 50.0)), guarded=True
-        )
+        eta, mu = draw.uniform(0.6, 0.98), 0.5 * draw.random()
+        material = asperity.Material(3.0, 0.3, eta, mu, kc=100.0, guard=True)
+        rough = asperity.Interface(material, asperity.Pattern.regular(4, theta=draw.uniform(10.0, 50.0)))
         traction = 3.0 * draw.uniform([-0.2, -0.5, -0.5], [0.5, 0.5, 0.5])
         damage, slip = draw.random(5), 0.1 * draw.uniform(-1.0, 1.0, (5, 2))
         try:

@@ -60,11 +60,11 @@ def test_signatures() -> None:
 
     required = inspect.Parameter.empty
     material = dict.fromkeys(("sigma0", "Gc", "eta", "mu"), required)
-    assert arguments(Material) == material | {"sigma02": 0.0, "Gc2": 0.0, "tau_v": 0.0, "kc": 1.0}
-    assert list(arguments(Material)) == ["sigma0", "Gc", "eta", "mu", "sigma02", "Gc2", "tau_v", "kc"]
+    material |= {"sigma02": 0.0, "Gc2": 0.0, "tau_v": 0.0, "kc": 1.0, "guard": False}
+    assert list(arguments(Material).items()) == list(material.items())
     assert arguments(Pattern.regular) == {"sides": required, "theta": required, "flat": 1 / 3, "turn": 0.0}
     assert arguments(Pattern.planes) == {"normals": required, "weights": required}
-    assert arguments(Interface) == {"material": required, "pattern": required, "guarded": False}
+    assert arguments(Interface) == {"material": required, "pattern": required}
     assert arguments(Interface.update) == {"s": required, "state": None, "s_old": None, "dt": None}
     assert arguments(Interface.replay) == {"S": required, "times": None}
     assert list(arguments(Interface.confined_slip))[:3] == ["direction_deg", "slips", "sigma_N"]
@@ -147,7 +147,7 @@ def test_props_by_name() -> None:
     expected = dict(
         sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, theta=25.0, m=6.0, flat=0.4, turn=10.0, h=2.0, map=1.0
     )
-    assert values == expected | dict(sigma02=4.0, Gc2=0.5, tau_v=0.0, dalpha=0.0, r=0.25, kc=7.0)
+    assert values == expected | dict(sigma02=4.0, Gc2=0.5, tau_v=0.0, dalpha=0.0, r=0.25, kc=7.0, guard=0.0)
     listed = Interface(TABLE_2, Pattern.planes([[1, 0, 0], [2, 0, 1]], [0.25, 0.75])).props()
     assert listed[contract.index("m")] == -2.0
     assert listed[contract.N_FIXED_PROPS :].tolist() == [1, 0, 0, 0.25, 2, 0, 1, 0.75]
@@ -304,6 +304,7 @@ BAD_MATERIAL = {
     "Gc2": (-1.0, NAN, INF),
     "tau_v": (-1.0, 1e60, NAN),
     "kc": (-1.0, NAN, INF),
+    "guard": (2, 0.5, -1, NAN),
 }
 BAD_PATTERN = {
     "m": (1, 65, 2.5, NAN),
@@ -779,7 +780,7 @@ def c_update(
     message = ctypes.create_string_buffer(b"#" * 199, 200)
     n, s_old, tangent = optional.get("n", len(s)), optional.get("s_old"), optional.get("tangent")
     status = library.asperity_update(
-        pointer(props), len(props), n, pointer(s_old), pointer(s), state.shape[1],
+        pointer(props), len(props), ctypes.c_double(0.0), n, pointer(s_old), pointer(s), state.shape[1],
         pointer(state), pointer(traction), pointer(tangent), message, size,
     )  # fmt: skip
     return status, traction, message.value.decode()
@@ -870,6 +871,7 @@ def test_c_message_is_cut(library: ctypes.CDLL, size: int) -> None:
     status = library.asperity_update(
         pointer(props),
         len(props),
+        ctypes.c_double(0.0),
         1,
         None,
         pointer(s),

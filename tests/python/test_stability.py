@@ -92,7 +92,7 @@ def test_limit_of_the_step_back() -> None:
 def test_second_law_numbers() -> None:
     """Rupture .0167 to -.0544 N/mm, and nothing given back without the clamp."""
     assert numbers(measured("second-law", "as printed")) == pytest.approx([0.0167, -0.0544], abs=5e-5)
-    assert numbers(measured("second-law", "guarded = True")) == pytest.approx([0.0167, 0.0167], abs=5e-5)
+    assert numbers(measured("second-law", "guard = True")) == pytest.approx([0.0167, 0.0167], abs=5e-5)
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     assert clamped_reversal(flat, [0.0, 0.05], [0.1, 0.1], 0.03).max() < 1e-12
     assert clamped_reversal(flat, [0.2], [0.05], 0.03) == pytest.approx([0.0711], abs=5e-4)

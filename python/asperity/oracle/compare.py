@@ -120,6 +120,8 @@ class _Curve:
 def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
     """Law and test against the reference, law and test against the 2D law."""
     m, p = test.material, test.pattern
+    if m.tau_v > 0.0 or m.guard:
+        raise ValueError("tau_v, guard: expected a case without viscous damage and without the guard")
     parameters = reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
     # a lost equilibrium, which may only be the end, is a part of an increment

@@ -30,6 +30,9 @@ PER_PLANE = 3
 OPEN, STICK, SLIP = 0, 1, 2
 """Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
 
+ROUNDINGS = 8.0 * np.finfo(float).eps
+"""Of Kt |s_T|^2, within which no energy is released by growing damage."""
+
 PARALLEL = 1.0e-12
 """Sine of the inclination below which a plane counts as parallel to the average surface."""
 
@@ -39,7 +42,8 @@ class Parameters:
     """Material parameters of one plane (Table 2); zero sigma02 or Gc2 means equal to the mode I value.
 
     sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
-    tau_v: relaxation time of the damage, 0: it follows at once.
+    tau_v: relaxation time of the damage, 0: it follows at once; guard: damage of a plane stays where its
+    growth would give energy back.
     Raises ValueError naming every value out of range.
     """
 
@@ -51,6 +55,7 @@ class Parameters:
     Gc2: float = 0.0
     kc: float = 1.0
     tau_v: float = 0.0
+    guard: bool = False
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -202,13 +207,12 @@ def update(
     state: ArrayLike | None = None,
     s_old: ArrayLike | None = None,
     dt: float = 0.0,
-    guarded: bool = False,
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is (..., 8 + 3 k); None means zero.  Leading axes are independent points.
-    dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.  guarded: damage
-    of a plane stays where its growth would give energy back, Y by the mean of start and end.
+    dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.  With the guard
+    the energy Y that growing damage would give back is judged by the mean of start and end.
     """
     gamma = pattern[1]
     frame = frames(pattern[0])
@@ -224,8 +228,10 @@ def update(
     friction = _, slip, _, branch = _friction(parameters, s_new, slip_old)
     release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
     alpha, slope = _damage(parameters, s_new, alpha_old, dt)
-    if guarded:
-        gives_back = release < 0.0
+    if parameters.guard:
+        # two energies of the same size are subtracted: what is left of them by rounding is nothing
+        whole = (s_before[..., 1:] ** 2).sum(-1) + (s_new[..., 1:] ** 2).sum(-1)
+        gives_back = release < -ROUNDINGS * parameters.Kt * whole
         alpha = np.where(gives_back, alpha_old, alpha)
         slope = np.where(gives_back[..., None], 0.0, slope)
     damage = alpha, slope
@@ -253,7 +259,6 @@ def replay(
     pattern: Pattern,
     S: ArrayLike,
     times: ArrayLike | None = None,
-    guarded: bool = False,
 ) -> Response:
     """The law along a history S (T, ..., 3) of separations from a virgin point; T leads every field.
 
@@ -265,7 +270,7 @@ def replay(
     steps = []
     clock = np.concatenate([[0.0], np.zeros(len(S)) if times is None else np.asarray(times, dtype=float)])
     for s, dt in zip(S, np.diff(clock), strict=True):
-        steps.append(update(parameters, pattern, s, state, s_old, float(dt), guarded))
+        steps.append(update(parameters, pattern, s, state, s_old, float(dt)))
         state, s_old = steps[-1].state, s
     names = ("traction", "state", "tangent", "branch", "damaging")
     return Response(*(np.stack([getattr(step, name) for step in steps]) for name in names))

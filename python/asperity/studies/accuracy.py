@@ -519,7 +519,7 @@ def drifts(
 def _rows(interface: Interface, s: Floats, stride: int) -> tuple[Floats, Floats]:
     """Traction (R, 3) and rupture, friction, work (R, 3) of every stride-th row in double precision."""
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
-    status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
+    status, message = _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), traction.T, state.T)
     if status != 0:
         raise ValueError(message.decode("ascii").rstrip())
     rupture, friction = (state[:, contract.statev_index(name)] for name in ("rupture", "friction"))
@@ -559,7 +559,7 @@ def distances(
     curve = slip_curves(interface, STEP_DIRECTION, slips, sigma_N, PRELOAD)
     s = np.column_stack([curve.s_N[0], np.outer(slips, direction_vector(STEP_DIRECTION))])
     traction, state = np.empty_like(s), np.empty((len(s), interface.nstatv))
-    _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), 0, traction.T, state.T)
+    _core.interface_replay(interface.props(), s.T, np.zeros(len(s)), traction.T, state.T)
     tick()
     size = np.abs(traction[400:]).max()
     for way, label in WAYS.items():

@@ -80,7 +80,7 @@ def newton_path(
     if n > 0:  # f2py takes no empty arrays
         done, ended = _core.newton_path(
             interface._props, np.asarray(held, dtype=np.int32), np.asarray(spring, dtype=float), targets.T,
-            np.full(n, dt or 0.0), int(interface.guarded), TANGENTS.index(tangent) + 1, tolerance,
+            np.full(n, dt or 0.0), TANGENTS.index(tangent) + 1, tolerance,
             separation.T, traction.T, state.T, iterations, updates, residuals.T,
         )  # fmt: skip
     rows = min(done + 1, n)

@@ -202,10 +202,10 @@ def second_law() -> list[Trial]:
             f"rupture {state[1999]:.4f}, then {state[-1]:.4f} N/mm, without friction",
         )
     ]
-    guarded = Interface(TABLE_2, Pattern.regular(0, 0.0), guarded=True)
+    guarded = Interface(replace(TABLE_2, guard=True), Pattern.regular(0, 0.0))
     kept = guarded.replay(path(corners, 1000)).state[:, RUPTURE]
     found = f"rupture {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
-    trials.append(Trial("the same with guarded = True", True, bool(np.diff(kept).min() >= -1e-12), found))
+    trials.append(Trial("the same with guard = True", True, bool(np.diff(kept).min() >= -1e-12), found))
     clamp, back = (
         axis.ravel() for axis in np.meshgrid(np.linspace(0.005, 0.2, 14), np.linspace(0.005, 0.1, 14))
     )
@@ -223,7 +223,7 @@ def second_law() -> list[Trial]:
     )
     fall = clamped_reversal(guarded, clamp, back, 0.03, steps=200)
     found = f"largest fall {fall.max():.1g} N/mm"
-    trials.append(Trial(f"these {len(fall)} paths, guarded", True, bool(fall.max() <= 1e-12), found))
+    trials.append(Trial(f"these {len(fall)} paths, with the guard", True, bool(fall.max() <= 1e-12), found))
     return trials
 
 
@@ -234,7 +234,7 @@ SECOND_LAW = Edge(
     "broken part is then strained by up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2 and damage "
     "releases energy where q > r. It begins for mu |s_N| > s_1.",
     "Watch STATEV 3 (rupture): where it falls the law is outside its ground (CNS, seismic paths). The guard "
-    "holds the damage back there; Python and the driver have it, UMAT and VUMAT have not.",
+    "(PROPS 17) holds the damage back there.",
     second_law,
 )
 
