@@ -1,8 +1,8 @@
 !> Run of one case: rows, end as expected or not, summary.
 module case_run
-  use asperity_checks, only: integer_text, to_text
   use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored, v_work
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text, to_text
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
   use driver_messages, only: begin_progress, clear_progress, exit_input, exit_ok, exit_solve, progress_type, say, short

@@ -2,8 +2,8 @@
 module driver_messages
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
-  use asperity_checks, only: integer_text, to_text
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text, to_text
   implicit none
   private
   public :: say, tell, short, finish, begin_progress, show_progress, clear_progress

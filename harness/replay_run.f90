@@ -5,11 +5,12 @@
 !> STRESS are committed at the end of the increment only; what the host does not define holds garbage. An initial state
 !> comes in as a host's initial conditions do: planes in STATEV, status 0, and the traction in STRESS.
 module replay_run
-  use asperity_checks, only: bounded, integer_text
+  use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_host, only: component_map
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
   use case_initial, only: initial_type
   use driver_messages, only: progress_type, show_progress
   use history, only: add_row, history_type, row_type

@@ -1,9 +1,9 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_checks, only: append, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
+  use asperity_text, only: append, to_text
   use case_file, only: case_format, case_type, interpret_case, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type

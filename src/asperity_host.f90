@@ -1,12 +1,13 @@
 !> What the host adapters share: component orders, the test of their input, and the rejection of a call.
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: all_bounded, append, bounded, integer_text, review_props, to_text
+  use asperity_checks, only: all_bounded, bounded, review_props
   use asperity_contract, only: is_damage, n_plane_statev, n_point_statev, n_required_props, status_nstatv, &
     status_ntens, status_ok, status_separation, status_time, v_offset
   use asperity_interface, only: interface_type, new_interface, separation_bound
   use asperity_points, only: explain_point, explain_time, state_status, time_status
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
   implicit none
   private
   public :: component_map, vumat_map, host_status, explain_call, explain_vumat, explain_block, reject, request_cut, &

@@ -2,7 +2,7 @@
 !>
 !> That separation becomes the offset of STATEV 7-9 (contract), which the law adds to what the host calls separation.
 module asperity_initial
-  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_checks, only: bounded
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_friction, v_offset, v_status, v_stored, v_work
   use asperity_interface, only: interface_type, separation_bound
@@ -10,6 +10,7 @@ module asperity_initial
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
+  use asperity_text, only: append, integer_text, to_text
   implicit none
   private
   public :: first_traction, carry_traction, explain_initial

@@ -2,11 +2,12 @@
 module asperity_points
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block, update_block
-  use asperity_checks, only: all_bounded, append, bounded, integer_text, to_text
+  use asperity_checks, only: all_bounded, bounded
   use asperity_contract, only: energy_limit, max_planes, n_plane_statev, n_point_statev, n_statev, plane_statev, &
     statev_table, status_nstatv, status_ok, status_separation, status_state, status_time, v_offset
   use asperity_interface, only: interface_type, separation_bound, slip_bound
   use asperity_law, only: update_point_in_place
+  use asperity_text, only: append, integer_text, to_text
   implicit none
   private
   public :: virgin_tangent, point_status, state_status, time_status, update_points, explain_point, explain_points, explain_time

@@ -1,12 +1,13 @@
 !> One sample of the solver's soak run: a drawn interface, load and increment, run by each method.
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: bounded, integer_text, to_text
+  use asperity_checks, only: bounded
   use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
     p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text, to_text
   use control_point, only: control_type, new_point, point_type
   use equilibrium_scan, only: scan_equilibria, scan_type
   use mixed_control, only: advance, direction_vector, ended_limit, ended_lost, full_solver, report_type
