@@ -109,9 +109,10 @@ end subroutine interface_planes
 
 !> Update n points over one increment.
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, state, traction, tangent, status, message)
+  use asperity_call_checks, only: explain_point, explain_time
   use asperity_contract, only: status_ok, status_time
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, explain_time, update_points
+  use asperity_points, only: update_points
   use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
@@ -153,10 +154,10 @@ end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point
   use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
@@ -189,9 +190,10 @@ end subroutine interface_initial
 
 !> Take one virgin point along a history of separations.
 subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, update_points
+  use asperity_points, only: update_points
   use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants

@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, plane_statev, is_damage
+  public :: prop_type, statev_type, n_statev, plane_statev, statev_row
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -24,7 +24,8 @@ module asperity_contract
   !> Tolerance of the sum of listed weights.
   real(wp), parameter, public :: weight_tolerance = 1.0e-6_wp
 
-  !> One entry of PROPS: what it is and what it may be. `lower` and `upper` are admissible themselves.
+  !> One entry of PROPS: what it is and what it may be. `lower` and `upper` are admissible themselves; a negative
+  !> `lower` is -`upper`.
   type :: prop_type
     character(len=8) :: name          !! symbol
     character(len=64) :: meaning      !! one line
@@ -76,12 +77,16 @@ module asperity_contract
     prop_type("reserved", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp), &
     prop_type("reserved", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp), &
     prop_type("reserved", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
+  !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
+  integer, parameter, public :: integral_props(2) = [p_m, p_map], divisor_props(3) = [p_h, p_sigma02, p_gc2]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_work = 5, v_status = 6, &
     v_offset = 7
   !> State variables before those of the planes, and per plane (alpha, s_dit, s_dih).
   integer, parameter, public :: n_point_statev = 9, n_plane_statev = 3
+  !> Row of statev_table with the damage of a plane: the one state variable that must not be negative.
+  integer, parameter, public :: damage_row = n_point_statev + 1
 
   !> One state variable: name, meaning, unit.
   type :: statev_type
@@ -129,11 +134,12 @@ contains
     i = n_point_statev + n_plane_statev*(k - 1) + 1
   end function plane_statev
 
-  !> Whether a state variable is the damage of a plane.
-  pure function is_damage(i) result(yes)
+  !> Row of statev_table that describes a state variable.
+  pure function statev_row(i) result(row)
     integer, intent(in) :: i   !! index in STATEV
-    logical :: yes
-    yes = i > n_point_statev .and. mod(i - n_point_statev, n_plane_statev) == 1
-  end function is_damage
+    integer :: row
+    row = i
+    if (i > n_point_statev) row = damage_row + modulo(i - damage_row, n_plane_statev)
+  end function statev_row
 
 end module asperity_contract

@@ -2,11 +2,11 @@
 !>
 !> That separation becomes the offset of STATEV 7-9 (contract), which the law adds to what the host calls separation.
 module asperity_initial
+  use asperity_call_checks, only: point_status, state_status
   use asperity_checks, only: bounded
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_friction, v_offset, v_status, v_stored, v_work
   use asperity_interface, only: interface_type, separation_bound
-  use asperity_points, only: point_status, state_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal

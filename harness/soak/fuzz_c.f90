@@ -3,10 +3,10 @@ module fuzz_c
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_c, only: asperity_nstatv, asperity_update, asperity_update_with
+  use asperity_call_checks, only: state_status
   use asperity_checks, only: all_bounded
   use asperity_contract, only: p_tau_v, status_ok, status_time
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use asperity_points, only: state_status
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
