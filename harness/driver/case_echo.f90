@@ -9,7 +9,7 @@
 !> k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time` and `tolerance` (0: fixed increments).
 module case_echo
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_checks, only: integer_text, to_text
+  use asperity_text, only: integer_text, to_text
   use asperity_kinds, only: wp
   use case_file, only: case_type
   use case_text, only: group_index, text_type
