@@ -7,7 +7,8 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, n,
                                  iterations)
   use asperity_contract, only: status_ok, v_damage, v_work
   use asperity_interface, only: interface_type, new_interface
-  use mixed_control, only: confined_slip
+  use asperity_mixed_control, only: report_type
+  use asperity_slip_test, only: confined_slip, slip_test_type
   implicit none
   integer, intent(in) :: nprops                               !! number of constants
   double precision, intent(in) :: props(nprops)               !! admissible PROPS
@@ -23,20 +24,21 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, n,
   !f2py threadsafe
   type(interface_type) :: joint
   double precision, allocatable :: separation(:, :), traction(:, :), state(:, :)
-  integer, allocatable :: used(:)
+  type(report_type) :: reports(0:n)
   integer :: i, status
   n_done = -1
   iterations = 0
   rows = 0.0d0
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n), used(n))
+  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n))
   do i = 1, n_curves
-    call confined_slip(joint, direction(i), slips, sigma_n(i), preload, separation, traction, state, used, n_done(i))
+    call confined_slip(joint, slip_test_type(direction(i), sigma_n(i), preload), slips, separation, traction, state, &
+      n_done(i), reports)
     rows(1, :, i) = separation(1, :)
     rows(2:4, :, i) = traction
     rows(5, :, i) = state(v_damage, :)
     rows(6, :, i) = state(v_work, :)
-    iterations(i) = sum(used)
+    iterations(i) = sum(reports(1:)%iterations)
   end do
 end subroutine interface_slip_curves
