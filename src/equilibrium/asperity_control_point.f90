@@ -1,15 +1,16 @@
 !> A point under mixed control and its equations: what is given of each component, and the residual of what is held.
-module control_point
-  use asperity_call_checks, only: point_status
-  use asperity_checks, only: bounded
-  use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
-  use asperity_interface, only: interface_type
+module asperity_control_point
+  use asperity_checks, only: all_bounded
+  use asperity_contract, only: n_plane_statev, n_point_statev, v_friction, v_offset, v_rupture, v_stored
+  use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
+  use asperity_tolerances, only: coarsest_scale, finest_scale, instability, longest_step
   implicit none
   private
-  public :: control_type, point_type, balance_type, new_point, new_balance, evaluate, free_matrix, solve_linear, &
-    unstable, released_energy, work_between, dead_and_open, whole_separation
+  public :: control_type, point_type, balance_type, new_point, move_point, set_balance, evaluate, traction_scale, &
+    elastic_stiffness, free_matrix, unstable, released_energy, work_between, dead_and_open, &
+    whole_separation
 
   !> What is held of each component (N, Tx, Ty), and how long an increment takes.
   type :: control_type
@@ -23,36 +24,25 @@ module control_point
     real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
     real(wp) :: traction(3) = 0.0_wp      !! stress
     real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
-    real(wp), allocatable :: state(:)     !! STATEV
     real(wp) :: work = 0.0_wp             !! of the traction on the separation so far, stress*length
+    real(wp), allocatable :: state(:)     !! STATEV
   end type point_type
 
-  !> Equations of a part of an increment: the held tractions at its end, from the state at its start.
+  !> Equations of a part of an increment: the prescribed tractions at its end, from the state at its start.
   type :: balance_type
     type(control_type) :: control
     real(wp) :: given(3) = 0.0_wp      !! separation, or traction + spring*separation, at the end
     type(point_type) :: old            !! the point at the start
     integer :: n = 0                   !! free separations
     integer :: free(3) = 0             !! which, in the first n
+    real(wp) :: damping = 0.0_wp       !! resistance to the motion from the start, stress/length
+    real(wp) :: finest = 0.0_wp        !! smallest traction scale, stress
+    real(wp) :: coarsest = 0.0_wp      !! largest traction scale by free separations, of strength and given tractions
+    real(wp) :: longest = 0.0_wp       !! longest step where the derivative is singular, of that of an elastic interface
   end type balance_type
-
-  !> Residual accepted, relative to K max(|s|, |s_di|) + |target|: some hundred units in the last place of the terms
-  !> that are summed over the planes.
-  real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
 
   !> What is stored and dissipated, in STATEV.
   integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
-
-  interface
-    !> LAPACK: solve A x = b.
-    pure subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-      import :: wp
-      implicit none
-      integer, intent(in) :: n, nrhs, lda, ldb
-      real(wp), intent(inout) :: a(lda, n), b(ldb, nrhs)
-      integer, intent(out) :: ipiv(n), info
-    end subroutine dgesv
-  end interface
 
 contains
 
@@ -80,71 +70,94 @@ contains
     whole = s + state(v_offset:v_offset + 2)
   end function whole_separation
 
-  !> Equations of a part of an increment.
-  pure function new_balance(control, given, old) result(balance)
-    type(control_type), intent(in) :: control   !! what is held
-    real(wp), intent(in) :: given(3)            !! its values at the end
-    type(point_type), intent(in) :: old         !! the point at the start
-    type(balance_type) :: balance
+  !> Let a point take the place of another, whose array of state variables the first one keeps: no array is copied.
+  pure subroutine move_point(from, to)
+    type(point_type), intent(inout) :: from   !! the point -> undefined
+    type(point_type), intent(inout) :: to     !! any -> the point
+    real(wp), allocatable :: room(:), state(:)
+    call move_alloc(to%state, room)
+    call move_alloc(from%state, state)
+    to = from
+    call move_alloc(state, to%state)
+    call move_alloc(room, from%state)
+  end subroutine move_point
+
+  !> Equations of a part of an increment; the point at its start stays as it is.
+  pure subroutine set_balance(joint, control, given, balance)
+    type(interface_type), intent(in) :: joint        !! the interface
+    type(control_type), intent(in) :: control        !! which components are given as tractions
+    real(wp), intent(in) :: given(3)                 !! values at the end
+    type(balance_type), intent(inout) :: balance     !! the equations
     integer :: i
     balance%control = control
     balance%given = given
-    balance%old = old
+    balance%n = 0
     do i = 1, 3
       if (.not. control%traction(i)) cycle
       balance%n = balance%n + 1
       balance%free(balance%n) = i
     end do
-  end function new_balance
+    balance%damping = 0.0_wp
+    balance%finest = finest_scale*joint%material%k_n*joint%material%s0
+    balance%coarsest = coarsest_scale
+    balance%longest = longest_step
+  end subroutine set_balance
 
-  !> The point at free separations x, the others being as given, and the residual of what is held.
+  !> The point at free separations x, the others being as given, and the residual of the prescribed tractions.
+  !>
+  !> The point at the start is not tested: its state must be one of the interface (`state_status`).
   pure subroutine evaluate(joint, balance, x, point, residual, scale, good)
     type(interface_type), intent(in) :: joint        !! the interface
     type(balance_type), intent(in) :: balance        !! the equations
-    real(wp), intent(in) :: x(:)                     !! (n) free separations, length
-    type(point_type), intent(inout) :: point         !! state allocated -> the point with these separations
-    real(wp), intent(out) :: residual(:)             !! (n) traction + spring*separation - given, stress
-    real(wp), intent(out) :: scale                   !! stress that `residual_tolerance` refers to, > 0
+    real(wp), intent(in) :: x(3)                     !! free separations in the first n, length
+    type(point_type), intent(inout) :: point         !! -> the point with these separations
+    real(wp), intent(out) :: residual(3)             !! traction + spring*separation + damping*move - given, stress
+    real(wp), intent(out) :: scale                   !! traction scale that `residual_tolerance` refers to, > 0, stress
     logical, intent(out) :: good                     !! false: the law does not take the separation, nothing is known
-    !> Largest scale by free separations, of strength and given tractions: 1e-7 of these is the largest residual.
-    real(wp), parameter :: coarsest = 1.0e6_wp
-    real(wp) :: given, held(3)
+    real(wp) :: given, largest
+    integer :: i, k
+
     residual = 0.0_wp
     scale = 1.0_wp
-    associate (n => balance%n)
-      point%s = balance%given
-      point%s(balance%free(:n)) = x(:n)
-      good = point_status(joint, balance%old%s, point%s, balance%old%state) == status_ok
-      if (.not. good) return
-      call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, &
-        point%tangent, balance%control%dt)
-      point%work = balance%old%work + work_between(balance%old%s, balance%old%traction, point%s, point%traction)
-      associate (free => balance%free(:n))
-        residual(:n) = point%traction(free) + balance%control%spring(free)*x(:n) - balance%given(free)
-        given = maxval([0.0_wp, abs(balance%given(free))])
-        scale = traction_scale(joint, point%s, point%state) + given
-        ! separations that run away do not make their residuals small, neither in an increment nor over many
-        held = whole_separation(balance%given, balance%old%state)
-        where (balance%control%traction) held = 0.0_wp
-        associate (m => joint%material)
-          scale = max(tiny(scale), min(scale, coarsest*(m%k_n*m%s0 + given) + stiffest(joint)*maxval(abs(held))))
-        end associate
-      end associate
+    point%s = balance%given
+    do i = 1, balance%n
+      point%s(balance%free(i)) = x(i)
+    end do
+    good = all_bounded(3, point%s, separation_bound(joint))
+    if (.not. good) return
+    if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
+    call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, point%tangent, &
+      balance%control%dt)
+    point%work = balance%old%work + work_between(balance%old%s, balance%old%traction, point%s, point%traction)
+    given = 0.0_wp
+    do i = 1, balance%n
+      k = balance%free(i)
+      residual(i) = point%traction(k) + balance%control%spring(k)*x(i) - balance%given(k)
+      residual(i) = residual(i) + balance%damping*(x(i) - balance%old%s(k))
+      given = max(given, abs(balance%given(k)))
+    end do
+    ! separations that grow without bound do not make their residuals small, neither in an increment nor over many
+    largest = 0.0_wp
+    do i = 1, 3
+      if (.not. balance%control%traction(i)) largest = max(largest, abs(point%s(i) + point%state(v_offset + i - 1)))
+    end do
+    associate (m => joint%material)
+      largest = balance%coarsest*(m%k_n*m%s0 + given) + stiffest(joint)*largest
     end associate
+    scale = max(tiny(scale), balance%finest, min(traction_scale(joint, point%s, point%state) + given, largest))
   end subroutine evaluate
 
-  !> Size of the terms that are summed to the traction of a point, stress: what their rounding errors go with.
+  !> Size of the terms that are summed to the traction of a point, stress: their rounding errors are proportional to it.
   pure function traction_scale(joint, s, state) result(scale)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)                !! STATEV
     real(wp) :: scale
     real(wp) :: largest
-    integer :: i, k
+    integer :: i
     largest = maxval(abs(whole_separation(s, state)))
-    do k = 1, joint%pattern%n
-      i = plane_statev(k)
-      largest = max(largest, abs(state(i + 1)), abs(state(i + 2)))
+    do i = n_point_statev + 2, joint%n_statev, n_plane_statev
+      largest = max(largest, max(abs(state(i)), abs(state(i + 1))))
     end do
     scale = stiffest(joint)*largest
   end function traction_scale
@@ -153,42 +166,30 @@ contains
   pure function stiffest(joint) result(stiffness)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: stiffness
-    associate (m => joint%material)
-      stiffness = max(m%k_n, m%k_t, m%k_c)
-    end associate
+    stiffness = max(elastic_stiffness(joint), joint%material%k_c)
   end function stiffest
+
+  !> Elastic stiffness of a plane, stress/length.
+  pure function elastic_stiffness(joint) result(stiffness)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: stiffness
+    stiffness = max(joint%material%k_n, joint%material%k_t)
+  end function elastic_stiffness
 
   !> Derivative of the residual by the free separations, in the upper left n x n, stress/length.
   pure function free_matrix(balance, point) result(a)
     type(balance_type), intent(in) :: balance   !! the equations
     type(point_type), intent(in) :: point       !! the point, its tangent
     real(wp) :: a(3, 3)
-    integer :: i
+    integer :: i, j
     a = 0.0_wp
-    associate (n => balance%n)
-      a(:n, :n) = point%tangent(balance%free(:n), balance%free(:n))
-      do i = 1, n
-        a(i, i) = a(i, i) + balance%control%spring(balance%free(i))
+    do j = 1, balance%n
+      do i = 1, balance%n
+        a(i, j) = point%tangent(balance%free(i), balance%free(j))
       end do
-    end associate
+      a(j, j) = a(j, j) + balance%control%spring(balance%free(j)) + balance%damping
+    end do
   end function free_matrix
-
-  !> Solve A x = b by LU with row interchanges.
-  pure subroutine solve_linear(n, matrix, b, x, good)
-    integer, intent(in) :: n                 !! unknowns
-    real(wp), intent(in) :: matrix(:, :)     !! (n, n) or larger
-    real(wp), intent(in) :: b(:)             !! (n)
-    real(wp), intent(out) :: x(:)            !! (n)
-    logical, intent(out) :: good             !! false: A is singular
-    real(wp) :: a(n, n), right(n, 1)
-    integer :: info, pivots(n)
-    a = matrix(:n, :n)
-    right(:, 1) = b(:n)
-    call dgesv(n, 1, a, n, pivots, right, n, info)
-    x(:n) = right(:, 1)
-    good = info == 0
-    if (good) good = all(bounded(x(:n), huge(1.0_wp)))
-  end subroutine solve_linear
 
   !> Whether an overdamped motion leaves an equilibrium with this derivative: an eigenvalue with a negative real part
   !> (Routh and Hurwitz). Zero is not negative: a dead interface floats.
@@ -197,24 +198,22 @@ contains
     real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
     real(wp), intent(in) :: scale          !! elastic stiffness, stress/length
     logical :: yes
-    !> Rounding of a sum over the planes and of products of three.
-    real(wp), parameter :: rounding = 1.0e-12_wp
     real(wp) :: b(3, 3), first, second, third
+    if (n < 2) then
+      yes = n == 1 .and. a(1, 1)/scale < -instability
+      return
+    end if
     b = a/scale
     select case (n)
-    case (0)
-      yes = .false.
-    case (1)
-      yes = b(1, 1) < -rounding
     case (2)
-      yes = b(1, 1) + b(2, 2) < -rounding .or. b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) < -rounding
+      yes = b(1, 1) + b(2, 2) < -instability .or. b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) < -instability
     case default
       first = b(1, 1) + b(2, 2) + b(3, 3)
       second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
         b(2, 3)*b(3, 2)
       third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
         b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
-      yes = first < -rounding .or. third < -rounding .or. first*second - third < -rounding
+      yes = first < -instability .or. third < -instability .or. first*second - third < -instability
     end select
   end function unstable
 
@@ -244,4 +243,4 @@ contains
     yes = .not. (any(abs(point%traction) > 0.0_wp) .or. any(abs(point%tangent) > 0.0_wp))
   end function dead_and_open
 
-end module control_point
+end module asperity_control_point

@@ -5,16 +5,15 @@
 !> friction and work are as good. The energies that are kept are extrapolated from both runs and better than that
 !> (the law is total: a single increment is often exact at its end, so that the end alone says nothing).
 !> A step that is too large and in which a plane switches ends at the first switch instead: docs/solver.md.
-module adaptive
+module asperity_adaptive
   use asperity_contract, only: plane_statev, v_friction, v_rupture
+  use asperity_control_point, only: control_type, point_type, whole_separation
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use control_point, only: whole_separation
-  use mixed_control, only: advance, control_type, direction_vector, new_point, plain_newton, point_type, &
-    report_type
+  use asperity_mixed_control, only: advance, plain_newton, report_type
   implicit none
   private
-  public :: walk_type, new_walk, adaptive_step, adaptive_slip
+  public :: walk_type, new_walk, adaptive_step
 
   !> Range of the tolerance: below, rounding errors and the solver's tolerance show; above, it bounds nothing.
   real(wp), parameter, public :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
@@ -391,88 +390,4 @@ contains
 
   end subroutine first_switch
 
-  !> Confined slip test with adaptive increments: sigma_N on a virgin point at zero slip, then slips to turning points.
-  !>
-  !> Every step gives two rows, its middle and its end; a row ends at every turning point.
-  pure subroutine adaptive_slip(joint, direction, slips, sigma_n, tolerance, lands, separation, traction, state, &
-                                work, n_rows, n_turns, walk, times, preload_time)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
-    real(wp), intent(in) :: slips(:)                !! (T) turning points, length
-    real(wp), intent(in) :: sigma_n                 !! normal traction, stress
-    real(wp), intent(in) :: tolerance               !! relative, least_tolerance to largest_tolerance
-    logical, intent(in) :: lands                    !! false: rejected steps shrink only
-    real(wp), intent(out) :: separation(:, :)       !! (3, room) separation (N, Tx, Ty), length
-    real(wp), intent(out) :: traction(:, :)         !! (3, room) traction (N, Tx, Ty), stress
-    real(wp), intent(out) :: state(:, :)            !! (nstatv, room) STATEV
-    real(wp), intent(out) :: work(:)                !! (room) of the traction on the separation, stress*length
-    integer, intent(out) :: n_rows                  !! rows; beyond the room they are counted, not kept
-    integer, intent(out) :: n_turns                 !! turning points reached, fewer than T: equilibrium lost; -1: by
-                                                    !! the preload
-    type(walk_type), intent(out) :: walk            !! what it took
-    real(wp), intent(in), optional :: times(:)      !! (T) of the turning points from the end of the preload on, not
-                                                    !! decreasing, time; absent: no time passes
-    real(wp), intent(in), optional :: preload_time  !! duration of the preload, >= 0, time; absent: 0
-    type(control_type) :: control
-    type(point_type) :: middle, point
-    type(report_type) :: reports(2)
-    real(wp) :: at, at_middle, now, start(3), target(3), reached
-    integer :: i, iterations(2)
-
-    separation = 0.0_wp
-    traction = 0.0_wp
-    state = 0.0_wp
-    work = 0.0_wp
-    n_rows = 0
-    n_turns = -1
-    control%traction(1) = .true.
-    point = new_point(joint)
-    walk = new_walk(joint)
-    walk%tolerance = tolerance
-    walk%lands = walk%lands .and. lands
-    target = 0.0_wp
-    now = 0.0_wp
-    i = 0
-    do while (i <= size(slips))
-      start = target
-      if (i == 0) then
-        target(1) = sigma_n
-        if (present(preload_time)) control%dt = preload_time
-      else
-        control%dt = 0.0_wp
-        if (present(times)) then
-          control%dt = times(i) - now
-          now = times(i)
-        end if
-        target(2:3) = slips(i)*direction_vector(direction)
-      end if
-      at = 0.0_wp
-      do while (at < 1.0_wp)
-        call adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, reached, &
-          reports)
-        if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state, work)
-        if (reached < 1.0_wp) return
-        if (i > 0) call keep(point, n_rows, separation, traction, state, work)
-      end do
-      n_turns = i
-      i = i + 1
-    end do
-  end subroutine adaptive_slip
-
-  !> Add a row where there is room.
-  pure subroutine keep(row, n_rows, separation, traction, state, work)
-    type(point_type), intent(in) :: row                !! the point
-    integer, intent(inout) :: n_rows                   !! rows so far
-    real(wp), intent(inout) :: separation(:, :)        !! (3, room) separation (N, Tx, Ty), length
-    real(wp), intent(inout) :: traction(:, :)          !! (3, room) traction (N, Tx, Ty), stress
-    real(wp), intent(inout) :: state(:, :)             !! (nstatv, room) STATEV
-    real(wp), intent(inout) :: work(:)                 !! (room) of the traction on the separation, stress*length
-    n_rows = n_rows + 1
-    if (n_rows > size(separation, 2)) return
-    separation(:, n_rows) = row%s
-    traction(:, n_rows) = row%traction
-    state(:size(row%state), n_rows) = row%state
-    work(n_rows) = row%work
-  end subroutine keep
-
-end module adaptive
+end module asperity_adaptive
