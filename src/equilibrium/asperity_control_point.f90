@@ -1,4 +1,5 @@
-!> A point under mixed control and its equations: what is given of each component, and the residual of what is held.
+!> A point under mixed control and its equations: what is given of each component, and the residual of the prescribed
+!> tractions.
 module asperity_control_point
   use asperity_checks, only: all_bounded
   use asperity_contract, only: n_plane_statev, n_point_statev, v_friction, v_offset, v_rupture, v_stored
@@ -8,18 +9,18 @@ module asperity_control_point
   use asperity_tolerances, only: coarsest_scale, finest_scale, instability, longest_step
   implicit none
   private
-  public :: control_type, point_type, balance_type, new_point, move_point, set_balance, evaluate, traction_scale, &
-    elastic_stiffness, free_matrix, unstable, released_energy, work_between, dead_and_open, &
-    whole_separation
+  public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
+    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, released_energy, &
+    work_between, dead_and_open, whole_separation
 
-  !> What is held of each component (N, Tx, Ty), and how long an increment takes.
+  !> What is given of each component (N, Tx, Ty), and how long an increment takes.
   type :: control_type
     logical :: traction(3) = .false.   !! true: traction + spring*separation is given, false: the separation is
     real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
     real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage only), >= 0, time
   end type control_type
 
-  !> A point and what it carries.
+  !> A point: separation, traction, tangent, state.
   type :: point_type
     real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
     real(wp) :: traction(3) = 0.0_wp      !! stress
@@ -28,7 +29,7 @@ module asperity_control_point
     real(wp), allocatable :: state(:)     !! STATEV
   end type point_type
 
-  !> Equations of a part of an increment: the prescribed tractions at its end, from the state at its start.
+  !> Equations of a sub-increment: the prescribed tractions at its end, from the state at its start.
   type :: balance_type
     type(control_type) :: control
     real(wp) :: given(3) = 0.0_wp      !! separation, or traction + spring*separation, at the end
@@ -57,10 +58,20 @@ contains
     old = 0.0_wp
     if (present(state)) old = state(:joint%n_statev)
     if (present(separation)) point%s = separation
-    allocate (point%state(joint%n_statev))
-    call update_point(joint, point%s, point%s, old, point%state, point%traction, point%tangent)
+    call put_point(joint, point%s, old, point)
     point%work = sum(point%state(ledger))
   end function new_point
+
+  !> Put a point to a separation at which it has a state already: its traction and its tangent there.
+  pure subroutine put_point(joint, s, state, point)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
+    real(wp), intent(in), contiguous :: state(:)    !! STATEV
+    type(point_type), intent(inout) :: point        !! -> the point; what the state has held back may grow in it
+    point%s = s
+    if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
+    call update_point(joint, s, s, state, point%state, point%traction, point%tangent)
+  end subroutine put_point
 
   !> Separation that the planes see: with the offset of an initial traction (STATEV 6-8), length.
   pure function whole_separation(s, state) result(whole)
@@ -82,7 +93,7 @@ contains
     call move_alloc(room, from%state)
   end subroutine move_point
 
-  !> Equations of a part of an increment; the point at its start stays as it is.
+  !> Equations of a sub-increment; the point at its start stays as it is.
   pure subroutine set_balance(joint, control, given, balance)
     type(interface_type), intent(in) :: joint        !! the interface
     type(control_type), intent(in) :: control        !! which components are given as tractions
@@ -176,6 +187,18 @@ contains
     stiffness = max(joint%material%k_n, joint%material%k_t)
   end function elastic_stiffness
 
+  !> The free components of a vector in the first n, the others zero.
+  pure function free_part(balance, v) result(x)
+    type(balance_type), intent(in) :: balance   !! the equations
+    real(wp), intent(in) :: v(3)                !! (N, Tx, Ty)
+    real(wp) :: x(3)
+    integer :: i
+    x = 0.0_wp
+    do i = 1, balance%n
+      x(i) = v(balance%free(i))
+    end do
+  end function free_part
+
   !> Derivative of the residual by the free separations, in the upper left n x n, stress/length.
   pure function free_matrix(balance, point) result(a)
     type(balance_type), intent(in) :: balance   !! the equations
@@ -192,7 +215,7 @@ contains
   end function free_matrix
 
   !> Whether an overdamped motion leaves an equilibrium with this derivative: an eigenvalue with a negative real part
-  !> (Routh and Hurwitz). Zero is not negative: a dead interface floats.
+  !> (Routh and Hurwitz). Zero is not negative: an open interface that is fully damaged has no stiffness.
   pure function unstable(n, a, scale) result(yes)
     integer, intent(in) :: n               !! 0 to 3
     real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
@@ -225,10 +248,10 @@ contains
     work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
 
-  !> Energy that a motion under held tractions sets free, per unit area: the work of what is held, less that of the
+  !> Energy that a motion under prescribed tractions sets free, per unit area: the work of these, less that of the
   !> springs, less what the interface stores and dissipates (docs/solver.md, "Snap").
   pure function released_energy(balance, old, new) result(energy)
-    type(balance_type), intent(in) :: balance   !! what is held
+    type(balance_type), intent(in) :: balance   !! what is given
     type(point_type), intent(in) :: old, new    !! before and after
     real(wp) :: energy
     real(wp) :: work(3)
@@ -236,7 +259,7 @@ contains
     energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))
   end function released_energy
 
-  !> Whether every plane is broken and apart, so that nothing is carried: exact, the sums are then zero.
+  !> Whether every plane is fully damaged and open, so that nothing is carried: exact, the sums are then zero.
   pure function dead_and_open(point) result(yes)
     type(point_type), intent(in) :: point   !! the point
     logical :: yes

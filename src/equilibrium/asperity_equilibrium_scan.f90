@@ -3,7 +3,8 @@
 !> One free separation: its traction at many values of it, the extreme refined. Several: the residual on a grid,
 !> Newton's method from the best of it. Both from the state of the point, in one increment.
 module asperity_equilibrium_scan
-  use asperity_control_point, only: balance_type, control_type, evaluate, point_type, set_balance, whole_separation
+  use asperity_control_point, only: balance_type, control_type, evaluate, free_part, point_type, set_balance, &
+    whole_separation
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
@@ -136,7 +137,7 @@ contains
     integer, parameter :: steps(3) = [0, 200, 40], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
-    !> Share of the residual of the point itself that an equilibrium may leave: more is no better than to stay.
+    !> A candidate counts only if its residual is below this share of the residual at the last point.
     real(wp), parameter :: closer = 0.1_wp
     real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
@@ -145,8 +146,7 @@ contains
     n = balance%n
     best = huge(best)
     seeds = 0.0_wp
-    x = 0.0_wp
-    x(:n) = point%s(balance%free(:n))
+    x = free_part(balance, point%s)
     call evaluate(joint, balance, x, at, r, scale, good)
     here = maxval(abs(r))
     do i = 0, (steps(n) + 1)**n - 1
@@ -174,7 +174,7 @@ contains
       at%s(balance%free(:n)) = seeds(:n, i)
       call newton_solve(joint, balance, .true., at, result)
       scan%samples = scan%samples + result%updates
-      x(:n) = at%s(balance%free(:n))
+      x = free_part(balance, at%s)
       if (.not. result%converged .or. maxval(abs(x)) > scan%upper) cycle
       call evaluate(joint, balance, x, at, r, scale, good)
       if (maxval(abs(r)) > closer*here) cycle

@@ -7,7 +7,7 @@ module asperity_initial
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_offset, v_status
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, move_point, point_type, &
-    set_balance, traction_scale, unstable
+    put_point, set_balance, traction_scale, unstable
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
@@ -72,14 +72,14 @@ contains
     if (status /= status_ok) return
     if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(joint)))) status = status_initial
     if (status /= status_ok) return
-    ! however long it took, it is over
+    ! an initial state is in viscous equilibrium: no relaxation
     rested = joint
     rested%material%tau_v = 0.0_wp
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
-    call rest(rested, s, old, trial)
+    call put_point(rested, s, old, trial)
     start = trial%traction
     control%traction = held
     call set_balance(rested, control, s, balance)
@@ -103,8 +103,8 @@ contains
         reached = next
         step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
         if (reached < 1.0_wp) cycle
-        ! damage that the guard has held back on the way may grow where the point rests: from there again
-        call rest(rested, balance%old%s, balance%old%state, trial)
+        ! damage that the guard has held back on the load path may grow at its end: once more from there
+        call put_point(rested, balance%old%s, balance%old%state, trial)
         if (.not. most_growth_of(balance%old%state, trial%state) > 0.0_wp) cycle
         start = trial%traction
         call move_point(trial, balance%old)
@@ -125,17 +125,6 @@ contains
     state(:joint%n_statev) = balance%old%state
   end subroutine carry_traction
 
-  !> A point that stays where it is.
-  pure subroutine rest(joint, s, state, point)
-    type(interface_type), intent(in) :: joint          !! the interface
-    real(wp), intent(in) :: s(3)                       !! separation, length
-    real(wp), intent(in), contiguous :: state(:)       !! STATEV
-    type(point_type), intent(inout) :: point           !! -> the point there
-    if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
-    point%s = s
-    call update_point(joint, s, s, state, point%state, point%traction, point%tangent)
-  end subroutine rest
-
   !> Largest growth of the damage of a plane.
   pure function most_growth_of(old, new) result(growth)
     real(wp), intent(in) :: old(:), new(:)   !! STATEV before and after
@@ -143,14 +132,14 @@ contains
     growth = maxval(new(n_point_statev + 1::n_plane_statev) - old(n_point_statev + 1::n_plane_statev))
   end function most_growth_of
 
-  !> No neighbouring separation carries the traction: the overdamped motion under it to the first rest, by implicit
-  !> Euler steps.
+  !> No neighbouring separation carries the traction: the overdamped motion under it to the first stable equilibrium, by
+  !> implicit Euler steps.
   pure subroutine move_on(joint, left, balance, trial, found)
     type(interface_type), intent(in) :: joint          !! the interface
-    integer, intent(inout) :: left                     !! steps that may be taken; 0 if there is no way on
-    type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> at rest
+    integer, intent(inout) :: left                     !! steps that may be taken; 0 if the motion cannot go on
+    type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
     type(point_type), intent(inout) :: trial           !! room
-    logical, intent(out) :: found                      !! whether there is a rest
+    logical, intent(out) :: found                      !! whether there is an equilibrium
     real(wp) :: damping, far, softest
     logical :: good
     found = .false.
@@ -211,7 +200,7 @@ contains
     opening = 0.0_wp
     do k = 1, joint%pattern%n
       n = plane_normal(joint%pattern, k)
-      ! no quotient of a plane that is nearly upright
+      ! the smaller one before dividing, as n_N may be tiny
       opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
     end do
     s = [opening, b(2:)]
@@ -227,7 +216,7 @@ contains
     logical, intent(out) :: good                            !! whether there is one
     type(newton_type) :: result
     real(wp) :: fine
-    ! a further step costs little: to rounding
+    ! a further step to rounding costs little
     fine = rounding*(joint%material%k_n*joint%material%s0 + maxval(abs(balance%given), mask=balance%control%traction))
     balance%damping = damping
     trial%s = balance%old%s
@@ -239,7 +228,7 @@ contains
       call newton_solve(joint, balance, .false., trial, result, fine)
     end if
     good = result%converged .and. .not. unstable(balance%n, result%last, elastic_stiffness(joint))
-    ! what the guard has held back comes at once
+    ! with the guard, damage that was held back may grow by any amount in one step
     if (good) good = joint%material%guard .or. &
       most_growth_of(balance%old%state, trial%state) <= most_growth
     if (good) call move_point(trial, balance%old)

@@ -1,19 +1,19 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
-!> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch
+!> Semismooth Newton with a line search, continuation along the branch by sub-increments, and where the branch
 !> ends the overdamped motion to the next equilibrium: a snap (docs/solver.md, "Branch" and "Snap").
 module asperity_mixed_control
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok
-  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, move_point, &
-    new_point, point_type, released_energy, set_balance, unstable, whole_separation
+  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, free_part, &
+    move_point, new_point, point_type, released_energy, set_balance, unstable, whole_separation
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_call_checks, only: state_status
-  use asperity_snap_motion, only: cannot_soften, farthest_rest, move_on, settle
-  use asperity_tolerances, only: most_iterations, smallest_share, snap_resolution, unexplained, unexplained_share
+  use asperity_snap_motion, only: cannot_soften, farthest_rest, move_on, close_opening
+  use asperity_tolerances, only: smallest_share, snap_resolution, unexplained, unexplained_share
   implicit none
   private
   public :: control_type, point_type, new_point, advance
@@ -32,7 +32,7 @@ module asperity_mixed_control
     integer :: ended = ended_complete
     integer :: iterations = 0            !! tangent solves
     integer :: updates = 0               !! of the law
-    integer :: parts = 0                 !! parts that converged, 1: the increment was solved whole
+    integer :: parts = 0                 !! sub-increments that converged, 1: the increment was solved whole
     integer :: snaps = 0                 !! jumps from one branch to another
     real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
     real(wp) :: after(3) = 0.0_wp        !! and after it
@@ -53,22 +53,19 @@ contains
   !>
   !> The increment is solved whole, from the state at its start, wherever the branch of equilibria goes on: Newton's
   !> result is taken if the tangents explain it, else the branch is followed with smaller steps of the given values.
-  !> Where the branch ends the point moves on to the first rest under what is held, a part of its own. If there is
-  !> none it stays at the last equilibrium and `reached` is below 1.
-  pure subroutine advance(joint, control, start, target, point, iterations, reached, residuals, report, method)
+  !> Where the branch ends the point moves on to the first stable equilibrium under the values reached, a sub-increment
+  !> of its own. If there is none it stays at the last equilibrium and `reached` is below 1.
+  pure subroutine advance(joint, control, start, target, point, iterations, reached, report, method)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
     real(wp), intent(in) :: target(3)               !! given values at the end
     type(point_type), intent(inout) :: point        !! the point, start -> end
-    integer, intent(out) :: iterations              !! Newton iterations over all parts, failed ones included
+    integer, intent(out) :: iterations              !! Newton iterations over all sub-increments, failed ones included
     real(wp), intent(out) :: reached                !! share of the increment that converged, 1: all
-    real(wp), intent(out), optional :: residuals(0:most_iterations)   !! of the last solve, relative to the scale of
-                                                                      !! `residual_tolerance`; -1 where none was needed
     type(report_type), intent(out), optional :: report   !! what happened
     integer, intent(in), optional :: method         !! plain_newton, halved_newton or full_solver (the default)
     type(report_type) :: what
-    type(newton_type) :: result
     type(path_type) :: path
     integer :: chosen
 
@@ -82,10 +79,10 @@ contains
     else
       path = path_type(control, start, target, target - start)
       if (chosen /= full_solver) call halve(joint, path, merge(1.0_wp, smallest_share, chosen == plain_newton), point, &
-        reached, what, result)
+        reached, what)
     end if
     do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
-      call follow(joint, path, point, reached, what, result)
+      call follow(joint, path, point, reached, what)
       if (reached >= 1.0_wp) exit
       what%beyond = values_at(path, min(1.0_wp, reached + smallest_share))
       if (.not. any(control%traction)) then
@@ -97,7 +94,6 @@ contains
       if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
     end do
     iterations = what%iterations
-    if (present(residuals)) residuals = result%history
     if (present(report)) report = what
   end subroutine advance
 
@@ -121,16 +117,16 @@ contains
     if (share >= 1.0_wp) values = path%target
   end function values_at
 
-  !> Newton's method alone, the increment halved where it does not converge: what the full solver is measured against.
-  pure subroutine halve(joint, path, least, point, reached, what, result)
+  !> Newton's method alone, the increment halved where it does not converge: the full solver is compared with it.
+  pure subroutine halve(joint, path, least, point, reached, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
-    real(wp), intent(in) :: least                   !! smallest part that is tried
+    real(wp), intent(in) :: least                   !! smallest sub-increment that is tried
     type(point_type), intent(inout) :: point        !! the point, start -> end
     real(wp), intent(inout) :: reached              !! share that converged
     type(report_type), intent(inout) :: what        !! what happened
-    type(newton_type), intent(out) :: result        !! of the last solve
     type(balance_type) :: balance
+    type(newton_type) :: result
     type(point_type) :: trial
     real(wp) :: fraction, next
     fraction = 1.0_wp
@@ -143,7 +139,7 @@ contains
       call newton_solve(joint, balance, .false., trial, result)
       call count_work(result, what)
       if (result%converged) then
-        call settle(joint, balance, trial, what%updates)
+        call close_opening(joint, balance, trial, what%updates)
         call move_point(trial, balance%old)
         reached = next
         what%parts = what%parts + 1
@@ -156,15 +152,15 @@ contains
     if (reached < 1.0_wp) what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
   end subroutine halve
 
-  !> Follow the branch as far as it goes, in one part: the state at its start is that of the point.
-  pure subroutine follow(joint, path, point, reached, what, result)
+  !> Follow the branch as far as it goes, in one sub-increment: the state at its start is that of the point.
+  pure subroutine follow(joint, path, point, reached, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
     type(point_type), intent(inout) :: point        !! the point at `reached` -> at the new `reached`
     real(wp), intent(inout) :: reached              !! share that converged
     type(report_type), intent(inout) :: what        !! what happened
-    type(newton_type), intent(out) :: result        !! of the last solve
     type(balance_type) :: balance
+    type(newton_type) :: result
     type(point_type) :: here, trial
     real(wp) :: next, share, step
     logical :: good
@@ -194,9 +190,9 @@ contains
       end if
     end do
     if (share > reached) then
-      ! the equations may be those of a part that was not accepted
+      ! the equations may be those of a step that was not accepted
       if (share < 1.0_wp) call set_share(joint, path, share, reached, balance)
-      call settle(joint, balance, here, what%updates)
+      call close_opening(joint, balance, here, what%updates)
       call move_point(here, point)
       reached = share
       what%parts = what%parts + 1
@@ -205,33 +201,27 @@ contains
     end if
   end subroutine follow
 
-  !> Newton's method from where the tangent at the start of a part points: a contact that is stiff and hardly pressed
-  !> would be lost from the separations of the start.
+  !> Newton's method from the separations that the tangent at the start of a step predicts: from those of the start it
+  !> would lose a stiff contact that is hardly pressed.
   pure subroutine solve_from_tangent(joint, balance, change, here, trial, result, what)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(balance_type), intent(in) :: balance       !! equations of the part
-    real(wp), intent(in) :: change(3)               !! of the given values in the part
-    type(point_type), intent(in) :: here            !! the point at the start of the part
+    type(balance_type), intent(in) :: balance       !! equations of the step
+    real(wp), intent(in) :: change(3)               !! of the given values in the step
+    type(point_type), intent(in) :: here            !! the point at its start
     type(point_type), intent(inout) :: trial        !! -> the point at its end
-    type(newton_type), intent(inout) :: result      !! what came out; steps are told from the start of the part
+    type(newton_type), intent(inout) :: result      !! what came out; first derivative and step are those of the start
     type(report_type), intent(inout) :: what        !! what happened so far
-    real(wp) :: matrix(3, 3), r(3), step(3), work(3, 3)
-    integer :: i, n
+    real(wp) :: matrix(3, 3), step(3), work(3, 3)
     logical :: good
-    n = balance%n
     matrix = free_matrix(balance, here)
     work = matrix
-    r = change - matmul(here%tangent, merge(0.0_wp, change, balance%control%traction))
-    step = 0.0_wp
-    do i = 1, n
-      step(i) = r(balance%free(i))
-    end do
-    call eliminate(n, work, step, good)
+    step = free_part(balance, change - matmul(here%tangent, merge(0.0_wp, change, balance%control%traction)))
+    call eliminate(balance%n, work, step, good)
     if (.not. good) return
     trial%s = here%s
-    do i = 1, n
-      trial%s(balance%free(i)) = here%s(balance%free(i)) + step(i)
-    end do
+    associate (free => balance%free(:balance%n))
+      trial%s(free) = here%s(free) + step(:balance%n)
+    end associate
     call newton_solve(joint, balance, .true., trial, result)
     call count_work(result, what)
     result%first = matrix
@@ -246,24 +236,24 @@ contains
     what%updates = what%updates + result%updates
   end subroutine count_work
 
-  !> Whether a converged part continues the branch it started from.
+  !> Whether a converged step continues the branch it started from.
   !>
   !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what
-  !> they predict, within `unexplained`. Where they differ much, the tangents on the straight way must be stable, too,
-  !> and where one separation is free, no equilibrium may be passed on it. A move too short to tell is taken, and so
-  !> is any where no plane can soften.
+  !> they predict, within `unexplained`. Where they differ much, the tangents on the straight line between the ends must
+  !> be stable, too, and where one separation is free, no equilibrium may be passed on it. Moves below
+  !> `snap_resolution`*s0, and moves from states that cannot soften, are accepted without this test.
   pure subroutine check_branch(joint, balance, result, change, origin, point, good, updates)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(balance_type), intent(in) :: balance       !! equations of the part
+    type(balance_type), intent(in) :: balance       !! equations of the step
     type(newton_type), intent(in) :: result         !! of Newton's method
-    real(wp), intent(in) :: change(3)               !! of the given values in the part
-    real(wp), intent(in) :: origin(3)               !! separation at the start of the part, length
-    type(point_type), intent(in) :: point           !! at the end of the part
+    real(wp), intent(in) :: change(3)               !! of the given values in the step
+    real(wp), intent(in) :: origin(3)               !! separation at the start of the step, length
+    type(point_type), intent(in) :: point           !! at the end of the step
     logical, intent(out) :: good                    !! whether it does
     integer, intent(inout) :: updates               !! of the law
-    !> Change of the tangent, relative to the first one, that Newton's method bears: half of what Kantorovich allows.
+    !> Change of the tangent, relative to the first one, for which Newton's method is sure: half of Kantorovich's bound.
     real(wp), parameter :: half = 0.5_wp
-    !> Looks at the way: at least, at most, and one for this share of s0.
+    !> Points on the line between the ends: at least, at most, and one for this share of s0.
     integer, parameter :: least_looks = 7, most_looks = 63
     real(wp), parameter :: distance = 1.0_wp/16.0_wp
     type(point_type) :: between
@@ -276,23 +266,15 @@ contains
     if (n == 0 .or. result%iterations == 0) return
     stiffness = elastic_stiffness(joint)
     s0 = joint%material%s0
-    from = 0.0_wp
-    move = 0.0_wp
-    do i = 1, n
-      from(i) = origin(balance%free(i))
-      move(i) = point%s(balance%free(i)) - from(i)
-    end do
+    from = free_part(balance, origin)
+    move = free_part(balance, point%s) - from
     good = .not. unstable(n, result%last, stiffness) .and. maxval(abs(point%s)) <= farthest_rest(joint, balance)
     if (.not. good .or. maxval(abs(move)) <= snap_resolution*s0) return
     good = result%stable
     if (.not. good) return
     if (cannot_soften(joint, balance%old)) return
-    ! last step that the tangent at the end predicts
-    r = matmul(point%tangent, merge(0.0_wp, change, balance%control%traction)) - change
-    last = 0.0_wp
-    do i = 1, n
-      last(i) = -r(balance%free(i))
-    end do
+    ! the move that the tangent at the end predicts
+    last = free_part(balance, change - matmul(point%tangent, merge(0.0_wp, change, balance%control%traction)))
     matrix = result%last
     call eliminate(n, matrix, last, good)
     ! with viscous damage a plane never breaks completely: separations grow by shares of themselves
@@ -325,12 +307,12 @@ contains
     end do
   end subroutine check_branch
 
-  !> No part of the increment continues the branch: the point moves on under the values held now.
+  !> No step continues the branch: the point moves to the next stable equilibrium under constant values.
   pure subroutine jump(joint, control, given, point, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: given(3)                !! values at the end of the smallest part
-    type(point_type), intent(inout) :: point        !! the point -> at the next rest, if there is one
+    real(wp), intent(in) :: given(3)                !! values at the end of the smallest step
+    type(point_type), intent(inout) :: point        !! the point -> at that equilibrium, if there is one
     type(report_type), intent(inout) :: what        !! what happened
     type(balance_type) :: balance
     type(point_type) :: trial
@@ -365,18 +347,18 @@ contains
     call move_point(trial, point)
   end subroutine jump
 
-  !> Whether a rest is one of many on a way without end: almost as far as what counts as running away, and no nearer
-  !> than where the branch ended. With viscous damage every place is a rest if no time passes.
+  !> Whether an equilibrium found at dt = 0 is spurious: with viscous damage every separation is one if no time passes.
+  !> True if it lies beyond half of `farthest_rest`, and not nearer than the end of the branch.
   pure function flows_away(joint, balance, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the end of the branch at their start
-    type(point_type), intent(in) :: point           !! the rest
+    type(point_type), intent(in) :: point           !! the equilibrium
     logical :: yes
-    !> A branch is followed in parts that are halved.
+    !> A branch is followed in steps that are halved.
     real(wp), parameter :: almost = 0.5_wp
-    real(wp) :: way
-    way = maxval(abs(point%s))
-    yes = way >= almost*farthest_rest(joint, balance) .and. way >= maxval(abs(balance%old%s))
+    real(wp) :: distance
+    distance = maxval(abs(point%s))
+    yes = distance >= almost*farthest_rest(joint, balance) .and. distance >= maxval(abs(balance%old%s))
   end function flows_away
 
 end module asperity_mixed_control

@@ -1,7 +1,8 @@
 !> Semismooth Newton's method for the prescribed tractions: the consistent tangent is that of the side of a switch on
 !> which the iterate is; line search on request.
 module asperity_newton
-  use asperity_control_point, only: balance_type, elastic_stiffness, evaluate, free_matrix, point_type, unstable
+  use asperity_control_point, only: balance_type, elastic_stiffness, evaluate, free_matrix, free_part, &
+    point_type, unstable
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -40,15 +41,12 @@ contains
     !> Armijo's constant; shortest step tried.
     real(wp), parameter :: decrease = 1.0e-4_wp, shortest = 2.0_wp**(-8)
     real(wp) :: error, length, next_error, r(3), scale, step(3), stiffness, trial(3), x(3)
-    integer :: i, n
+    integer :: n
     logical :: enough, good
 
     n = balance%n
     stiffness = elastic_stiffness(joint)
-    x = 0.0_wp
-    do i = 1, n
-      x(i) = point%s(balance%free(i))
-    end do
+    x = free_part(balance, point%s)
     call evaluate(joint, balance, x, point, r, scale, good)
     error = maxval(abs(r))/scale
     result%updates = 1

@@ -1,9 +1,8 @@
-!> Where no neighbouring equilibrium is left: the overdamped motion under what is held, to the first rest or away for
-!> good.
+!> Overdamped motion under constant given values after the branch of equilibria has ended: to the first stable
+!> equilibrium, or to the bound beyond which none is sought.
 !>
-!> One free separation moves in the sense of the missing traction, in steps that are halved where two roots may hide
-!> between; several move by damped implicit Euler steps (pseudo-transient continuation). The law keeps its history on
-!> the way.
+!> One free separation moves in the sense of the missing traction, in steps that are halved where they may pass two
+!> roots; several move by damped implicit Euler steps (pseudo-transient continuation). The state follows the motion.
 module asperity_snap_motion
   use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type, separation_bound
@@ -15,37 +14,37 @@ module asperity_snap_motion
   use asperity_tolerances, only: farthest, least_damping, less_damping, more_damping, residual_tolerance
   implicit none
   private
-  public :: move_on, settle, cannot_soften, farthest_rest
+  public :: move_on, close_opening, cannot_soften, farthest_rest
 
   !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be
   !> passed.
   real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step*2.0_wp**(-20)
-  !> Growth of the step: slow where planes may break, fast where all are broken and the law is monotone.
+  !> Growth of the step: slow where damage may grow, fast where all planes are fully damaged and the law is monotone.
   real(wp), parameter :: growth = 1.02_wp, fast_growth = 2.0_wp
 
 contains
 
-  !> Move under held values to the first rest.
+  !> Move under constant given values to the first stable equilibrium.
   pure subroutine move_on(joint, control, given, budget, point, updates, iterations, found)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held, at least one traction
+    type(control_type), intent(in) :: control       !! what is given, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
     integer, intent(in) :: budget                   !! most updates of the law
-    type(point_type), intent(inout) :: point        !! start -> rest, or the last point of a motion that does not end
+    type(point_type), intent(inout) :: point        !! start -> equilibrium, or the last point of a motion without end
     integer, intent(out) :: updates                 !! of the law
     integer, intent(out) :: iterations              !! tangent solves
-    logical, intent(out) :: found                   !! whether there is a rest
+    logical, intent(out) :: found                   !! whether there is an equilibrium
     iterations = 0
     updates = 0
     if (count(control%traction) == 1) then
-      call march(joint, control, given, budget, point, updates, found)
+      call move_one_free(joint, control, given, budget, point, updates, found)
     else
-      call creep(joint, control, given, budget, point, updates, iterations, found)
+      call move_several_free(joint, control, given, budget, point, updates, iterations, found)
     end if
   end subroutine move_on
 
-  !> Whether the residual of a single held t_N only grows with s_N, and the derivative of several has no softening:
-  !> every plane broken, mu tan(theta) < 1.
+  !> Whether the residual of a single prescribed t_N only grows with s_N, and the derivative of several has no
+  !> softening: every plane fully damaged, mu tan(theta) < 1.
   pure function cannot_soften(joint, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: point           !! the point
@@ -77,14 +76,14 @@ contains
   end function farthest_rest
 
   !> One free separation.
-  pure subroutine march(joint, control, given, budget, point, updates, found)
+  pure subroutine move_one_free(joint, control, given, budget, point, updates, found)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held: one traction
+    type(control_type), intent(in) :: control       !! what is given: one traction
     real(wp), intent(in) :: given(3)                !! its value, the separations
     integer, intent(in) :: budget                   !! most updates of the law
-    type(point_type), intent(inout) :: point        !! start -> rest
+    type(point_type), intent(inout) :: point        !! start -> equilibrium
     integer, intent(inout) :: updates               !! of the law
-    logical, intent(out) :: found                   !! whether there is a rest
+    logical, intent(out) :: found                   !! whether there is an equilibrium
     type(balance_type) :: balance
     type(point_type) :: far
     real(wp) :: r(3), r_far(3), scale, sense, step, x(3)
@@ -113,7 +112,7 @@ contains
         return
       end if
       if (step > smallest_step*joint%material%s0) then
-        if (may_hide(sense*r(1), derivative(balance%old), sense*r_far(1), derivative(far), step)) then
+        if (may_pass_roots(sense*r(1), derivative(balance%old), sense*r_far(1), derivative(far), step)) then
           step = 0.5_wp*step
           cycle
         end if
@@ -138,21 +137,21 @@ contains
       slope = at%tangent(free, free) + control%spring(free)
     end function derivative
 
-  end subroutine march
+  end subroutine move_one_free
 
-  !> Whether a function below zero at both ends of a step may reach zero between: where it rises, then falls, by the
-  !> crossing of its tangents.
-  pure function may_hide(f_0, slope_0, f_1, slope_1, step) result(yes)
+  !> Whether a function below zero at both ends of a step may reach zero between them: where it rises, then falls, by
+  !> the crossing of its tangents.
+  pure function may_pass_roots(f_0, slope_0, f_1, slope_1, step) result(yes)
     real(wp), intent(in) :: f_0, f_1           !! values, < 0
     real(wp), intent(in) :: slope_0, slope_1   !! derivatives
     real(wp), intent(in) :: step               !! > 0
     logical :: yes
-    real(wp) :: way
+    real(wp) :: crossing
     yes = slope_0 > 0.0_wp .and. slope_1 < 0.0_wp
     if (.not. yes) return
-    way = min(max((f_1 - slope_1*step - f_0)/(slope_0 - slope_1), 0.0_wp), step)
-    yes = f_0 + slope_0*way >= 0.0_wp
-  end function may_hide
+    crossing = min(max((f_1 - slope_1*step - f_0)/(slope_0 - slope_1), 0.0_wp), step)
+    yes = f_0 + slope_0*crossing >= 0.0_wp
+  end function may_pass_roots
 
   !> The equilibrium between two separations, the residual being short of it at the first: Newton's method, kept inside
   !> the bracket by bisection.
@@ -161,7 +160,7 @@ contains
     type(balance_type), intent(in) :: balance       !! the equation, the point at its start
     real(wp), intent(in) :: sense                   !! of the motion, +1 or -1
     real(wp), intent(in) :: first, last             !! free separation short of the equilibrium and beyond it, length
-    type(point_type), intent(inout) :: point        !! the point at `last` -> at rest
+    type(point_type), intent(inout) :: point        !! the point at `last` -> in equilibrium
     integer, intent(inout) :: updates               !! of the law
     logical, intent(out) :: found                   !! whether the residual is small enough
     !> Newton's step is taken twice, then the interval is halved.
@@ -193,19 +192,19 @@ contains
         if ((guess - near)*(guess - far) < 0.0_wp) x(1) = guess
       end if
     end do
-    if (found) call settle(joint, balance, point, updates)
+    if (found) call close_opening(joint, balance, point, updates)
   end subroutine close_in
 
   !> Several free separations: implicit Euler steps of the overdamped motion.
-  pure subroutine creep(joint, control, given, budget, point, updates, iterations, found)
+  pure subroutine move_several_free(joint, control, given, budget, point, updates, iterations, found)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held
+    type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: given(3)                !! its values
     integer, intent(in) :: budget                   !! most updates of the law
-    type(point_type), intent(inout) :: point        !! start -> rest
+    type(point_type), intent(inout) :: point        !! start -> equilibrium
     integer, intent(inout) :: updates               !! of the law
     integer, intent(inout) :: iterations            !! tangent solves
-    logical, intent(out) :: found                   !! whether there is a rest
+    logical, intent(out) :: found                   !! whether there is an equilibrium
     type(balance_type) :: balance
     type(newton_type) :: result
     type(point_type) :: trial
@@ -246,19 +245,19 @@ contains
       drift = trial%s - balance%old%s
       call move_point(trial, balance%old)
       associate (now => balance%old)
-        if (flies(joint, balance, now)) exit
+        if (separates_forever(joint, balance, now)) exit
         damping = max(less_damping*damping, least_damping*stiffness)
         limit = min(far, limit*merge(fast_growth, growth, cannot_soften(joint, now)))
         if (maxval(abs(now%s)) > far) exit
       end associate
     end do
     call move_point(balance%old, point)
-  end subroutine creep
+  end subroutine move_several_free
 
-  !> Whether all is open and broken and what is held drives every plane further apart: there is no rest.
-  pure function flies(joint, balance, point) result(yes)
+  !> Whether every plane is open and fully damaged and the prescribed tractions open it further: no equilibrium exists.
+  pure function separates_forever(joint, balance, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(balance_type), intent(in) :: balance       !! what is held
+    type(balance_type), intent(in) :: balance       !! what is given
     type(point_type), intent(in) :: point           !! the point
     logical :: yes
     real(wp) :: force(3)
@@ -270,11 +269,11 @@ contains
       yes = yes .and. dot_product(plane_normal(joint%pattern, k), force) >= 0.0_wp
     end do
     yes = yes .and. any(abs(force) > 0.0_wp)
-  end function flies
+  end function separates_forever
 
-  !> Where all is open and dead and t_N alone is held, every larger opening is an equilibrium, too: go to the one with
-  !> the smallest |s_N|. Nothing is done elsewhere.
-  pure subroutine settle(joint, balance, point, updates)
+  !> Where every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium,
+  !> too: go to the one with the smallest |s_N|. Nothing is done elsewhere.
+  pure subroutine close_opening(joint, balance, point, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
     type(point_type), intent(inout) :: point        !! an equilibrium -> that one
@@ -296,11 +295,11 @@ contains
     do
       call evaluate(joint, balance, edge, point, r, scale, good)
       updates = updates + 1
-      ! exact: every plane is dead and open
+      ! exact: every plane is fully damaged and open
       if (.not. good .or. .not. abs(point%traction(1)) > 0.0_wp) exit
       edge(1) = edge(1) + step
       step = 2.0_wp*step
     end do
-  end subroutine settle
+  end subroutine close_opening
 
 end module asperity_snap_motion

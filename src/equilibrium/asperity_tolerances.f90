@@ -9,12 +9,11 @@ module asperity_tolerances
   real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
   !> Residual that a further Newton step does not reduce, relative to strength and prescribed tractions.
   real(wp), parameter, public :: rounding = 16.0_wp*epsilon(1.0_wp)
-  !> Smallest traction scale, relative to the strength: an unloaded equilibrium remains one, whatever traction rounding
-  !> has left. For an initial state it is the strength: a traction that is a rounding error of the host is no tension.
+  !> Smallest traction scale, relative to the strength: an unloaded equilibrium must not fail on rounding. For an
+  !> initial state it is the strength itself: a traction that is a rounding error of the host is no tension.
   real(wp), parameter, public :: finest_scale = 1.0e-6_wp, finest_initial_scale = 1.0_wp
-  !> Largest traction scale that free separations can make, relative to strength and prescribed tractions: the residual
-  !> stays below 1e-7 of these although the separations grow without bound. For an initial state, whose traction is
-  !> promised to 1e-10 (docs/contract.md), below 5e-11.
+  !> Largest traction scale, relative to strength and prescribed tractions: the residual never exceeds 1e-7 of them,
+  !> however large free separations grow. For an initial state, whose traction the contract promises to 1e-10: 5e-11.
   real(wp), parameter, public :: coarsest_scale = 1.0e6_wp, coarsest_initial_scale = 500.0_wp
 
   !> Newton iterations of a solve: quadratic convergence needs fewer than 10, switches of planes add a few.
@@ -28,12 +27,12 @@ module asperity_tolerances
   !> errors of sums over the planes and of products of three of them.
   real(wp), parameter, public :: instability = 1.0e-12_wp
 
-  !> Smallest share of an increment, and of an initial traction, that is tried: the place of a fold is known to it.
+  !> Smallest share of an increment, and of an initial traction, that is tried; a fold is located to this accuracy.
   real(wp), parameter, public :: smallest_share = 2.0_wp**(-20), smallest_initial_share = 2.0_wp**(-17)
   !> Smallest jump of a separation that counts as a snap, relative to s0.
   real(wp), parameter, public :: snap_resolution = 0.01_wp
-  !> Part of a move that the tangents need not explain: of s0 (a tenth of the jump of RP-32), or of the change of the
-  !> prescribed values if that is more.
+  !> Difference between a move and the mean of the two tangent predictions that is tolerated: a share of s0 (RP-32 jumps
+  !> by 0.1 s0) or of the prescribed change, whichever is larger.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
 
   !> Largest growth of the damage of a plane in a part of an initial traction: more may be another branch.
