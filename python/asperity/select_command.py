@@ -144,7 +144,7 @@ class Costs:
 
 def read_costs(path: Path | None) -> Costs:
     """Costs from a CSV of the benchmark, or from a quick run; raises ValueError where kernels are missing."""
-    timings = measure("--quick", quiet=True) if path is None else read_timings(path)
+    timings = measure("--quick", "--costs", quiet=True) if path is None else read_timings(path)
     source = str(path or "bench")
     return Costs({host: _line(timings, kernel, tangent, source) for host, kernel, tangent in KERNELS})
 
