@@ -62,9 +62,8 @@ subroutine contract_version(text)
   text = version
 end subroutine contract_version
 
-!> Check PROPS: all bad values at once.
-subroutine interface_review(nprops, props, n_planes, status, message)
-  use asperity_checks, only: put_text, review_props
+!> Check PROPS.
+subroutine interface_review(nprops, props, n_planes, status)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   implicit none
@@ -72,20 +71,25 @@ subroutine interface_review(nprops, props, n_planes, status, message)
   double precision, intent(in) :: props(nprops)    !! PROPS
   integer, intent(out) :: n_planes                 !! planes of the pattern, 0 if PROPS is not admissible
   integer, intent(out) :: status                   !! 0, status_props or status_nprops
-  character(len=32768), intent(out) :: message     !! a line for every bad value
-  !f2py threadsafe
   type(interface_type) :: joint
-  character(len=:), allocatable :: text
-  text = ""
   n_planes = 0
   call new_interface(props, joint, status)
-  if (status == status_ok) then
-    n_planes = joint%pattern%n
-  else
-    call review_props(props, status, text)
-  end if
-  call put_text(text, message)
+  if (status == status_ok) n_planes = joint%pattern%n
 end subroutine interface_review
+
+!> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
+subroutine interface_complaint(nprops, props, message)
+  use asperity_checks, only: put_text, review_props
+  implicit none
+  integer, intent(in) :: nprops                    !! number of constants
+  double precision, intent(in) :: props(nprops)    !! PROPS
+  character(len=32768), intent(out) :: message     !! a line for every bad value
+  character(len=:), allocatable :: text
+  integer :: status
+  text = ""
+  call review_props(props, status, text)
+  call put_text(text, message)
+end subroutine interface_complaint
 
 !> Normals and weights of the planes of admissible PROPS.
 subroutine interface_planes(nprops, props, n_planes, normals, weights)
