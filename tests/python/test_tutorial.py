@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.card_command import read_interface
+from asperity.case_files import read_case
 from asperity.cli import main
 
 pytest.importorskip("scipy")  # asperity[fit]
@@ -84,7 +84,7 @@ def test_tutorial(
     # the host ran with this joint: its column of the material point is that of the case
     shutil.copy(DOCS / "images" / "tutorial_host.csv", "tutorial_host.csv")
     host = np.genfromtxt("tutorial_host.csv", delimiter=",", names=True)
-    joint, _ = read_interface(Path("joint.nml"))
+    joint = read_case(Path("joint.nml")).runs[0].interface
     point = joint.confined_slip(0.0, host["slip"], -0.5)
     pressed = joint.confined_slip(0.0, [0.0], -0.5).separation[0, 0]
     assert host["force_point"] == pytest.approx(420.0 * point.traction[:, 1], rel=DIGITS)
