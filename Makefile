@@ -49,7 +49,7 @@ build: dependencies
 
 demo: build .venv/installed
 	@mkdir -p build/demo
-	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) env ASPERITY_DRIVER=build/release/harness/rie_driver \
+	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) env ASPERITY_DRIVER=build/release/bin/rie_driver \
 	  $(venv)/asperity run harness/cases/figure05b.nml -o build/demo/figure05b.csv --plot build/demo/figure05b.png
 	@$(venv)/python cmake/demo_numbers.py build/demo/figure05b.csv
 
@@ -106,11 +106,11 @@ build/options: force
 	@mkdir -p build; echo "$(FLANG) $(PFUNIT_DIR)" >$@.new; cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 
 bench: build
-	@build/release/harness/bench
+	@build/release/bin/bench
 
 # every program of harness/soak in turn, with its long run
 soak: build
-	@status=0; for program in build/release/harness/soak/*; do "$$program" || status=1; done; exit $$status
+	@status=0; for program in build/release/bin/soak/*; do "$$program" || status=1; done; exit $$status
 
 # Kratos and scikit-fem come as wheels, CalculiX as Debian's source package (once, build/calculix), which takes longest and
 # is last. One run and one report (build/hosts/*.xml) a host; pytest ends with 5 where all tests of a host are left out.

@@ -4,9 +4,9 @@
 !> tolerance*largest traction of the traction, and as close to a separation that is free; the trapezoids of rupture,
 !> friction and work are as good. The energies that are kept are extrapolated from both runs and better than that
 !> (the law is total: a single increment is often exact at its end, so that the end alone says nothing).
-!> A step that is too large and in which a plane switches ends at the first switch instead: docs/driver.md, "Adaptive".
+!> A step that is too large and in which a plane switches ends at the first switch instead: docs/solver.md.
 module adaptive
-  use asperity_contract, only: plane_statev, v_friction, v_rupture, v_work
+  use asperity_contract, only: plane_statev, v_friction, v_rupture
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use control_point, only: whole_separation
@@ -33,7 +33,7 @@ module adaptive
   !> What one increment leaves out of the path of the slips adds up over steps.
   real(wp), parameter :: path_share = 3.0_wp
   !> A switch is looked for where the step would have to shrink to a third, and for few planes: of many, single ones
-  !> matter little, and the search costs more than the rows it saves (docs/driver.md).
+  !> matter little, and the search costs more than the rows it saves (docs/solver.md).
   real(wp), parameter :: worth_landing = 10.0_wp
   integer, parameter :: most_planes = 8
   !> The side of a switch on which a step starts is found that far into it.
@@ -236,14 +236,13 @@ contains
     logical, intent(in) :: switched                             !! whether a plane switches within the step
     logical, intent(in) :: single                               !! whether no increment was solved in parts
     real(wp) :: error
-    integer, parameter :: energies(3) = [v_rupture, v_friction, v_work]
     real(wp) :: energy, separation, share, traction
     share = merge(kink_share, smooth_share, switched)
     traction = max(weight*size_of(whole%traction - ending%traction), &
                    share*size_of(middle%traction - 0.5_wp*(old%traction + ending%traction)))
     separation = maxval(merge(max(weight*abs(whole%s - ending%s), &
                                   share*abs(middle%s - 0.5_wp*(old%s + ending%s))), 0.0_wp, control%traction))
-    energy = maxval(abs(whole%state(energies) - ending%state(energies)))
+    energy = maxval(abs(spent(whole) - spent(ending)))
     traction = traction/max(walk%traction, size_of(ending%traction))
     separation = separation/max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     energy = energy/max(tiny(1.0_wp), max(walk%traction, size_of(ending%traction))*(size_of(middle%s - old%s) &
@@ -259,14 +258,23 @@ contains
   pure subroutine extrapolate(old, whole, middle, ending)
     type(point_type), intent(in) :: old, whole            !! start, end in one increment
     type(point_type), intent(inout) :: middle, ending     !! middle and end in two increments
-    integer, parameter :: energies(3) = [v_rupture, v_friction, v_work]
+    integer, parameter :: energies(2) = [v_rupture, v_friction]
     real(wp) :: correction(3)
-    correction = (ending%state(energies) - whole%state(energies))/3.0_wp
-    middle%state(energies) = middle%state(energies) + 0.5_wp*correction
-    ending%state(energies) = ending%state(energies) + correction
+    correction = (spent(ending) - spent(whole))/3.0_wp
+    middle%state(energies) = middle%state(energies) + 0.5_wp*correction(:2)
+    middle%work = middle%work + 0.5_wp*correction(3)
+    ending%state(energies) = ending%state(energies) + correction(:2)
+    ending%work = ending%work + correction(3)
     middle%state(v_friction) = max(middle%state(v_friction), old%state(v_friction))
     ending%state(v_friction) = max(ending%state(v_friction), middle%state(v_friction))
   end subroutine extrapolate
+
+  !> What adds up by trapezoids: rupture, friction, work, stress*length.
+  pure function spent(point) result(energies)
+    type(point_type), intent(in) :: point   !! the point
+    real(wp) :: energies(3)
+    energies = [point%state(v_rupture), point%state(v_friction), point%work]
+  end function spent
 
   !> What every plane does in an increment: in contact, sliding in contact, damage growing, dead.
   pure function regime(joint, old, new) result(does)
@@ -387,7 +395,7 @@ contains
   !>
   !> Every step gives two rows, its middle and its end; a row ends at every turning point.
   pure subroutine adaptive_slip(joint, direction, slips, sigma_n, tolerance, lands, separation, traction, state, &
-                                n_rows, n_turns, walk, times, preload_time)
+                                work, n_rows, n_turns, walk, times, preload_time)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) turning points, length
@@ -397,6 +405,7 @@ contains
     real(wp), intent(out) :: separation(:, :)       !! (3, room) separation (N, Tx, Ty), length
     real(wp), intent(out) :: traction(:, :)         !! (3, room) traction (N, Tx, Ty), stress
     real(wp), intent(out) :: state(:, :)            !! (nstatv, room) STATEV
+    real(wp), intent(out) :: work(:)                !! (room) of the traction on the separation, stress*length
     integer, intent(out) :: n_rows                  !! rows; beyond the room they are counted, not kept
     integer, intent(out) :: n_turns                 !! turning points reached, fewer than T: equilibrium lost; -1: by
                                                     !! the preload
@@ -413,6 +422,7 @@ contains
     separation = 0.0_wp
     traction = 0.0_wp
     state = 0.0_wp
+    work = 0.0_wp
     n_rows = 0
     n_turns = -1
     control%traction(1) = .true.
@@ -440,9 +450,9 @@ contains
       do while (at < 1.0_wp)
         call adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, reached, &
           reports)
-        if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state)
+        if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state, work)
         if (reached < 1.0_wp) return
-        if (i > 0) call keep(point, n_rows, separation, traction, state)
+        if (i > 0) call keep(point, n_rows, separation, traction, state, work)
       end do
       n_turns = i
       i = i + 1
@@ -450,17 +460,19 @@ contains
   end subroutine adaptive_slip
 
   !> Add a row where there is room.
-  pure subroutine keep(row, n_rows, separation, traction, state)
+  pure subroutine keep(row, n_rows, separation, traction, state, work)
     type(point_type), intent(in) :: row                !! the point
     integer, intent(inout) :: n_rows                   !! rows so far
     real(wp), intent(inout) :: separation(:, :)        !! (3, room) separation (N, Tx, Ty), length
     real(wp), intent(inout) :: traction(:, :)          !! (3, room) traction (N, Tx, Ty), stress
     real(wp), intent(inout) :: state(:, :)             !! (nstatv, room) STATEV
+    real(wp), intent(inout) :: work(:)                 !! (room) of the traction on the separation, stress*length
     n_rows = n_rows + 1
     if (n_rows > size(separation, 2)) return
     separation(:, n_rows) = row%s
     traction(:, n_rows) = row%traction
     state(:size(row%state), n_rows) = row%state
+    work(n_rows) = row%work
   end subroutine keep
 
 end module adaptive

@@ -9,7 +9,7 @@ module control_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, new_balance, evaluate, free_matrix, solve_linear, &
-    unstable, released_energy, dead_and_open, whole_separation
+    unstable, released_energy, work_between, dead_and_open, whole_separation
 
   !> What is held of each component (N, Tx, Ty), and how long an increment takes.
   type :: control_type
@@ -24,6 +24,7 @@ module control_point
     real(wp) :: traction(3) = 0.0_wp      !! stress
     real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
     real(wp), allocatable :: state(:)     !! STATEV
+    real(wp) :: work = 0.0_wp             !! of the traction on the separation so far, stress*length
   end type point_type
 
   !> Equations of a part of an increment: the held tractions at its end, from the state at its start.
@@ -39,6 +40,9 @@ module control_point
   !> that are summed over the planes.
   real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
 
+  !> What is stored and dissipated, in STATEV.
+  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
+
   interface
     !> LAPACK: solve A x = b.
     pure subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
@@ -52,7 +56,8 @@ module control_point
 
 contains
 
-  !> A virgin point at rest, or one that starts from a state, at separation zero or a given one.
+  !> A virgin point at rest, or one that starts from a state, at separation zero or a given one. The work that led to it
+  !> is taken to be what it has stored and dissipated.
   pure function new_point(joint, state, separation) result(point)
     type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in), optional :: state(:)              !! STATEV to start from
@@ -64,9 +69,10 @@ contains
     if (present(separation)) point%s = separation
     allocate (point%state(joint%n_statev))
     call update_point(joint, point%s, point%s, old, point%state, point%traction, point%tangent)
+    point%work = sum(point%state(ledger))
   end function new_point
 
-  !> Separation that the planes see: with the offset of an initial traction (STATEV 7-9), length.
+  !> Separation that the planes see: with the offset of an initial traction (STATEV 6-8), length.
   pure function whole_separation(s, state) result(whole)
     real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)   !! STATEV
@@ -112,6 +118,7 @@ contains
       if (.not. good) return
       call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, &
         point%tangent, balance%control%dt)
+      point%work = balance%old%work + work_between(balance%old%s, balance%old%traction, point%s, point%traction)
       associate (free => balance%free(:n))
         residual(:n) = point%traction(free) + balance%control%spring(free)*x(:n) - balance%given(free)
         given = maxval([0.0_wp, abs(balance%given(free))])
@@ -211,13 +218,20 @@ contains
     end select
   end function unstable
 
+  !> Work of the traction on the separation over an increment, by the trapezoidal rule, stress*length.
+  pure function work_between(s_old, traction_old, s, traction) result(work)
+    real(wp), intent(in) :: s_old(3), s(3)                 !! separation at the start and at the end, length
+    real(wp), intent(in) :: traction_old(3), traction(3)   !! traction there, stress
+    real(wp) :: work
+    work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
+  end function work_between
+
   !> Energy that a motion under held tractions sets free, per unit area: the work of what is held, less that of the
-  !> springs, less what the interface stores and dissipates (docs/theory.md, "Snap").
+  !> springs, less what the interface stores and dissipates (docs/solver.md, "Snap").
   pure function released_energy(balance, old, new) result(energy)
     type(balance_type), intent(in) :: balance   !! what is held
     type(point_type), intent(in) :: old, new    !! before and after
     real(wp) :: energy
-    integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
     real(wp) :: work(3)
     work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
     energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))

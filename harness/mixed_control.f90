@@ -1,7 +1,7 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
 !> Semismooth Newton with a line search, continuation along the branch by parts of the increment, and where the branch
-!> ends the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
+!> ends the overdamped motion to the next equilibrium: a snap (docs/solver.md, "Branch" and "Snap").
 module mixed_control
   use asperity_checks, only: bounded
   use asperity_interface, only: interface_type
@@ -383,7 +383,7 @@ contains
   !>
   !> Where equilibrium is lost the path ends: rows beyond n_done are zero.
   pure subroutine confined_slip(joint, direction, slips, sigma_n, preload, separation, traction, state, &
-                                iterations, n_done, times, preload_time, reports, method, stiffness)
+                                iterations, n_done, times, preload_time, reports, method, stiffness, work)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
@@ -402,6 +402,8 @@ contains
     integer, intent(in), optional :: method         !! of `advance`
     real(wp), intent(in), optional :: stiffness     !! normal stiffness of the surroundings while the point slips (CNS),
                                                     !! >= 0, stress/length; absent: 0
+    real(wp), intent(out), optional :: work(:)      !! (T) of the traction on the separation, the preload included,
+                                                    !! stress*length
     type(control_type) :: control
     type(report_type) :: report
     type(point_type) :: point
@@ -412,6 +414,7 @@ contains
     traction = 0.0_wp
     state = 0.0_wp
     iterations = 0
+    if (present(work)) work = 0.0_wp
     n_done = -1
     if (.not. bounded(direction, huge(direction))) return
     control%traction(1) = .true.
@@ -444,6 +447,7 @@ contains
       separation(:, i) = point%s
       traction(:, i) = point%traction
       state(:joint%n_statev, i) = point%state
+      if (present(work)) work(i) = point%work
       n_done = i
     end do
   end subroutine confined_slip

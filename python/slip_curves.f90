@@ -5,7 +5,7 @@
 !> The arguments are checked by the caller, finite and within the bound of the separation.
 subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, stiffness, n, slips, preload, rows, &
                                  n_done, iterations)
-  use asperity_contract, only: status_ok, v_damage, v_work
+  use asperity_contract, only: status_ok, v_damage
   use asperity_interface, only: interface_type, new_interface
   use mixed_control, only: confined_slip
   implicit none
@@ -23,7 +23,7 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, st
   integer, intent(out) :: iterations(n_curves)                !! Newton iterations of these rows
   !f2py threadsafe
   type(interface_type) :: joint
-  double precision, allocatable :: separation(:, :), traction(:, :), state(:, :)
+  double precision, allocatable :: separation(:, :), traction(:, :), state(:, :), work(:)
   integer, allocatable :: used(:)
   integer :: i, status
   n_done = -1
@@ -31,14 +31,14 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, st
   rows = 0.0d0
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n), used(n))
+  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n), work(n), used(n))
   do i = 1, n_curves
     call confined_slip(joint, direction(i), slips, sigma_n(i), preload, separation, traction, state, used, n_done(i), &
-      stiffness=stiffness(i))
+      stiffness=stiffness(i), work=work)
     rows(1, :, i) = separation(1, :)
     rows(2:4, :, i) = traction
     rows(5, :, i) = state(v_damage, :)
-    rows(6, :, i) = state(v_work, :)
+    rows(6, :, i) = work
     iterations(i) = sum(used)
   end do
 end subroutine interface_slip_curves

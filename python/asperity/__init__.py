@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
-    from .selection import NoPatternError as NoPatternError
-    from .selection import Scene as Scene
-    from .selection import Selection as Selection
-    from .selection import select as select
+    from .selection.search import NoPatternError as NoPatternError
+    from .selection.search import Scene as Scene
+    from .selection.search import Selection as Selection
+    from .selection.search import select as select
 
     __version__: str
 
@@ -31,15 +31,15 @@ _HOMES = {
     "Interface": "interface",
     "Material": "material",
     "ModelWarning": "material",
-    "NoPatternError": "selection",
+    "NoPatternError": "selection.search",
     "Pattern": "pattern",
-    "Scene": "selection",
-    "Selection": "selection",
+    "Scene": "selection.search",
+    "Selection": "selection.search",
     "Snap": "interface",
     "Update": "interface",
     "contract": "contract",
     "library": "installed",
-    "select": "selection",
+    "select": "selection.search",
 }
 """Names of the package and their modules, which are imported when a name is used first."""
 

@@ -17,16 +17,15 @@ def interface_update(
     s_old: _Floats,
     s: _Floats,
     dt: float,
-    guarded: int,
     state: _Floats,
     traction: _Floats,
     tangent: _Floats,
 ) -> tuple[int, bytes]: ...
 def interface_initial(
-    props: _Floats, traction: _Floats, guarded: int, state: _Floats
+    props: _Floats, traction: _Floats, state: _Floats
 ) -> tuple[int, bytes]: ...
 def interface_replay(
-    props: _Floats, s: _Floats, steps: _Floats, guarded: int, traction: _Floats, state: _Floats
+    props: _Floats, s: _Floats, steps: _Floats, traction: _Floats, state: _Floats
 ) -> tuple[int, bytes]: ...
 def interface_adaptive_slip(
     props: _Floats,
@@ -39,6 +38,7 @@ def interface_adaptive_slip(
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    work: _Floats,
 ) -> tuple[int, int, int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
@@ -48,11 +48,11 @@ def interface_confined_slip(
     preload: int,
     times: _Floats,
     preload_time: float,
-    guarded: int,
     stiffness: float,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    work: _Floats,
     jumps: _Floats,
 ) -> tuple[int, int, bytes]: ...
 def interface_slip_curves(
@@ -73,7 +73,6 @@ def newton_path(
     spring: _Floats,
     targets: _Floats,
     durations: _Floats,
-    guarded: int,
     kind: int,
     tolerance: float,
     separation: _Floats,

@@ -23,8 +23,8 @@ from .pattern import Pattern
 class Run:
     """One run of a case; value is that of the sweep, None without one.
 
-    start: virgin, initial or state, the group that gives it.  steps: the load path, harness/case_echo.f90; a
-    replay has none.
+    start: virgin, initial or state, the group that gives it.  steps: the load path, as
+    harness/driver/case_echo.f90 says; a replay has none.
     """
 
     value: float | None
@@ -93,8 +93,6 @@ def read_case(path: Path) -> Case:
 
 
 def _run(path: Path, run: dict[str, Any]) -> Run:
-    if run["guard"]:
-        raise ValueError(f"{path}: &material: guard = .true.: expected .false., as PROPS has no entry for it")
     props = {row.name: value for row, value in zip(contract.props_table(), run["props"], strict=False)}
     material = Material(**{name: props[name] for name in Material.__dataclass_fields__})
     listed = np.reshape(run["props"][contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()

@@ -113,7 +113,9 @@ def _chart_arguments(chart: argparse.ArgumentParser) -> None:
     speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
     speed.set_defaults(action=_speed)
     accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
-    _imported("accuracy_charts")(charts.add_parser("accuracy", help=accuracy))
+    _imported("studies.accuracy_charts")(charts.add_parser("accuracy", help=accuracy))
+    explain = "the pictures that explain the law and the solver"
+    _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
 
 def _tables_arguments(table: argparse.ArgumentParser) -> None:
@@ -130,13 +132,13 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "run": ("run a case by the driver and draw it", _run_arguments),
     "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
-    "paper": ("recompute the figures and tables of the paper", _imported("paper")),
-    "card": ("print the material block for the input of a host program", _imported("card_command")),
-    "fit": ("identify parameters from shear-box records", _imported("fit_command")),
-    "select": ("find the cheapest pattern that a scene needs", _imported("select_command")),
-    "surface": ("find the planes of a scanned profile or height map", _imported("surface")),
+    "paper": ("recompute the figures and tables of the paper", _imported("studies.paper")),
+    "card": ("print the material block for the input of a host program", _imported("cards.command")),
+    "fit": ("identify parameters from shear-box records", _imported("fit.command")),
+    "select": ("find the cheapest pattern that a scene needs", _imported("selection.command")),
+    "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
     "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
-    "stability": ("where methods fail, shown, and what survives", _imported("stability.command")),
+    "stability": ("where methods fail, shown, and what survives", _imported("studies.stability.command")),
 }
 """Subcommands: summary, and what adds the arguments."""
 
@@ -164,7 +166,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _compare(options: argparse.Namespace) -> int:
     """Lines for each case, one for each it is compared with, as they are done."""
-    from .compare import LAW_TOLERANCE, OPENING_TOLERANCE, TEST_TOLERANCE, compare, find, within
+    from .oracle.compare import LAW_TOLERANCE, OPENING_TOLERANCE, TEST_TOLERANCE, compare, find, within
 
     wanted = [path for figure in options.figure for path in find(figure)] if options.figure else cases()
     print("Largest difference between the driver and others (NumPy reference, 2D law), relative:")
@@ -190,7 +192,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 def _speed(options: argparse.Namespace) -> int:
     """Read the benchmark's CSV or run it, then draw."""
-    from .charts import draw_speed, measure, read_timings, table
+    from .studies.speed_charts import draw_speed, measure, read_timings, table
 
     if options.csv is not None and options.quick:
         raise ValueError(f"--quick: expected without {options.csv}, which is not run again")

@@ -84,6 +84,17 @@ def n_statev(n_planes: int) -> int:
     return N_POINT_STATEV + N_PLANE_STATEV * n_planes
 
 
+def plane_statev(k: int) -> int:
+    """Position in STATEV, from 0, of the damage of plane k (from 1); s_dit and s_dih follow."""
+    return N_POINT_STATEV + N_PLANE_STATEV * (k - 1)
+
+
+def statev_index(name: str) -> int:
+    """Position in STATEV, from 0, of a state variable of a point or of the first plane; raises KeyError."""
+    return _STATEV[name].index - 1
+
+
+_STATEV = {row.name: row for row in statev_table()}
 _PROPS = {row.name: row for row in props_table() if row.name != "reserved"}
 
 

@@ -20,8 +20,9 @@ class Material:
     """Material of the planes (Section 2.2): strength, rupture energy, ductility, friction.
 
     sigma0, sigma02: stress; Gc, Gc2: stress*length; tau_v: time; eta, mu, kc: dimensionless.  sigma02, Gc2
-    = 0: equal to the mode I value.  Raises ValueError naming every value out of range; warns where mode II
-    differs (Remark 2).
+    = 0: equal to the mode I value.  guard: the damage of a plane grows only where that releases energy, so
+    that no increment has a negative dissipation.  Raises ValueError naming every value out of range; warns
+    where mode II differs (Remark 2).
     """
 
     sigma0: float
@@ -32,6 +33,7 @@ class Material:
     Gc2: float = contract.default("Gc2")
     tau_v: float = contract.default("tau_v")
     kc: float = contract.default("kc")
+    guard: bool = bool(contract.default("guard"))
 
     def __post_init__(self) -> None:
         """Check the ranges."""

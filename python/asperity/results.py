@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .contract import Floats
 
 ENERGIES = ("stored", "rupture", "friction", "work")
-"""Energies per unit area, in the order of STATEV."""
+"""Energies per unit area, in the order of the columns."""
 
 COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", *ENERGIES, "event")
 """Columns that are read."""

@@ -7,8 +7,9 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Pattern, accuracy, accuracy_charts
+from asperity import Interface, Pattern
 from asperity.cli import main
+from asperity.studies import accuracy, accuracy_charts
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -164,10 +165,10 @@ def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 def test_page_of_the_docs_is_filled() -> None:
     """The page has every study's tables and pictures."""
-    text = (DOCS / "accuracy.md").read_text(encoding="utf-8")
+    text = (DOCS / "results" / "accuracy.md").read_text(encoding="utf-8")
     for study in accuracy_charts.STUDIES:
         inside = text.split(f"<!-- accuracy-{study} -->")[1].split(f"<!-- /accuracy-{study} -->")[0]
         assert inside.count("\n|") > 3
         for stem in PICTURES[study]:
-            assert f"(images/accuracy_{stem}.png)" in text
+            assert f"(../images/accuracy_{stem}.png)" in text
             assert (DOCS / "images" / f"accuracy_{stem}.png").is_file()

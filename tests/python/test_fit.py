@@ -11,14 +11,14 @@ from typing import Any
 import asperity
 import numpy as np
 import pytest
-from asperity import fit as fitting
-from asperity import fit_model, reference
-from asperity import fit_study as study
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fit, residual_ratio
-from asperity.fit_records import ShearTest, read_records
-from asperity.fit_report import case_text, identifiability, report
+from asperity.fit import fitting, study
+from asperity.fit import model as fit_model
+from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit.records import ShearTest, read_records
+from asperity.fit.report import case_text, identifiability, report
+from asperity.oracle import reference
 
 pytest.importorskip("scipy")
 

@@ -8,20 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import (
-    Interface,
-    Material,
-    NoPatternError,
-    Pattern,
-    Scene,
-    Selection,
-    reference,
-    select,
-    select_command,
-)
+from asperity import Interface, Material, NoPatternError, Pattern, Scene, Selection, select
 from asperity.cli import main
-from asperity.select_command import Costs, read_costs, read_scene, report
-from asperity.selection import Search, residual_error
+from asperity.oracle import reference
+from asperity.selection import command as select_command
+from asperity.selection.command import Costs, read_costs, read_scene, report
+from asperity.selection.search import Search, residual_error
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 

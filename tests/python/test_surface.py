@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, contract, slopes
+from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.slopes import Planes, Scan, Slips
-from asperity.surface import case_lines, props_line, read_scan
+from asperity.surface import slopes
+from asperity.surface.command import case_lines, props_line, read_scan
+from asperity.surface.slopes import Planes, Scan, Slips
 from refresh import follow
 
 EXACT = 1.0e-9
@@ -593,7 +594,7 @@ def test_case_for_the_other_commands(
     assert main(["run", "found.nml", "-o", "rows.csv"]) == 0
     assert {path.name for path in folder.glob("rows_*.csv")} == {"rows_-0.2.csv", "rows_-0.5.csv"}
     assert main(["card", "--host", "abaqus", "found.nml"]) == 0
-    assert f"*Depvar\n{9 + 3 * planes}," in capsys.readouterr().out
+    assert f"*Depvar\n{contract.n_statev(planes)}," in capsys.readouterr().out
     # CalculiX takes no listed planes, and listed planes leave nothing to select
     code = 0 if options else 1
     assert main(["card", "--host", "calculix", "found.nml"]) == code
@@ -650,8 +651,8 @@ def test_full_list_of_planes() -> None:
 
 
 def test_page(tmp_path: Path) -> None:
-    """docs/surface.md shows what its commands print, and the first of the listed planes."""
-    page = Path(__file__).parents[2] / "docs" / "surface.md"
+    """docs/how-to/surface.md shows what its commands print, and the first of the listed planes."""
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"
     text = page.read_text(encoding="utf-8")
     assert follow(page, tmp_path) == text
     assert text.count("```text") == 7
