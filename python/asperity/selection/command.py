@@ -18,7 +18,7 @@ from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
 from ..remarks import shown_warnings, warn_if_soft
 from ..studies.speed_charts import Timing, measure, read_timings
-from .selection import (
+from .search import (
     REFERENCE_SIDES,
     Candidate,
     Errors,
