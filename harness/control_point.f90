@@ -1,9 +1,9 @@
 !> A point under mixed control and its equations: what is given of each component, and the residual of what is held.
 module control_point
+  use asperity_call_checks, only: point_status
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_interface, only: interface_type
-  use asperity_points, only: point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   implicit none

@@ -1,9 +1,9 @@
 !> Newton's method as an FE code without safeguards does it: one point under mixed control, the given increments, no
 !> cuts, no line search, no choice of the root. What the solver of mixed_control is measured against.
 module plain_newton
+  use asperity_call_checks, only: point_status
   use asperity_contract, only: plane_statev, status_ok
   use asperity_interface, only: interface_type
-  use asperity_points, only: point_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal

@@ -79,7 +79,8 @@ end subroutine interface_review
 
 !> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
 subroutine interface_complaint(nprops, props, message)
-  use asperity_checks, only: put_text, review_props
+  use asperity_checks, only: review_props
+  use asperity_text, only: put_text
   implicit none
   integer, intent(in) :: nprops                    !! number of constants
   double precision, intent(in) :: props(nprops)    !! PROPS
@@ -112,10 +113,11 @@ end subroutine interface_planes
 
 !> Update n points over one increment.
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
-  use asperity_checks, only: integer_text, put_text
+  use asperity_call_checks, only: explain_point, explain_time
   use asperity_contract, only: status_ok, status_time
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, explain_time, update_points
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -155,11 +157,11 @@ end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
-  use asperity_checks, only: integer_text, put_text
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -190,10 +192,11 @@ end subroutine interface_initial
 
 !> Take one virgin point along a history of separations.
 subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state, status, message)
-  use asperity_checks, only: integer_text, put_text
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, update_points
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -235,9 +238,10 @@ end subroutine interface_replay
 subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
                                    preload_time, separation, traction, state, work, n_rows, n_turns, status, message)
   use adaptive, only: adaptive_slip, largest_tolerance, least_tolerance, walk_type
-  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
+  use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_text, only: append, integer_text, put_text, to_text
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -293,9 +297,10 @@ end subroutine interface_adaptive_slip
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
                                    preload_time, stiffness, separation, traction, state, work, jumps, n_done, status, &
                                    message)
-  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
+  use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_text, only: append, integer_text, put_text, to_text
   use mixed_control, only: confined_slip, report_type
   implicit none
   integer, intent(in) :: nprops                            !! number of constants

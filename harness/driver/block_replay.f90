@@ -8,9 +8,10 @@
 !> First comes the packager's probe at totalTime = 0. What was new becomes old after an increment; outputs, and what a
 !> host leaves undefined, hold garbage.
 module block_replay
-  use asperity_checks, only: bounded, integer_text
-  use asperity_contract, only: v_friction, v_offset, v_rupture
+  use asperity_checks, only: bounded
   use asperity_host, only: vumat_map
+  use asperity_text, only: integer_text
+  use asperity_contract, only: v_friction, v_offset, v_rupture
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use control_point, only: work_between

@@ -8,7 +8,7 @@
 !> a slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N,
 !> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time`, `tolerance` (0: as given).
 module case_echo
-  use asperity_checks, only: integer_text, to_text
+  use asperity_text, only: integer_text, to_text
   use asperity_kinds, only: wp
   use case_file, only: case_type
   use case_text, only: group_index, text_type

@@ -1,11 +1,11 @@
 !> Meaning of a case file: material, pattern, load path or replay, and the end that is expected.
 !> The groups and their entries: `case_format`, which `rie_driver --help` prints.
 module case_file
-  use asperity_checks, only: append, integer_text, to_text
   use asperity_contract, only: status_ok
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
   use case_initial, only: carry_initial, initial_type, read_initial
   use case_material, only: read_props
   use case_state, only: check_state, read_state, state_type

@@ -1,10 +1,11 @@
 !> Initial state of a case: the planes a run starts with, and the traction they carry at separation zero.
 module case_initial
-  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, separation_bound, slip_factor
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
   use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
   use case_values, only: get_reals
   implicit none

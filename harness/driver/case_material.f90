@@ -1,10 +1,11 @@
 !> PROPS from the groups &material, &pattern and &replay of a case file.
 module case_material
-  use asperity_checks, only: append, integer_text, review_props
+  use asperity_checks, only: review_props
   use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_dalpha, p_eta, p_flat, &
     p_gc, p_gc2, p_guard, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, &
     status_ok
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
   use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
   use case_values, only: get_integer, get_real, get_reals, get_switch
   use text_file, only: lower

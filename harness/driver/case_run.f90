@@ -1,6 +1,6 @@
 !> Run of one case: rows, end as expected or not, summary.
 module case_run
-  use asperity_checks, only: integer_text, to_text
+  use asperity_text, only: integer_text, to_text
   use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay

@@ -1,10 +1,10 @@
 !> State a case starts from: separation, STATEV and the work so far, as a replay file of a failed increment gives them.
 module case_state
-  use asperity_checks, only: append, integer_text
+  use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
-  use asperity_points, only: explain_point, point_status
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
   use case_text, only: group_index, group_where, text_type, unknown_name
   use case_values, only: get_real, get_reals
   implicit none

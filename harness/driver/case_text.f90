@@ -4,8 +4,8 @@
 !> of an error alike. Namelist syntax: `&group name = value, value, ... /`, `!` comments, quoted strings, repeat counts
 !> `3*0.0`; names in any case; no subscripts, no empty values, no text between groups.
 module case_text
-  use asperity_checks, only: append, integer_text
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
   use text_file, only: blanks, line_end, load_file, lower, newline, printable
   implicit none
   private

@@ -1,7 +1,7 @@
 !> Values of the entries of a case file; what cannot be read is reported with file, line, group, name and value.
 module case_values
-  use asperity_checks, only: append, integer_text
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
   use case_text, only: entry_where, group_name, text_type, token_text, value_text, where_is
   use text_file, only: lower, printable, to_real
   implicit none

@@ -2,7 +2,7 @@
 module driver_messages
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use asperity_checks, only: to_text
+  use asperity_text, only: to_text
   use asperity_kinds, only: wp
   use progress_line, only: clear_progress, progress_type
   implicit none

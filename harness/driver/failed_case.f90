@@ -1,6 +1,6 @@
 !> Case file that reproduces a failed increment alone: material, pattern, the state at its start, the values it goes to.
 module failed_case
-  use asperity_checks, only: integer_text, to_text
+  use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, n_listed_values, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table
   use asperity_kinds, only: wp

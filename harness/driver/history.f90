@@ -8,11 +8,11 @@
 !>   cut       a replayed host was asked for a smaller increment
 !>   lost      no equilibrium was found beyond: the row is the last one found
 module history
-  use asperity_checks, only: integer_text
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, statev_table, v_damage, v_friction, &
     v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
   use control_point, only: point_type
   use events, only: event_length, find_events, name_event, planes_type, put_at_rest
   use row_file, only: close_file, create_file, write_line

@@ -1,9 +1,9 @@
 !> Run of a load path: the steps of a case in turn by the mixed solver.
 module path_run
   use adaptive, only: adaptive_step, new_walk, walk_type
-  use asperity_checks, only: integer_text
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
   use case_state, only: state_type
   use driver_messages, only: short, tell
   use failed_case, only: failed_type

@@ -4,9 +4,10 @@
 !> the driver's own output is such a file), and `time` if there is one; other columns are ignored. Without a header:
 !> the NTENS strains and nothing else. Time does not decrease. Lines that are blank or start with # are passed over.
 module recorded_strains
-  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_checks, only: bounded
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
   use text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
   implicit none
   private

@@ -5,9 +5,10 @@
 !> STRESS are committed at the end of the increment only; what the host does not define holds garbage. An initial state
 !> comes in as a host's initial conditions do: planes in STATEV, status 0, and the traction in STRESS.
 module replay_run
-  use asperity_checks, only: bounded, integer_text
-  use asperity_contract, only: v_friction, v_rupture, v_stored
+  use asperity_checks, only: bounded
   use asperity_host, only: component_map
+  use asperity_text, only: integer_text
+  use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use control_point, only: work_between

@@ -1,7 +1,7 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_checks, only: append, to_text
+  use asperity_text, only: append, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
   use case_echo, only: echo_case

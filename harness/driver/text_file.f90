@@ -1,7 +1,7 @@
 !> Text files and the words and numbers in them.
 module text_file
-  use asperity_checks, only: append, integer_text
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
   implicit none
   private
   public :: load_file, line_end, lower, printable, to_real

@@ -2,7 +2,7 @@
 module progress_line
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: integer_text
+  use asperity_text, only: integer_text
   use asperity_kinds, only: wp
   implicit none
   private

@@ -3,10 +3,11 @@ module fuzz_c
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_c, only: asperity_nstatv, asperity_update
-  use asperity_checks, only: all_bounded, append, integer_text, to_text
+  use asperity_call_checks, only: state_status
+  use asperity_checks, only: all_bounded
+  use asperity_text, only: append, integer_text, to_text
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use asperity_points, only: state_status
   use asperity_kinds, only: wp
   use fuzz_draw, only: any_value, draw_props, most_props
   use random_numbers, only: chance, log_uniform, pick, seed_of, uniform

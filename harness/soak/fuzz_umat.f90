@@ -1,12 +1,13 @@
 !> Fuzz of the UMAT: a short history of a point with admissible input, whose last call may be spoilt anywhere.
 module fuzz_umat
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: all_bounded, append, integer_text, to_text
+  use asperity_call_checks, only: explain_call, state_status
+  use asperity_checks, only: all_bounded
+  use asperity_host, only: component_map, largest_pnewdt, least_pnewdt, rejected_pnewdt
+  use asperity_text, only: append, integer_text, to_text
   use asperity_contract, only: n_statev, p_dalpha, p_sigma0, p_tau_v, status_ok, v_status
-  use asperity_host, only: component_map, explain_call, least_pnewdt, largest_pnewdt, rejected_pnewdt
   use asperity_initial, only: explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use asperity_points, only: state_status
   use asperity_kinds, only: wp
   use fuzz_draw, only: any_value, draw_props, most_props
   use host_routines, only: umat

@@ -1,7 +1,8 @@
 !> One sample of the solver's soak run: a drawn interface, load and increment, run by each method.
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: bounded, integer_text, to_text
+  use asperity_checks, only: bounded
+  use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, p_sigma0, &
     p_sigma02, p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction

@@ -2,8 +2,8 @@
 !> increments, and by the full solver; what is solved, at which cost, and whether what is not solved has no equilibrium.
 program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
-  use asperity_checks, only: integer_text
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
   use mixed_control, only: full_solver
   use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
   use random_numbers, only: largest_seed

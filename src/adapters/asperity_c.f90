@@ -1,12 +1,14 @@
 !> C API (asperity.h): the law for arrays of points, without any Fortran on the caller's side.
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
-  use asperity_checks, only: integer_text, review_props
+  use asperity_call_checks, only: explain_point, explain_points, explain_time
+  use asperity_checks, only: review_props
   use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, explain_points, explain_time, update_points
+  use asperity_points, only: update_points
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
   implicit none
   private
   public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update

@@ -8,10 +8,10 @@
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
+  use asperity_call_checks, only: explain_call, host_status
   use asperity_contract, only: max_ntens, max_planes, n_plane_statev, n_point_statev, status_initial, &
     status_ok, v_friction, v_offset, v_rupture, v_stored
-  use asperity_host, only: component_map, explain_call, host_status, reject, rejected_pnewdt, request_cut, &
-    request_slower_damage
+  use asperity_host, only: component_map, reject, rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp

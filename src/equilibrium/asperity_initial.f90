@@ -2,14 +2,15 @@
 !>
 !> That separation becomes the offset of STATEV 6-8 (contract), which the law adds to what the host calls separation.
 module asperity_initial
-  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_call_checks, only: point_status, state_status
+  use asperity_checks, only: bounded
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
     v_offset, v_status
   use asperity_interface, only: interface_type, separation_bound
-  use asperity_points, only: point_status, state_status
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
+  use asperity_text, only: append, integer_text, to_text
   implicit none
   private
   public :: first_traction, carry_traction, explain_initial

@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, plane_statev, is_damage
+  public :: prop_type, statev_type, n_statev, plane_statev, statev_row
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -25,7 +25,8 @@ module asperity_contract
   !> Tolerance of the sum of listed weights.
   real(wp), parameter, public :: weight_tolerance = 1.0e-6_wp
 
-  !> One entry of PROPS: what it is and what it may be. `lower` and `upper` are admissible themselves.
+  !> One entry of PROPS: what it is and what it may be. `lower` and `upper` are admissible themselves; a negative
+  !> `lower` is -`upper`.
   type :: prop_type
     character(len=8) :: name          !! symbol
     character(len=64) :: meaning      !! one line
@@ -86,6 +87,8 @@ module asperity_contract
     v_offset = 6
   !> State variables before those of the planes, and per plane (alpha, s_dit, s_dih).
   integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
+  !> Row of statev_table with the damage of a plane: the one state variable that must not be negative.
+  integer, parameter, public :: damage_row = n_point_statev + 1
 
   !> One state variable: name, meaning, unit.
   type :: statev_type
@@ -108,8 +111,8 @@ module asperity_contract
     statev_type("s_dih", "inelastic slip of the plane along h", "length")]
 
   ! --- component maps ------------------------------------------------------------------------------------------------
-  !> Most stress components of a host.
-  integer, parameter, public :: max_ntens = 6
+  !> Numbers of stress components that a host may have, and the largest.
+  integer, parameter, public :: host_ntens(3) = [2, 3, 6], max_ntens = maxval(host_ntens)
 
   ! --- status codes --------------------------------------------------------------------------------------------------
   integer, parameter, public :: status_ok = 0, status_props = 1, status_nprops = 2, status_nstatv = 3, &
@@ -132,11 +135,12 @@ contains
     i = n_point_statev + n_plane_statev*(k - 1) + 1
   end function plane_statev
 
-  !> Whether a state variable is the damage of a plane.
-  pure function is_damage(i) result(yes)
+  !> Row of statev_table that describes a state variable.
+  pure function statev_row(i) result(row)
     integer, intent(in) :: i   !! index in STATEV
-    logical :: yes
-    yes = i > n_point_statev .and. mod(i - n_point_statev, n_plane_statev) == 1
-  end function is_damage
+    integer :: row
+    row = i
+    if (i > n_point_statev) row = damage_row + modulo(i - damage_row, n_plane_statev)
+  end function statev_row
 
 end module asperity_contract

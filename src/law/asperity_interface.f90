@@ -1,8 +1,8 @@
 !> A rough interface: material and pattern of planes, and what its host asks of the library, from PROPS.
 module asperity_interface
-  use asperity_checks, only: review_props
+  use asperity_checks, only: read_props
   use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_flat, p_h, p_m, p_map, p_r, p_theta, p_turn, &
-    prop_table, separation_limit, status_ok
+    separation_limit, status_ok
   use asperity_kinds, only: wp
   use asperity_material, only: material_type, new_material
   use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
@@ -32,15 +32,11 @@ contains
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
     type(interface_type), intent(out) :: joint       !! defined if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
-    real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     real(wp) :: p(n_fixed_props)
-    integer :: given, m
+    integer :: m
 
-    call review_props(props, status)
+    call read_props(props, p, status)
     if (status /= status_ok) return
-    given = min(size(props), n_fixed_props)
-    p(:given) = props(:given)
-    p(given + 1:) = defaults(given + 1:)
     joint%material = new_material(p)
     m = int(p(p_m))
     if (m < 0) then

@@ -1,16 +1,14 @@
 !> Checked entry to the law: the update of points with every input tested first.
 module asperity_points
+  use asperity_call_checks, only: point_status, time_status
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block, update_block
-  use asperity_checks, only: all_bounded, append, bounded, integer_text, to_text
-  use asperity_contract, only: energy_limit, max_planes, n_plane_statev, n_point_statev, n_statev, plane_statev, &
-    statev_table, status_nstatv, status_ok, status_separation, status_state, status_time, v_offset
-  use asperity_interface, only: interface_type, separation_bound, slip_bound
+  use asperity_contract, only: max_planes, n_statev, status_ok
+  use asperity_interface, only: interface_type
   use asperity_law, only: update_point_in_place
   implicit none
   private
-  public :: virgin_tangent, point_status, state_status, time_status, update_points, explain_point, explain_points, &
-    explain_time
+  public :: virgin_tangent, update_points
 
   !> Points from which on threads are worth starting.
   integer, parameter :: worth_threads = 2048
@@ -30,56 +28,6 @@ contains
     if (joint%material%k_c > joint%material%k_n) s = joint%material%s0*closure
     call update_point_in_place(joint, rest, s, state, traction, tangent)
   end function virgin_tangent
-
-  !> Whether the input of a point is admissible.
-  pure function point_status(joint, s_old, s, state_old) result(status)
-    type(interface_type), intent(in) :: joint          !! the interface
-    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(3)                       !! separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
-    integer :: status                                  !! 0, status_nstatv, status_state or status_separation
-    real(wp) :: bound
-    bound = separation_bound(joint)
-    status = status_separation
-    if (all_bounded(3, s, bound) .and. all_bounded(3, s_old, bound)) status = state_status(joint, state_old)
-  end function point_status
-
-  !> Whether STATEV can be a state of the interface.
-  pure function state_status(joint, state) result(status)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in), contiguous :: state(:)    !! STATEV
-    integer :: status                               !! 0, status_nstatv or status_state
-    real(wp) :: least, most, slip
-    integer :: i
-
-    status = status_nstatv
-    if (size(state) < joint%n_statev) return
-    status = status_state
-    if (.not. all_bounded(joint%n_statev, state, energy_limit)) return
-    slip = max(abs(state(v_offset)), abs(state(v_offset + 1)), abs(state(v_offset + 2)))
-    least = 0.0_wp
-    most = 0.0_wp
-    do i = n_point_statev + 1, joint%n_statev, n_plane_statev
-      least = min(least, state(i))
-      most = max(most, state(i))
-      slip = max(slip, abs(state(i + 1)), abs(state(i + 2)))
-    end do
-    if (least >= 0.0_wp .and. most <= 1.0_wp .and. slip <= slip_bound(joint)) status = status_ok
-  end function state_status
-
-  !> Whether the duration of an increment is admissible: without viscous damage (tau_v = 0) it is not looked at.
-  pure function time_status(joint, dt) result(status)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in), optional :: dt            !! duration, any bits, time
-    integer :: status                               !! 0 or status_time
-    logical :: good
-    good = .not. joint%material%tau_v > 0.0_wp
-    if (present(dt) .and. .not. good) then
-      good = bounded(dt, huge(1.0_wp))
-      if (good) good = dt >= 0.0_wp
-    end if
-    status = merge(status_ok, status_time, good)
-  end function time_status
 
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.
   !>
@@ -168,97 +116,5 @@ contains
       end do
     end do
   end subroutine update_some
-
-  !> Say what `update_points` rejected: the point, its bad values, and what was expected.
-  pure subroutine explain_points(joint, failed, s, state, message, s_old)
-    type(interface_type), intent(in) :: joint                     !! the interface
-    integer, intent(in) :: failed                                 !! the point
-    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(in), contiguous :: state(:, :)               !! (nstatv, n) STATEV at the start
-    character(len=:), allocatable, intent(inout) :: message       !! lines are appended
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
-    character(len=:), allocatable :: lines
-    real(wp) :: from(3)
-    from = 0.0_wp
-    if (present(s_old)) from = s_old(:, failed)
-    allocate (character(len=0) :: lines)
-    call explain_point(joint, from, s(:, failed), state(:, failed), lines)
-    call append(message, "point " // integer_text(failed) // ": " // lines)
-  end subroutine explain_points
-
-  !> Say what `time_status` rejected.
-  pure subroutine explain_time(joint, name, message, dt)
-    type(interface_type), intent(in) :: joint                  !! the interface
-    character(len=*), intent(in) :: name                       !! of the duration where it comes from
-    character(len=:), allocatable, intent(inout) :: message    !! a line is appended
-    real(wp), intent(in), optional :: dt                       !! duration, any bits, time
-    character(len=:), allocatable :: wanted
-    if (time_status(joint, dt) == status_ok) return
-    wanted = ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
-      to_text(joint%material%tau_v) // ")"
-    if (present(dt)) then
-      call append(message, name // " = " // to_text(dt) // wanted)
-    else
-      call append(message, name // " is missing" // wanted)
-    end if
-  end subroutine explain_time
-
-  !> Say what is wrong with the input of a point: every bad value, and what was expected.
-  pure subroutine explain_point(joint, s_old, s, state_old, message)
-    type(interface_type), intent(in) :: joint                  !! the interface
-    real(wp), intent(in) :: s_old(:)                           !! (3) separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(:)                               !! (3) separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)           !! (nstatv) STATEV at the start
-    character(len=:), allocatable, intent(inout) :: message    !! lines are appended
-    character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
-    real(wp) :: bound, slip, largest
-    integer :: i, j, k
-
-    bound = separation_bound(joint)
-    slip = slip_bound(joint)
-    do i = 1, 3
-      call review(message, trim(names(i)) // " at the start", s_old(i), -bound, bound)
-      call review(message, trim(names(i)), s(i), -bound, bound)
-    end do
-    if (size(state_old) < joint%n_statev) then
-      call append(message, "NSTATV = " // integer_text(size(state_old)) // ": expected at least " // &
-        integer_text(joint%n_statev) // " for " // integer_text(joint%pattern%n) // " planes")
-      return
-    end if
-    do i = 1, n_point_statev
-      largest = merge(slip, energy_limit, i >= v_offset)
-      call review_statev(message, i, i, state_old(i), -largest, largest)
-    end do
-    do k = 1, joint%pattern%n
-      i = plane_statev(k)
-      call review_statev(message, i, n_point_statev + 1, state_old(i), 0.0_wp, 1.0_wp)
-      do j = 1, n_plane_statev - 1
-        call review_statev(message, i + j, n_point_statev + 1 + j, state_old(i + j), -slip, slip)
-      end do
-    end do
-  end subroutine explain_point
-
-  !> Add a line to the message if a state variable is not a finite number in its range.
-  pure subroutine review_statev(message, i, row, value, lower, upper)
-    character(len=:), allocatable, intent(inout) :: message   !! lines so far
-    integer, intent(in) :: i                                  !! index in STATEV
-    integer, intent(in) :: row                                !! of statev_table
-    real(wp), intent(in) :: value                             !! any bits
-    real(wp), intent(in) :: lower, upper                      !! admissible range
-    call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), value, lower, upper)
-  end subroutine review_statev
-
-  !> Add a line to the message if a value is not a finite number in its range.
-  pure subroutine review(message, name, value, lower, upper)
-    character(len=:), allocatable, intent(inout) :: message   !! lines so far
-    character(len=*), intent(in) :: name                      !! of the value
-    real(wp), intent(in) :: value                             !! any bits
-    real(wp), intent(in) :: lower, upper                      !! admissible range
-    logical :: good
-    good = bounded(value, huge(1.0_wp))
-    if (good) good = value >= lower .and. value <= upper
-    if (.not. good) call append(message, name // " = " // to_text(value) // ": expected a finite number from " // &
-      to_text(lower) // " to " // to_text(upper))
-  end subroutine review
 
 end module asperity_points

@@ -1,7 +1,7 @@
 !> Rejected calls of the UMAT inside Abaqus/Standard: its message routine, then the end of the analysis.
 module asperity_report_umat
-  use asperity_checks, only: piece_end
   use asperity_kinds, only: wp
+  use asperity_text, only: piece_end
   implicit none
   private
   public :: report_umat

@@ -1,7 +1,7 @@
 !> Rejected calls of the VUMAT inside Abaqus/Explicit: its message routine, then the end of the analysis.
 module asperity_report_vumat
-  use asperity_checks, only: piece_end
   use asperity_kinds, only: wp
+  use asperity_text, only: piece_end
   implicit none
   private
   public :: report_vumat
