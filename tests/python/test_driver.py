@@ -505,6 +505,11 @@ def test_output(run, driver: Path, tmp_path: Path) -> None:
     assert "replace the case file" in run(text, "-o", "case.nml", code=1).messages
     if Path("/dev/full").exists():
         assert "cannot be written" in run(text, "-o", "/dev/full", code=1).messages
+        with Path("/dev/full").open("w") as full:
+            echo = subprocess.run(
+                [driver, "case.nml", "--echo"], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE
+            )
+        assert echo.returncode == 1 and b"standard output: cannot be written" in echo.stderr
 
 
 def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
