@@ -1,7 +1,7 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make check   lint, all builds and suites, coverage: what must pass
 # make hosts   the library inside Kratos, scikit-fem and CalculiX: tests and pictures; says what this machine cannot get
-# Each installs what is missing first (cmake/install-dependencies.sh, pyproject.toml). Other targets: build (library and
+# Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs: fuzz, threads, solver), clean (build/), distclean (and
 # .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
 # PFUNITConfig.cmake), JOBS.
@@ -22,19 +22,19 @@ endif
 stand_in := -UPFUNIT_DIR -DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON
 
 venv := .venv/bin
-step := cmake/step.sh
+step := tools/step.sh
 log = build/logs/$(@F).log
 done = @mkdir -p $(@D) && touch $@
 
 # what the builds depend on, what the Python package holds, and everything
-code := CMakeLists.txt Makefile $(shell find cmake src harness tests -type f -not -path '*/.*' \
+code := CMakeLists.txt Makefile $(shell find cmake tools src harness tests -type f -not -path '*/.*' \
   -not -path 'tests/python/*' -not -name '*.pyc')
 package := pyproject.toml CMakeLists.txt $(wildcard cmake/*.cmake*) \
   $(shell find src harness python -type f -not -path '*/.*' -not -name '*.pyc')
 tree := $(wildcard .ci/*) $(shell find . -type f -not -path './build*' -not -path '*/.*' -not -name '*.pyc')
 
 # build, run and count all suites: $(call suites,CMake options)
-suites = PYTHON=$(venv)/python cmake/build-and-test.sh build/$(@F) \
+suites = PYTHON=$(venv)/python tools/build-and-test.sh build/$(@F) \
   -DPython3_EXECUTABLE="$(CURDIR)/$(venv)/python" $(1)
 comma := ,
 
@@ -51,7 +51,7 @@ demo: build .venv/installed
 	@mkdir -p build/demo
 	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) env ASPERITY_DRIVER=build/release/harness/rie_driver \
 	  $(venv)/asperity run harness/cases/figure05b.nml -o build/demo/figure05b.csv --plot build/demo/figure05b.png
-	@$(venv)/python cmake/demo_numbers.py build/demo/figure05b.csv
+	@$(venv)/python tools/demo_numbers.py build/demo/figure05b.csv
 
 check: $(parts)
 	@echo "make check: everything passed"
@@ -87,14 +87,14 @@ build/passed/sanitize: $(code) build/options | .venv/installed
 	$(done)
 
 build/passed/flang: $(code) build/options | .venv/installed
-	@flang="$$(cmake/flang.sh)"; if [ -z "$$flang" ]; then echo "flang: not installed, left out"; else \
+	@flang="$$(tools/flang.sh)"; if [ -z "$$flang" ]; then echo "flang: not installed, left out"; else \
 	  $(step) "flang: suites" $(log) env $(call suites,$$flang $(stand_in)); fi
 	$(done)
 
-build/passed/coverage: $(code) build/options cmake/coverage.py | .venv/installed
+build/passed/coverage: $(code) build/options tools/coverage.py | .venv/installed
 	@$(step) "Coverage of src/" $(log) sh -ec 'mkdir -p build/$(@F); find build/$(@F) -name "*.gcda" -delete; \
 	  $(call suites,$(pfunit) -DCMAKE_BUILD_TYPE=Coverage -DASPERITY_COVERAGE=ON); \
-	  $(venv)/python cmake/coverage.py build/$(@F)'
+	  $(venv)/python tools/coverage.py build/$(@F)'
 	$(done)
 
 build/passed/pytest: $(tree) build/options .venv/installed
@@ -116,7 +116,7 @@ soak: build
 # is last. One run and one report (build/hosts/*.xml) a host; pytest ends with 5 where all tests of a host are left out.
 hosts := ASPERITY_KRATOS=build/hosts/harness/hosts/libasperity_kratos.so ASPERITY_LIBRARY=build/hosts/src/libasperity.so \
   ASPERITY_CALCULIX=build/calculix
-extra = $(venv)/python -c "import $(1)" || $(venv)/python cmake/install_extra.py $(2) || \
+extra = $(venv)/python -c "import $(1)" || $(venv)/python tools/install_extra.py $(2) || \
 	  { echo "no wheels here, left out"; exit 0; }; echo there
 define host_tests
 @$(step) "Tests: $(1)" build/logs/hosts-$(1)-tests.log sh -c 'env $(hosts) $(venv)/python -m pytest -rA \
@@ -138,10 +138,10 @@ hosts: .venv/installed
 	@$(step) "Pictures" build/logs/hosts-pictures.log env $(hosts) harness/hosts/pictures.sh $(venv)/python build/hosts
 
 dependencies:
-	@$(step) "System packages" $(log) cmake/install-dependencies.sh
+	@$(step) "System packages" $(log) tools/install-dependencies.sh
 
 .venv/bin/python: | dependencies
-	@$(step) "Python environment" build/logs/venv.log sh -ec '"$$(cmake/python.sh)" -m venv .venv; $@ --version'
+	@$(step) "Python environment" build/logs/venv.log sh -ec '"$$(tools/python.sh)" -m venv .venv; $@ --version'
 
 # the package and its tools, installed anew when a source has changed
 .venv/installed: .venv/bin/python $(package) | dependencies

@@ -35,7 +35,7 @@ def tracked_files() -> list[Path]:
         names = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split("\0")
         files = [ROOT / name for name in names if name]
     except (FileNotFoundError, subprocess.CalledProcessError):
-        folders = [ROOT / name for name in ("src", "harness", "tests", "python", "docs", "cmake", ".ci")]
+        folders = [ROOT / name for name in ("src", "harness", "tests", "python", "docs", "cmake", "tools", ".ci")]
         files = [*ROOT.iterdir(), *(file for folder in folders for file in folder.rglob("*"))]
         made_by_tools = {"__pycache__", ".hypothesis", ".pytest_cache", ".ruff_cache"}
         files = [file for file in files if not made_by_tools.intersection(file.parts)]
