@@ -9,7 +9,8 @@ module asperity_points
   use asperity_law, only: update_point_in_place
   implicit none
   private
-  public :: virgin_tangent, point_status, state_status, time_status, update_points, explain_point, explain_points, explain_time
+  public :: virgin_tangent, point_status, state_status, time_status, update_points, explain_point, explain_points, &
+    explain_time
 
   !> Points from which on threads are worth starting.
   integer, parameter :: worth_threads = 2048
