@@ -60,7 +60,7 @@ build/options: force
 	@mkdir -p build; echo "$(FLANG) $(PFUNIT_DIR)" >$@.new; cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 
 bench: build
-	@build/release/harness/bench
+	@build/release/bin/bench
 soak: build .venv/installed
 	@tools/soak.sh
 hosts: .venv/installed

@@ -1,17 +1,17 @@
-# Test suites: genuine pFUnit files (.pf), run by pFUnit where it is found, elsewhere by the stand-in in tests/support.
+# Test suites: genuine pFUnit files (.pf), run by pFUnit where it is found, elsewhere by the stand-in in tests/pfunit_stand_in.
 #
 #   asperity_add_suite(<name> TEST_SOURCES <a.pf>... [LINK_LIBRARIES <lib>...] [OTHER_SOURCES ...] [LABELS ...]
 #                      [WORKING_DIRECTORY <dir>])
 #
 # builds the executable <name> and the CTest test <name> (label: suite), which fails when an assertion fails and when no
-# test ran. asperity_add_suites(...) makes a suite of every .pf file of the folder, named like the file.
+# test ran.
 #
 # pFUnit 4.14 is found through -DPFUNIT_DIR=<prefix>/PFUNIT-4.14/cmake or CMAKE_PREFIX_PATH; its modules must come from
 # the same compiler. -DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON selects the stand-in in any case.
 
 include_guard(GLOBAL)
 
-set(ASPERITY_PF_SUPPORT ${CMAKE_CURRENT_LIST_DIR}/../tests/support)
+set(ASPERITY_PF_SUPPORT ${CMAKE_CURRENT_LIST_DIR}/../tests/pfunit_stand_in)
 cmake_path(NORMAL_PATH ASPERITY_PF_SUPPORT)
 find_package(Python3 3.10 REQUIRED COMPONENTS Interpreter)
 
@@ -24,7 +24,7 @@ endif()
 if(PFUNIT_FOUND)
   message(STATUS "Test suites: pFUnit ${PFUNIT_VERSION}, ${PFUNIT_DIR}")
 else()
-  message(STATUS "Test suites: pFUnit not found, its stand-in in tests/support")
+  message(STATUS "Test suites: pFUnit not found, its stand-in in tests/pfunit_stand_in")
   add_library(asperity_funit STATIC EXCLUDE_FROM_ALL
     ${ASPERITY_PF_SUPPORT}/pf_operands.f90 ${ASPERITY_PF_SUPPORT}/funit.f90)
   set_target_properties(asperity_funit PROPERTIES
@@ -84,12 +84,4 @@ function(asperity_add_suite name)
     # pFUnit calls a suite without tests OK.
     set_property(TEST ${name} APPEND PROPERTY FAIL_REGULAR_EXPRESSION "\\(0 tests?[,)]")
   endif()
-endfunction()
-
-function(asperity_add_suites)
-  file(GLOB files RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.pf)
-  foreach(file IN LISTS files)
-    cmake_path(GET file STEM name)
-    asperity_add_suite(${name} TEST_SOURCES ${file} ${ARGV})
-  endforeach()
 endfunction()

@@ -11,8 +11,8 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     -frecursive                                                  # no static locals: hosts call from many threads
     -fopenmp-simd                                                # honours !$omp simd, links no run-time library
     >)
-  # without this the compiler runs the loop over the planes on scalars, in case a division it moves should trap
-  set(ASPERITY_LAW_FLAGS $<$<CONFIG:Release>:-fno-trapping-math>)
+  # the loops of the law run on vectors only if a division that is moved may not trap and every function is inlined
+  set(ASPERITY_LAW_FLAGS $<$<CONFIG:Release>:-fno-trapping-math> $<$<CONFIG:Release>:-finline-limit=100000>)
   set(debug_flags -O0 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived -fbacktrace)
   set(CMAKE_Fortran_FLAGS_RELEASE "-O3")
   target_compile_options(asperity_flags INTERFACE $<$<AND:${of_suite},$<CONFIG:Release>>:-O1>)

@@ -46,4 +46,4 @@ if [ $status -ne 0 ]; then
   echo "--- what failed, from $log"
   grep -A 4 -E '\.\.\. FAILED$|^Failure|^ *[0-9]+\) |ERROR: |\.c(pp)?:[0-9]+: ' "$log" | head -n 40 || true
 fi
-"$python" tests/support/count_tests.py "$log" && exit $status
+"$python" tests/pfunit_stand_in/count_tests.py "$log" && exit $status

@@ -24,7 +24,7 @@ def main() -> int:
     parser.add_argument("build", type=Path, help="build folder with ASPERITY_COVERAGE=ON")
     build = parser.parse_args().build
     # an INCLUDE line leaves the bare name of the file, which gcov looks for where the compiler ran
-    for included in Path("src").glob("*.inc"):
+    for included in Path("src").glob("*/*.inc"):
         link = build / included.name
         link.unlink(missing_ok=True)
         link.symlink_to(included.resolve())

@@ -3,5 +3,5 @@
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p build/demo
-ASPERITY_DRIVER=build/release/harness/rie_driver .venv/bin/asperity run harness/cases/figure05b.nml \
+ASPERITY_DRIVER=build/release/bin/rie_driver .venv/bin/asperity run harness/cases/figure05b.nml \
   -o build/demo/figure05b.csv --plot build/demo/figure05b.png

@@ -50,9 +50,9 @@ int main(int argc, char **argv) {
     if (i == warm_up) before = resident_kilobytes();
     s[1] = 1e-4 * (double)(i % 1000);
     umat_call(nstatv, state, stress, zero, s);
-    asperity_update(rp_4, 6, 1, NULL, s, nstatv, state, traction, NULL, NULL, 0);
+    asperity_update(rp_4, 6, 0.0, 1, NULL, s, nstatv, state, traction, NULL, NULL, 0);
     if (i % rarely > 0) continue;
-    int status = asperity_update(bad, 6, 1, NULL, s, nstatv, state, traction, NULL, message, sizeof message);
+    int status = asperity_update(bad, 6, 0.0, 1, NULL, s, nstatv, state, traction, NULL, message, sizeof message);
     rejected += status != ASPERITY_OK;
   }
   const long growth = resident_kilobytes() - before;

@@ -4,28 +4,55 @@ Law of Albarella, Serpieri, Alfano and Sacco (2015), docs/theory.md.  Components
 and opening positive, angles in degrees, units the user's consistent set.
 """
 
-from . import contract
-from .installed import library
-from .interface import EquilibriumLost, History, Interface, Snap, Update
-from .material import Material, ModelWarning
-from .pattern import Pattern
-from .selection import NoPatternError, Scene, Selection, select
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__version__ = contract.library_version()
+if TYPE_CHECKING:
+    from . import contract as contract
+    from .installed import library as library
+    from .interface import EquilibriumLost as EquilibriumLost
+    from .interface import History as History
+    from .interface import Interface as Interface
+    from .interface import Snap as Snap
+    from .interface import Update as Update
+    from .material import Material as Material
+    from .material import ModelWarning as ModelWarning
+    from .pattern import Pattern as Pattern
+    from .selection.search import NoPatternError as NoPatternError
+    from .selection.search import Scene as Scene
+    from .selection.search import Selection as Selection
+    from .selection.search import select as select
 
-__all__ = [
-    "EquilibriumLost",
-    "History",
-    "Interface",
-    "Material",
-    "ModelWarning",
-    "NoPatternError",
-    "Pattern",
-    "Scene",
-    "Selection",
-    "Snap",
-    "Update",
-    "contract",
-    "library",
-    "select",
-]
+    __version__: str
+
+_NAMES = {
+    "contract": (),
+    "installed": ("library",),
+    "interface": ("EquilibriumLost", "History", "Interface", "Snap", "Update"),
+    "material": ("Material", "ModelWarning"),
+    "pattern": ("Pattern",),
+    "selection.search": ("NoPatternError", "Scene", "Selection", "select"),
+}
+"""Modules and what the package has of each; they are imported when a name is used first."""
+
+__all__ = sorted(["contract", *(name for names in _NAMES.values() for name in names)])
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for."""
+    if name == "__version__":
+        found: Any = import_module(".contract", __name__).library_version()
+    elif name == "contract":
+        found = import_module(".contract", __name__)
+    else:
+        home = next((module for module, names in _NAMES.items() if name in names), None)
+        if home is None:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = getattr(import_module(f".{home}", __name__), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """Names that are there, and those that are imported when they are used."""
+    return sorted({*globals(), *__all__, "__version__"})

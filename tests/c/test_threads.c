@@ -8,7 +8,7 @@
 #include "asperity.h"
 #include "check.h"
 
-enum { NSTATV = 24, STEPS = 2000, REJECTED = 300, INITIAL = 100 };
+enum { NSTATV = POINT_STATEV + 5 * PLANE_STATEV, STEPS = 2000, REJECTED = 300, INITIAL = 100 };
 static const double rp_4[] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
 
 /* A path of one point; thread k walks its own. */
@@ -48,7 +48,7 @@ static void *walk(void *argument) {
     to[2] = 0.1 * sin(0.013 * i + w->k);
     for (int j = 0; j < 3; j++) step[j] = to[j] - from[j];
     umat_call(w->umat, stress, from, step);
-    asperity_update(rp_4, 6, 1, from, to, NSTATV, w->points, traction, NULL, NULL, 0);
+    asperity_update(rp_4, 6, 0.0, 1, from, to, NSTATV, w->points, traction, NULL, NULL, 0);
     for (int j = 0; j < 3; j++) from[j] += step[j];
   }
   return NULL;
@@ -68,7 +68,7 @@ static int two_threads_get_what_one_gets(void) {
     failures += FAILS(both[k].wrong == 0);
     failures += FAILS(alone[k].umat[0] > 0.5);
     /* both start from the traction, and go on from the same offset */
-    for (int j = 6; j < 9; j++) {
+    for (int j = OFFSET; j < OFFSET + 3; j++) {
       failures += FAILS(alone[k].umat[j] != 0.0);
       failures += FAILS(alone[k].umat[j] == alone[k].points[j]);
     }
@@ -83,13 +83,13 @@ static void *be_rejected(void *argument) {
   char message[4096], expected[4096];
   memcpy(props, rp_4, sizeof props);
   if (w->k == 0) {
-    for (int i = 9; i < NSTATV; i++) state[i] = -0.25 - 1000.0 * NAN;
+    for (int i = POINT_STATEV; i < NSTATV; i++) state[i] = -0.25 - 1000.0 * NAN;
   } else {
     props[2] = 1.5;
   }
-  asperity_update(props, 6, 1, NULL, s, NSTATV, state, traction, NULL, expected, sizeof expected);
+  asperity_update(props, 6, 0.0, 1, NULL, s, NSTATV, state, traction, NULL, expected, sizeof expected);
   for (int i = 0; i < REJECTED; i++) {
-    int status = asperity_update(props, 6, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
+    int status = asperity_update(props, 6, 0.0, 1, NULL, s, NSTATV, state, traction, NULL, message, sizeof message);
     if (status == ASPERITY_OK || strcmp(message, expected) != 0) w->wrong++;
   }
   return NULL;

@@ -11,15 +11,14 @@ from typing import Any
 import asperity
 import numpy as np
 import pytest
-from asperity import fit as fitting
-from asperity import fit_model, reference
-from asperity import fit_study as study
-from asperity.card_command import read_interface
-from asperity.case_files import slip_tests
+from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fit, residual_ratio
-from asperity.fit_records import ShearTest, read_records
-from asperity.fit_report import case_text, identifiability, report
+from asperity.fit import fitting, study
+from asperity.fit import model as fit_model
+from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit.records import ShearTest, read_records
+from asperity.fit.report import case_text, identifiability, report
+from asperity.oracle import reference
 
 pytest.importorskip("scipy")
 
@@ -458,9 +457,10 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
     line = re.search(r"^PROPS\(19\)   (.*)$", printed, re.MULTILINE)
     assert line
-    interface, _ = read_interface(Path("fit.nml"))
+    case = read_case(Path("fit.nml"))
+    interface = case.runs[0].interface
     assert [float(text) for text in line[1].split(",")] == pytest.approx(interface.props().tolist(), rel=1e-5)
-    tests = list(slip_tests(Path("fit.nml")))
+    tests = list(slip_tests(case))
     assert [test.sigma_N for test in tests] == list(study.SIGMA_N)
     assert tests[0].slips[-1] == pytest.approx(study.TURNS[-1])
     assert main(["card", "--host", "abaqus", "fit.nml"]) == 0

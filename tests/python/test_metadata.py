@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 # The owner of the version.
-OWNER = ROOT / "src" / "asperity_contract.f90"
+OWNER = ROOT / "src" / "law" / "asperity_contract.f90"
 LARGEST_FILE = 2_000_000
 """Bytes; a picture fits, a build or a data set does not."""
 PICTURES = {".png", ".svg"}

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SUPPORT = ROOT / "tests" / "support"
+SUPPORT = ROOT / "tests" / "pfunit_stand_in"
 VERDICTS = SUPPORT / "pf_verdicts.pf"
 STRICT = ["-std=f2008", "-Wall", "-Wextra", "-Wimplicit-interface", "-Wconversion", "-Werror"]
 TRAPS = ["-O0", "-g", "-fcheck=all", "-finit-real=snan", "-ffpe-trap=invalid,zero,overflow"]

@@ -1,0 +1,81 @@
+!> What happened between two states of a point, by name, joined by +:
+!>   onset     damage begins
+!>   damaged   every plane is fully damaged
+!>   open      a plane in contact opens
+!>   close     a plane that was open comes into contact
+!>   slip      a damaged plane in contact begins to slide
+module asperity_events
+  use asperity_contract, only: plane_statev, v_damage, v_offset
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_pattern, only: plane_normal
+  implicit none
+  private
+  public :: planes_type, put_at_rest, find_events, name_event
+
+  !> Characters that hold all names.
+  integer, parameter, public :: event_length = 64
+
+  !> What the planes did at the last row.
+  type :: planes_type
+    logical, allocatable :: contact(:), apart(:), slides(:)   !! per plane; one that just touches is as it was
+  end type planes_type
+
+contains
+
+  !> Planes of a point at rest: neither in contact nor apart (no function: flang 16 cannot assign its result).
+  pure subroutine put_at_rest(joint, planes)
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(planes_type), intent(out) :: planes        !! its planes
+    integer :: n
+    n = joint%pattern%n
+    allocate (planes%contact(n), planes%apart(n), planes%slides(n))
+    planes%contact = .false.
+    planes%apart = .false.
+    planes%slides = .false.
+  end subroutine put_at_rest
+
+  !> What happened since the last row.
+  pure subroutine find_events(joint, s, old, new, planes, event)
+    type(interface_type), intent(in) :: joint           !! the interface
+    real(wp), intent(in) :: s(3)                        !! separation (N, Tx, Ty) of this row, length
+    real(wp), intent(in) :: old(:)                      !! STATEV of the last row
+    real(wp), intent(in) :: new(:)                      !! STATEV of this row
+    type(planes_type), intent(inout) :: planes          !! at the last row -> at this row
+    character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
+    logical, dimension(size(planes%contact)) :: contact, apart, slides, damaged, was_damaged
+    real(wp) :: s_n
+    integer :: i, k
+
+    do k = 1, size(contact)
+      i = plane_statev(k)
+      s_n = dot_product(plane_normal(joint%pattern, k), s + new(v_offset:v_offset + 2))
+      ! a plane that just touches is as it was
+      contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)
+      apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)
+      slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
+      damaged(k) = new(i) >= 1.0_wp
+      was_damaged(k) = old(i) >= 1.0_wp
+    end do
+    event = ""
+    call name_event(event, "onset", new(v_damage) > 0.0_wp .and. .not. old(v_damage) > 0.0_wp)
+    call name_event(event, "damaged", all(damaged) .and. .not. all(was_damaged))
+    call name_event(event, "open", any(planes%contact .and. .not. contact))
+    call name_event(event, "close", any(planes%apart .and. contact))
+    call name_event(event, "slip", any(slides .and. .not. planes%slides))
+    planes%contact = contact
+    planes%apart = apart
+    planes%slides = slides
+  end subroutine find_events
+
+  !> Add a name where its event happened.
+  pure subroutine name_event(event, name, happened)
+    character(len=event_length), intent(inout) :: event   !! names so far
+    character(len=*), intent(in) :: name                  !! of the event
+    logical, intent(in) :: happened                       !! false: nothing is added
+    if (.not. happened) return
+    if (len_trim(event) > 0) event = trim(event) // "+"
+    event = trim(event) // name
+  end subroutine name_event
+
+end module asperity_events

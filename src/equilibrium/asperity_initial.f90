@@ -1,0 +1,309 @@
+!> Initial states: the separation at which a point, virgin or cracked, carries a traction before its first increment.
+!>
+!> That separation becomes the offset of STATEV 6-8 (contract), which the law adds to what the host calls separation.
+module asperity_initial
+  use asperity_call_checks, only: state_status
+  use asperity_checks, only: bounded
+  use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
+    v_offset, v_status
+  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, move_point, point_type, &
+    put_point, set_balance, traction_scale, unstable
+  use asperity_elimination, only: eliminate
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point
+  use asperity_newton, only: newton_solve, newton_type
+  use asperity_pattern, only: plane_normal
+  use asperity_text, only: append, integer_text, to_text
+  use asperity_tolerances, only: coarsest_initial_scale, farthest, finest_initial_scale, least_damping, less_damping, &
+    longest_initial_step, more_damping, most_growth, residual_tolerance, rounding, smallest_initial_share, &
+    worst_condition
+  implicit none
+  private
+  public :: first_traction, carry_traction, explain_initial
+
+  !> Parts the traction is applied in, proportionally: the slips of inclined planes follow a curved path.
+  integer, parameter :: parts = 32
+  !> Closure of planes that just touch, of s0.
+  real(wp), parameter :: touch = 1.0e-6_wp
+  !> Steps of a motion, at most.
+  integer, parameter :: most_steps = 2000
+
+contains
+
+  !> Whether a point that was never called comes with a traction (contract, STATEV 5).
+  !>
+  !> Looked at by the bits: what is not finite is no traction, but what a host left undefined.
+  pure function first_traction(traction, state) result(yes)
+    real(wp), intent(in) :: traction(3)   !! (N, Tx, Ty), 0 where the host has no such component; any bits
+    real(wp), intent(in) :: state(:)      !! STATEV
+    logical :: yes
+    yes = .not. abs(state(v_status)) > 0.0_wp
+    if (yes) yes = all(bounded(traction, huge(1.0_wp)))
+    if (yes) yes = any(abs(traction) > 0.0_wp)
+  end function first_traction
+
+  !> Give a state the offset at which it carries a traction; nothing is changed where it cannot.
+  !>
+  !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
+  !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
+  !> ends the point moves on under the traction held then, if there is a rest (docs/solver.md, "Snap"). What the host
+  !> calls separation is taken as zero; where it is not, the caller takes it off the offset.
+  pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
+    type(interface_type), intent(in) :: joint          !! the interface
+    real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
+    logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
+    real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
+    integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
+    real(wp), intent(out), optional :: carried(3)      !! as much of the traction as was carried, stress
+    logical, intent(out), optional :: endless          !! whether beyond that the planes part or slide without end; else
+                                                       !! no rest was found in the steps allowed
+    type(interface_type) :: rested
+    type(control_type) :: control
+    type(balance_type) :: balance
+    type(point_type) :: trial
+    real(wp) :: old(joint%n_statev), s(3), start(3), goal(3), reached, next, step
+    integer :: left
+    logical :: good
+
+    if (present(carried)) carried = 0.0_wp
+    if (present(endless)) endless = .false.
+    status = state_status(joint, state)
+    if (status /= status_ok) return
+    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(joint)))) status = status_initial
+    if (status /= status_ok) return
+    ! an initial state is in viscous equilibrium: no relaxation
+    rested = joint
+    rested%material%tau_v = 0.0_wp
+    old = state(:joint%n_statev)
+    s = old(v_offset:v_offset + 2)
+    if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
+    old(v_offset:v_offset + 2) = 0.0_wp
+    call put_point(rested, s, old, trial)
+    start = trial%traction
+    control%traction = held
+    call set_balance(rested, control, s, balance)
+    balance%finest = max(finest_initial_scale*joint%material%k_n*joint%material%s0, &
+      rounding/residual_tolerance*traction_scale(rested, s, trial%state))
+    balance%coarsest = coarsest_initial_scale
+    balance%longest = longest_initial_step
+    call move_point(trial, balance%old)
+    reached = 0.0_wp
+    step = 1.0_wp/real(parts, wp)
+    left = most_steps
+    do while (reached < 1.0_wp .and. left > 0)
+      next = min(1.0_wp, reached + step)
+      goal = target
+      if (next < 1.0_wp) goal = start + next*(target - start)
+      balance%given = merge(goal, balance%old%s, held)
+      left = left - 1
+      call take_step(rested, 0.0_wp, balance, trial, good)
+      if (.not. good .and. step <= smallest_initial_share) call move_on(rested, left, balance, trial, good)
+      if (good) then
+        reached = next
+        step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
+        if (reached < 1.0_wp) cycle
+        ! damage that the guard has held back on the load path may grow at its end: once more from there
+        call put_point(rested, balance%old%s, balance%old%state, trial)
+        if (.not. most_growth_of(balance%old%state, trial%state) > 0.0_wp) cycle
+        start = trial%traction
+        call move_point(trial, balance%old)
+        reached = 0.0_wp
+      else
+        if (step <= smallest_initial_share) exit
+        step = max(smallest_initial_share, 0.5_wp*step)
+      end if
+    end do
+    if (present(carried)) carried = start + reached*(target - start)
+    if (present(endless)) endless = left > 0
+    if (reached < 1.0_wp) then
+      status = status_initial
+      return
+    end if
+    balance%old%state(v_offset:v_offset + 2) = balance%old%s
+    balance%old%state(v_status) = state(v_status)
+    state(:joint%n_statev) = balance%old%state
+  end subroutine carry_traction
+
+  !> Largest growth of the damage of a plane.
+  pure function most_growth_of(old, new) result(growth)
+    real(wp), intent(in) :: old(:), new(:)   !! STATEV before and after
+    real(wp) :: growth
+    growth = maxval(new(n_point_statev + 1::n_plane_statev) - old(n_point_statev + 1::n_plane_statev))
+  end function most_growth_of
+
+  !> No neighbouring separation carries the traction: the overdamped motion under it to the first stable equilibrium, by
+  !> implicit Euler steps.
+  pure subroutine move_on(joint, left, balance, trial, found)
+    type(interface_type), intent(in) :: joint          !! the interface
+    integer, intent(inout) :: left                     !! steps that may be taken; 0 if the motion cannot go on
+    type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
+    type(point_type), intent(inout) :: trial           !! room
+    logical, intent(out) :: found                      !! whether there is an equilibrium
+    real(wp) :: damping, far, softest
+    logical :: good
+    found = .false.
+    associate (m => joint%material)
+      softest = max(tiny(softest), min(m%k_n, m%k_t, m%k_c))
+      far = min(maxval(abs(balance%given), mask=balance%control%traction), softest*separation_bound(joint))/softest
+      far = maxval(abs(balance%old%s)) + farthest*(m%s0/(1.0_wp - m%eta) + far)
+    end associate
+    damping = 1.0_wp
+    do while (left > 0 .and. maxval(abs(balance%old%s)) < far .and. damping < 1.0_wp/least_damping)
+      left = left - 1
+      call take_step(joint, 0.0_wp, balance, trial, found)
+      if (found) return
+      call take_step(joint, damping*elastic_stiffness(joint), balance, trial, good)
+      damping = max(least_damping, merge(less_damping, more_damping, good)*damping)
+    end do
+    if (maxval(abs(balance%old%s)) < far) left = 0
+  end subroutine move_on
+
+  !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no
+  !> more than the planes need to be clear of each other.
+  pure function slipped_separation(joint, state, held) result(s)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in) :: state(:)                !! STATEV
+    logical, intent(in) :: held(3)                  !! components that may move
+    real(wp) :: s(3)
+    real(wp) :: a(3, 3), b(3), n(3), t(3), h(3), opening
+    integer :: i, j, k
+    logical :: solved
+    s = 0.0_wp
+    a = 0.0_wp
+    b = 0.0_wp
+    associate (pattern => joint%pattern)
+      do k = 1, pattern%n
+        i = plane_statev(k)
+        t = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), pattern%cos_theta(k)*pattern%e_y(k)]
+        h = [0.0_wp, pattern%h_x(k), pattern%h_y(k)]
+        b = b + pattern%gamma(k)*(state(i + 1)*t + state(i + 2)*h)
+        do j = 1, 3
+          a(:, j) = a(:, j) + pattern%gamma(k)*(t*t(j) + h*h(j))
+        end do
+      end do
+    end associate
+    if (.not. any(abs(b) > 0.0_wp)) return
+    ! a small stiffness against opening: planes that are all flat say nothing of it
+    a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
+    do i = 1, 3
+      if (held(i)) cycle
+      a(i, :) = 0.0_wp
+      a(:, i) = 0.0_wp
+      a(i, i) = 1.0_wp
+      b(i) = 0.0_wp
+    end do
+    n = b
+    call eliminate(3, a, b, solved)
+    if (solved) solved = maxval(abs(b)) <= worst_condition*maxval(abs(n))
+    if (.not. solved) return
+    opening = 0.0_wp
+    do k = 1, joint%pattern%n
+      n = plane_normal(joint%pattern, k)
+      ! the smaller one before dividing, as n_N may be tiny
+      opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
+    end do
+    s = [opening, b(2:)]
+  end function slipped_separation
+
+  !> One step to where the traction, and the resistance to the motion there, are what is given; the point stays as it
+  !> was if no such separation is found that is stable and near.
+  pure subroutine take_step(joint, damping, balance, trial, good)
+    type(interface_type), intent(in) :: joint               !! the interface
+    real(wp), intent(in) :: damping                         !! resistance to the motion, stress/length
+    type(balance_type), intent(inout) :: balance            !! what is given; the point at the start -> at the end
+    type(point_type), intent(inout) :: trial                !! room
+    logical, intent(out) :: good                            !! whether there is one
+    type(newton_type) :: result
+    real(wp) :: fine
+    ! a further step to rounding costs little
+    fine = rounding*(joint%material%k_n*joint%material%s0 + maxval(abs(balance%given), mask=balance%control%traction))
+    balance%damping = damping
+    trial%s = balance%old%s
+    call newton_solve(joint, balance, .false., trial, result, fine)
+    if (.not. result%converged .and. abs(joint%material%k_c - joint%material%k_n) > 0.0_wp) then
+      ! where planes just touch, the tangent is that of the bond: from a little closure
+      trial%s = balance%old%s
+      trial%s(1) = trial%s(1) - touch*joint%material%s0
+      call newton_solve(joint, balance, .false., trial, result, fine)
+    end if
+    good = result%converged .and. .not. unstable(balance%n, result%last, elastic_stiffness(joint))
+    ! with the guard, damage that was held back may grow by any amount in one step
+    if (good) good = joint%material%guard .or. &
+      most_growth_of(balance%old%state, trial%state) <= most_growth
+    if (good) call move_point(trial, balance%old)
+  end subroutine take_step
+
+  !> Largest traction that is tried: that of an elastic plane at the largest separation, stress.
+  pure function largest_traction(joint) result(largest)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: largest
+    largest = elastic_stiffness(joint)*separation_bound(joint)
+  end function largest_traction
+
+  !> Say why a state cannot carry a traction, and how much of it it does; nothing is appended if it can.
+  pure subroutine explain_initial(joint, target, held, state, message)
+    type(interface_type), intent(in) :: joint                  !! the interface
+    real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
+    logical, intent(in) :: held(3)                             !! whether the traction is to be carried
+    real(wp), intent(in), contiguous :: state(:)               !! STATEV
+    character(len=:), allocatable, intent(inout) :: message    !! a line is appended
+    character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
+    character(len=:), allocatable :: reason
+    real(wp), dimension(joint%n_statev) :: pressed
+    real(wp) :: carried(3), in_proportion(3), most
+    integer :: dead, i, status
+    logical :: endless
+
+    most = largest_traction(joint)
+    do i = 1, 3
+      if (.not. held(i) .or. bounded(target(i), most)) cycle
+      call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
+        ": expected a finite traction of magnitude up to " // to_text(most))
+    end do
+    if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
+    pressed = state(:joint%n_statev)
+    call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
+    if (status /= status_initial) return
+
+    dead = count(state(n_point_statev + 1:joint%n_statev:n_plane_statev) >= 1.0_wp)
+    allocate (character(len=0) :: reason)
+    if (.not. endless) then
+      reason = "no equilibrium was found"
+    else if (dead < joint%pattern%n) then
+      reason = "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
+        integer_text(joint%pattern%n) // " are fully damaged"
+    else if (target(1) > 0.0_wp) then
+      reason = "tension on a crack, every plane being fully damaged"
+    else
+      reason = "outside the friction of the pattern"
+    end if
+    ! the normal traction first, to tell which part of the traction it is
+    call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)
+    if (status /= status_ok) then
+      call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &
+        to_text(carried(1)))
+      return
+    end if
+    call carry_traction(joint, target, held, pressed, status, carried)
+    if (status == status_ok) then
+      call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
+        ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))
+      return
+    end if
+    call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
+      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
+      to_text(carried(3)))
+
+  contains
+
+    !> Text of three numbers.
+    pure function triple(x) result(text)
+      real(wp), intent(in) :: x(3)   !! any bits
+      character(len=len(to_text(x(1))) + len(to_text(x(2))) + len(to_text(x(3))) + 4) :: text
+      text = to_text(x(1)) // ", " // to_text(x(2)) // ", " // to_text(x(3))
+    end function triple
+
+  end subroutine explain_initial
+
+end module asperity_initial

@@ -1,0 +1,159 @@
+!> Patterns of planes (RIE): normals, frames (1) and weights of the regular family (41)-(43) and of listed planes.
+module asperity_pattern
+  use asperity_kinds, only: lane_width, wp
+  use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
+  implicit none
+  private
+  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
+
+  !> Planes are kept in whole vectors; spare lanes repeat a flat plane with weight zero.
+  integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
+
+  !> Frames and weights of the planes: with the up-slope direction (e_x, e_y) in the average surface,
+  !> n = (cos, -sin e_x, -sin e_y), t = (sin, cos e_x, cos e_y), h = (0, h_x, h_y), components (N, Tx, Ty).
+  type :: pattern_type
+    integer :: n                          !! number of planes Np
+    integer :: lanes                      !! n rounded up to a multiple of lane_width
+    real(wp) :: cos_theta(max_lanes)      !! n_N
+    real(wp) :: sin_theta(max_lanes)      !! t_N
+    real(wp) :: e_x(max_lanes)            !! up-slope direction
+    real(wp) :: e_y(max_lanes)            !! up-slope direction
+    real(wp) :: h_x(max_lanes)            !! h
+    real(wp) :: h_y(max_lanes)            !! h
+    real(wp) :: gamma(max_lanes)          !! weights, sum 1, zero in the spare lanes
+  end type pattern_type
+
+  real(wp), parameter :: pi = acos(-1.0_wp), degree = pi/180.0_wp
+
+contains
+
+  !> Regular pattern: flat plane first, then m planes inclined by theta (41)-(43), the whole turned about N.
+  pure subroutine regular_pattern(m, theta, flat, turn, pattern)
+    integer, intent(in) :: m                      !! inclined planes, 0 or 2..64
+    real(wp), intent(in) :: theta                 !! inclination, degrees, 0 <= theta < 90
+    real(wp), intent(in) :: flat                  !! share of the flat plane, 0..1
+    real(wp), intent(in) :: turn                  !! rotation about N, degrees
+    type(pattern_type), intent(out) :: pattern    !! frames and weights
+    ! cos and sin of the azimuths 2 pi j/i of the i inclined planes, i = 2..64 one after the other, each preceded by the
+    ! direction (1, 0) of the flat plane and all followed by spare lanes. Computed by the compiler: a call needs no sine
+    ! per plane. Angles are folded to a quarter turn in units of 2 pi/(4 i), so that mirrored planes are mirrored to the
+    ! last bit and the axes are hit exactly.
+    integer :: i, j
+    integer, parameter :: n_azimuths = (max_inclined + 1)*(max_inclined + 2)/2 - 3
+    real(wp), parameter :: azimuth_cos(n_azimuths + lane_width) = [((sin(pi*real(i - 4*min(max(j, 0), &
+      i - max(j, 0)), wp)/real(2*i, wp)), j=-1, i - 1), i=min_inclined, max_inclined), (1.0_wp, j=1, lane_width)]
+    real(wp), parameter :: azimuth_sin(n_azimuths + lane_width) = [((sin(pi*real(merge(min(4*max(j, 0), &
+      2*i - 4*max(j, 0)), -min(4*max(j, 0) - 2*i, 4*i - 4*max(j, 0)), 4*j <= 2*i), wp)/real(2*i, wp)), &
+      j=-1, i - 1), i=min_inclined, max_inclined), (0.0_wp, j=1, lane_width)]
+    real(wp) :: c, s, c_turn, s_turn, c_azimuth, s_azimuth, weight, share
+    integer :: first, k, start
+    logical :: inclined, tilted
+
+    first = merge(1, 0, m == 0 .or. flat > 0.0_wp)
+    pattern%n = first + merge(0, m, flat >= 1.0_wp)
+    pattern%lanes = n_lanes(pattern%n)
+    weight = (1.0_wp - flat)/real(max(m, 1), wp)
+    share = merge(1.0_wp, flat, m == 0)
+    c = cos(theta*degree)
+    s = sin(theta*degree)
+    c_turn = 1.0_wp
+    s_turn = 0.0_wp
+    if (abs(turn) > 0.0_wp) then
+      c_turn = cos(modulo(turn, 360.0_wp)*degree)
+      s_turn = sin(modulo(turn, 360.0_wp)*degree)
+    end if
+    start = m*(m + 1)/2 - 3 + 1 - first   ! where the azimuths of m begin, with or without the flat plane
+    if (m == 0) start = 0
+    ! whole lanes are stored at once, as they will be loaded: single values would have to leave the store buffer first
+    !$omp simd
+    do k = 1, pattern%lanes
+      inclined = k > first .and. k <= pattern%n
+      tilted = inclined .and. theta > 0.0_wp
+      c_azimuth = azimuth_cos(start + k)*c_turn - azimuth_sin(start + k)*s_turn
+      s_azimuth = azimuth_cos(start + k)*s_turn + azimuth_sin(start + k)*c_turn
+      pattern%cos_theta(k) = merge(c, 1.0_wp, tilted)
+      pattern%sin_theta(k) = merge(s, 0.0_wp, tilted)
+      pattern%e_x(k) = merge(c_azimuth, 1.0_wp, tilted)
+      pattern%e_y(k) = merge(s_azimuth, 0.0_wp, tilted)
+      pattern%h_x(k) = merge(s_azimuth, 0.0_wp, tilted)
+      pattern%h_y(k) = merge(-c_azimuth, 1.0_wp, tilted)
+      pattern%gamma(k) = merge(weight, merge(share, 0.0_wp, k <= first), inclined)
+    end do
+  end subroutine regular_pattern
+
+  !> Pattern of listed planes in the order given.
+  pure subroutine listed_pattern(n_listed, values, pattern)
+    integer, intent(in) :: n_listed               !! number of planes, 1..64
+    real(wp), intent(in) :: values(:)             !! n_N > 0, n_Tx, n_Ty (of any length) and weight, plane by plane
+    type(pattern_type), intent(out) :: pattern    !! frames and weights
+    real(wp) :: n(3), s
+    integer :: i, k
+
+    pattern%n = n_listed
+    do k = 1, n_listed
+      i = n_listed_values*(k - 1)
+      n = values(i + 1:i + 3)
+      n = n/maxval(abs(n))
+      n = n/sqrt(sum(n**2))
+      s = sqrt(n(2)**2 + n(3)**2)
+      call set_flat(pattern, k)
+      pattern%gamma(k) = values(i + 4)
+      if (s > 0.0_wp) then
+        pattern%cos_theta(k) = n(1)
+        pattern%sin_theta(k) = s
+        pattern%e_x(k) = -n(2)/s
+        pattern%e_y(k) = -n(3)/s
+        pattern%h_x(k) = pattern%e_y(k)
+        pattern%h_y(k) = -pattern%e_x(k)
+      end if
+    end do
+    pattern%lanes = n_lanes(n_listed)
+    do k = n_listed + 1, pattern%lanes
+      call set_flat(pattern, k)
+      pattern%gamma(k) = 0.0_wp
+    end do
+  end subroutine listed_pattern
+
+  !> Plane parallel to the average surface: n = N, t = Tx, h = Ty.
+  pure subroutine set_flat(pattern, k)
+    type(pattern_type), intent(inout) :: pattern  !! frames and weights
+    integer, intent(in) :: k                      !! plane
+    pattern%cos_theta(k) = 1.0_wp
+    pattern%sin_theta(k) = 0.0_wp
+    pattern%e_x(k) = 1.0_wp
+    pattern%e_y(k) = 0.0_wp
+    pattern%h_x(k) = 0.0_wp
+    pattern%h_y(k) = 1.0_wp
+  end subroutine set_flat
+
+  !> Number of planes rounded up to whole vectors.
+  pure function n_lanes(n) result(lanes)
+    integer, intent(in) :: n   !! planes
+    integer :: lanes
+    lanes = ((n + lane_width - 1)/lane_width)*lane_width
+  end function n_lanes
+
+  !> Unit normal (N, Tx, Ty) of plane k.
+  pure function plane_normal(pattern, k) result(n)
+    type(pattern_type), intent(in) :: pattern     !! frames and weights
+    integer, intent(in) :: k                      !! plane, 1..Np
+    real(wp) :: n(3)
+    n = [pattern%cos_theta(k), -pattern%sin_theta(k)*pattern%e_x(k), -pattern%sin_theta(k)*pattern%e_y(k)]
+  end function plane_normal
+
+  !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
+  pure function direction_vector(direction) result(e)
+    real(wp), intent(in) :: direction   !! degrees
+    real(wp) :: e(2)
+    real(wp) :: angle
+    integer :: i, quarter
+    angle = modulo(direction, 360.0_wp)
+    quarter = nint(angle/90.0_wp)
+    angle = (angle - 90.0_wp*real(quarter, wp))*degree
+    e = [cos(angle), sin(angle)]
+    do i = 1, modulo(quarter, 4)
+      e = [0.0_wp - e(2), e(1)]
+    end do
+  end function direction_vector
+
+end module asperity_pattern
