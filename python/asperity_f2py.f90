@@ -62,12 +62,8 @@ subroutine contract_version(text)
   text = version
 end subroutine contract_version
 
-!> Check PROPS: all bad values at once.
-subroutine interface_review(nprops, props, n_planes, status, message)
-  use asperity_call_checks, only: explain_point, explain_time
-  use asperity_checks, only: bounded, review_props
-  use asperity_points, only: update_points
-  use asperity_text, only: append, integer_text, put_text, to_text
+!> Check PROPS.
+subroutine interface_review(nprops, props, n_planes, status)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   implicit none
@@ -75,20 +71,26 @@ subroutine interface_review(nprops, props, n_planes, status, message)
   double precision, intent(in) :: props(nprops)    !! PROPS
   integer, intent(out) :: n_planes                 !! planes of the pattern, 0 if PROPS is not admissible
   integer, intent(out) :: status                   !! 0, status_props or status_nprops
-  character(len=32768), intent(out) :: message     !! a line for every bad value
-  !f2py threadsafe
   type(interface_type) :: joint
-  character(len=:), allocatable :: text
-  text = ""
   n_planes = 0
   call new_interface(props, joint, status)
-  if (status == status_ok) then
-    n_planes = joint%pattern%n
-  else
-    call review_props(props, status, text)
-  end if
-  call put_text(text, message)
+  if (status == status_ok) n_planes = joint%pattern%n
 end subroutine interface_review
+
+!> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
+subroutine interface_complaint(nprops, props, message)
+  use asperity_checks, only: review_props
+  use asperity_text, only: put_text
+  implicit none
+  integer, intent(in) :: nprops                    !! number of constants
+  double precision, intent(in) :: props(nprops)    !! PROPS
+  character(len=32768), intent(out) :: message     !! a line for every bad value
+  character(len=:), allocatable :: text
+  integer :: status
+  text = ""
+  call review_props(props, status, text)
+  call put_text(text, message)
+end subroutine interface_complaint
 
 !> Normals and weights of the planes of admissible PROPS.
 subroutine interface_planes(nprops, props, n_planes, normals, weights)
@@ -111,8 +113,11 @@ end subroutine interface_planes
 
 !> Update n points over one increment.
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
+  use asperity_call_checks, only: explain_point, explain_time
   use asperity_contract, only: status_ok, status_time
   use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -152,9 +157,11 @@ end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -185,8 +192,11 @@ end subroutine interface_initial
 
 !> Take one virgin point along a history of separations.
 subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -227,7 +237,10 @@ end subroutine interface_replay
 !> Confined slip test with adaptive increments between turning points.
 subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
                                    preload_time, separation, traction, state, work, n_rows, n_turns, status, message)
-  use adaptive, only: adaptive_slip, largest_tolerance, least_tolerance, walk_type
+  use asperity_adaptive, only: largest_tolerance, least_tolerance, new_walk, walk_type
+  use asperity_checks, only: bounded
+  use asperity_slip_test, only: adaptive_slip, slip_test_type
+  use asperity_text, only: append, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
   implicit none
@@ -277,17 +290,22 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
     status = status_separation
     return
   end if
-  call adaptive_slip(joint, direction, turns, sigma_n, tolerance, .true., separation, traction, state, work, n_rows, &
-    n_turns, walk, times, preload_time)
+  walk = new_walk(joint)
+  walk%tolerance = tolerance
+  call adaptive_slip(joint, slip_test_type(direction, sigma_n, preload_time=preload_time), turns, walk, separation, &
+    traction, state, work, n_rows, n_turns, times)
 end subroutine interface_adaptive_slip
 
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
                                    preload_time, stiffness, separation, traction, state, work, jumps, n_done, status, &
                                    message)
+  use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use mixed_control, only: confined_slip, report_type
+  use asperity_mixed_control, only: report_type
+  use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_text, only: append, integer_text, put_text, to_text
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -314,7 +332,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   character(len=:), allocatable :: text
   type(report_type) :: reports(0:n)
   double precision :: bound
-  integer :: i, iterations(n)
+  integer :: i
   n_done = 0
   text = ""
   call new_interface(props, joint, status)
@@ -337,8 +355,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     status = status_separation
     return
   end if
-  call confined_slip(joint, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
-    times, preload_time, reports=reports, stiffness=stiffness, work=work)
+  call confined_slip(joint, slip_test_type(direction, sigma_n, preload, preload_time, stiffness), slips, separation, &
+    traction, state, n_done, reports, times, work)
   do i = 0, n
     jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
                    reports(i)%released]
@@ -349,7 +367,7 @@ end subroutine interface_confined_slip
 subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, names)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -383,8 +401,8 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
                        traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use control_point, only: control_type
-  use plain_newton, only: follow => newton_path
+  use asperity_control_point, only: control_type
+  use asperity_naive_newton, only: follow => newton_path
   implicit none
   integer, intent(in) :: nprops                               !! number of constants
   double precision, intent(in) :: props(nprops)               !! admissible PROPS
@@ -421,7 +439,7 @@ end subroutine newton_path
 
 !> Name of a tangent of newton_path; blank: there is none of that number.
 subroutine newton_tangent(kind, name)
-  use plain_newton, only: tangent_names
+  use asperity_naive_newton, only: tangent_names
   implicit none
   integer, intent(in) :: kind              !! from 1
   character(len=12), intent(out) :: name   !! padded with blanks

@@ -3,10 +3,10 @@ module failed_case
   use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
   use asperity_kinds, only: wp
+  use asperity_control_point, only: control_type, point_type
+  use asperity_mixed_control, only: report_type
   use case_material, only: in_group
-  use control_point, only: control_type, point_type
   use load_path, only: component_names
-  use mixed_control, only: report_type
   use row_file, only: close_file, create_file, write_line
   implicit none
   private

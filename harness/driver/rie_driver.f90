@@ -101,6 +101,7 @@ contains
     real(wp), allocatable :: values(:)
     real(wp) :: closure, largest
     integer :: code, i, worst
+    logical :: good
 
     message = ""
     call read_text(path, text, message)
@@ -116,8 +117,8 @@ contains
     end do
     if (echo) then
       call end_on_errors()
-      call echo_case(text, variable, values, cases)
-      call finish(exit_ok)
+      call echo_case(text, variable, values, cases, good)
+      call finish(merge(exit_ok, exit_input, good))
     end if
     if (size(values) > 0 .and. output == "-") call append(message, path // &
       ": a case with &sweep writes a file per value, not standard output")

@@ -23,8 +23,8 @@ from .pattern import Pattern
 class Run:
     """One run of a case; value is that of the sweep, None without one.
 
-    start: virgin, initial or state, the group that gives it.  steps: the load path, harness/driver/case_echo.f90; a
-    replay has none.
+    start: virgin, initial or state, the group that gives it.  steps: the load path, as
+    harness/driver/case_echo.f90 says; a replay has none.
     """
 
     value: float | None
