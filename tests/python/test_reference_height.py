@@ -599,7 +599,7 @@ def test_guard_keeps_the_release_from_falling():
     p = replace(TABLE_2, height=0.2, W0=0.5, kc=4.0)
     path = random_walk(18, 60, 300)
     path[..., 0] = -np.abs(path[..., 0])
-    changes = [np.diff(replay(replace(p, guard=on), RP_4, path).state[..., 2], axis=0) for on in (False, True)]
+    changes = [np.diff(replay(replace(p, guard=on), RP_4, path).state[..., 2], axis=0) for on in (0, 1)]
     falls = [change.min() for change in changes]
     assert falls[0] < -1e-3
     assert falls[1] >= -1e-13 * p.Kn * (path**2).sum(-1).max()
