@@ -35,7 +35,7 @@ class Result(NamedTuple):
 
 def build_results(log: Path) -> dict[str, Result]:
     """Return the result of every suite in the CTest log of a build."""
-    command = [sys.executable, "tests/support/count_tests.py", str(log)]
+    command = [sys.executable, "tests/pfunit_stand_in/count_tests.py", str(log)]
     output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout
     build = log.parts[1]
     return {m["name"]: Result(int(m["failed"]), int(m["passed"]), build) for m in SUITE.finditer(output)}

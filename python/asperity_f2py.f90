@@ -62,9 +62,8 @@ subroutine contract_version(text)
   text = version
 end subroutine contract_version
 
-!> Check PROPS: all bad values at once.
-subroutine interface_review(nprops, props, n_planes, status, message)
-  use asperity_checks, only: put_text, review_props
+!> Check PROPS.
+subroutine interface_review(nprops, props, n_planes, status)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   implicit none
@@ -72,20 +71,26 @@ subroutine interface_review(nprops, props, n_planes, status, message)
   double precision, intent(in) :: props(nprops)    !! PROPS
   integer, intent(out) :: n_planes                 !! planes of the pattern, 0 if PROPS is not admissible
   integer, intent(out) :: status                   !! 0, status_props or status_nprops
-  character(len=32768), intent(out) :: message     !! a line for every bad value
-  !f2py threadsafe
   type(interface_type) :: joint
-  character(len=:), allocatable :: text
-  text = ""
   n_planes = 0
   call new_interface(props, joint, status)
-  if (status == status_ok) then
-    n_planes = joint%pattern%n
-  else
-    call review_props(props, status, text)
-  end if
-  call put_text(text, message)
+  if (status == status_ok) n_planes = joint%pattern%n
 end subroutine interface_review
+
+!> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
+subroutine interface_complaint(nprops, props, message)
+  use asperity_checks, only: review_props
+  use asperity_text, only: put_text
+  implicit none
+  integer, intent(in) :: nprops                    !! number of constants
+  double precision, intent(in) :: props(nprops)    !! PROPS
+  character(len=32768), intent(out) :: message     !! a line for every bad value
+  character(len=:), allocatable :: text
+  integer :: status
+  text = ""
+  call review_props(props, status, text)
+  call put_text(text, message)
+end subroutine interface_complaint
 
 !> Normals and weights of the planes of admissible PROPS.
 subroutine interface_planes(nprops, props, n_planes, normals, weights)
@@ -107,11 +112,12 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
 end subroutine interface_planes
 
 !> Update n points over one increment.
-subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, state, traction, tangent, status, message)
-  use asperity_checks, only: integer_text, put_text
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
+  use asperity_call_checks, only: explain_point, explain_time
   use asperity_contract, only: status_ok, status_time
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, explain_time, update_points
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -120,7 +126,6 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, sta
   double precision, intent(in) :: s_old(3, n)            !! separation (N, Tx, Ty) at the start, length
   double precision, intent(in) :: s(3, n)                !! separation at the end, length
   double precision, intent(in) :: dt                     !! duration of the increment (viscous damage only), time
-  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
@@ -131,7 +136,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, sta
   character(len=:), allocatable :: reasons
   integer :: failed, i
   message = ""
-  call new_interface(props, joint, status, guarded /= 0)
+  call new_interface(props, joint, status)
   if (status /= status_ok) return
   call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt)
   if (status == status_time) then
@@ -151,19 +156,18 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, guarded, sta
 end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
-subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state, status, message)
-  use asperity_checks, only: integer_text, put_text
+subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
   integer, intent(in) :: nstatv                          !! state variables of a point
   integer, intent(in) :: n                               !! points
   double precision, intent(in) :: traction(3, n)         !! traction (N, Tx, Ty), stress
-  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, planes as they are -> with the offset
   integer, intent(out) :: status                         !! 0 or that of the first point rejected
   character(len=32768), intent(out) :: message           !! its bad values; points count from 0
@@ -174,7 +178,7 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state,
   character(len=:), allocatable :: reasons
   integer :: i
   message = ""
-  call new_interface(props, joint, status, guarded /= 0)
+  call new_interface(props, joint, status)
   do i = 1, n
     if (status == status_ok) call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
     if (status == status_ok) cycle
@@ -187,11 +191,12 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, guarded, state,
 end subroutine interface_initial
 
 !> Take one virgin point along a history of separations.
-subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, traction, state, status, message)
-  use asperity_checks, only: integer_text, put_text
+subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: explain_point, update_points
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -199,7 +204,6 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, tractio
   integer, intent(in) :: n                               !! rows
   double precision, intent(in) :: s(3, n)                !! separation (N, Tx, Ty) at the end of each increment, length
   double precision, intent(in) :: steps(n)               !! durations (viscous damage only), >= 0, time
-  integer, intent(in) :: guarded                         !! not 0: damage grows only where that releases energy
   double precision, intent(inout) :: traction(3, n)      !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV
   integer, intent(out) :: status                         !! 0 or that of the first row rejected
@@ -210,7 +214,7 @@ subroutine interface_replay(nprops, props, nstatv, n, s, steps, guarded, tractio
   double precision :: from(3, 1)
   integer :: failed, i
   message = ""
-  call new_interface(props, joint, status, guarded /= 0)
+  call new_interface(props, joint, status)
   if (status /= status_ok) return
   from = 0.0d0
   do i = 1, n
@@ -232,12 +236,13 @@ end subroutine interface_replay
 
 !> Confined slip test with adaptive increments between turning points.
 subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
-                                   preload_time, separation, traction, state, n_rows, n_turns, status, message)
+                                   preload_time, separation, traction, state, work, n_rows, n_turns, status, message)
   use asperity_adaptive, only: largest_tolerance, least_tolerance, new_walk, walk_type
-  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
+  use asperity_checks, only: bounded
+  use asperity_slip_test, only: adaptive_slip, slip_test_type
+  use asperity_text, only: append, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use asperity_slip_test, only: adaptive_slip, slip_test_type
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -253,6 +258,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   double precision, intent(inout) :: separation(3, room)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, room)     !! traction, stress
   double precision, intent(inout) :: state(nstatv, room)   !! STATEV
+  double precision, intent(inout) :: work(room)            !! of the traction on the separation, stress*length
   integer, intent(out) :: n_rows                           !! rows; beyond the room they are counted, not kept
   integer, intent(out) :: n_turns                          !! turning points reached; fewer than n: equilibrium lost
   integer, intent(out) :: status                           !! 0 or status_separation
@@ -287,17 +293,19 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   walk = new_walk(joint)
   walk%tolerance = tolerance
   call adaptive_slip(joint, slip_test_type(direction, sigma_n, preload_time=preload_time), turns, walk, separation, &
-    traction, state, n_rows, n_turns, times)
+    traction, state, work, n_rows, n_turns, times)
 end subroutine interface_adaptive_slip
 
 !> Confined slip test: slips along a direction under a held normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
-                                   preload_time, guarded, stiffness, separation, traction, state, jumps, n_done, status, message)
-  use asperity_checks, only: append, bounded, integer_text, put_text, to_text
+                                   preload_time, stiffness, separation, traction, state, work, jumps, n_done, status, &
+                                   message)
+  use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
   use asperity_mixed_control, only: report_type
   use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_text, only: append, integer_text, put_text, to_text
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -309,11 +317,11 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   integer, intent(in) :: preload                           !! increments of the preload, >= 1
   double precision, intent(in) :: times(n)                 !! of the slips (viscous damage only), not decreasing, time
   double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
-  integer, intent(in) :: guarded                           !! not 0: damage grows only where that releases energy
   double precision, intent(in) :: stiffness                !! of the surroundings along N while it slips, stress/length
   double precision, intent(inout) :: separation(3, n)   !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)   !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)   !! STATEV
+  double precision, intent(inout) :: work(n)            !! of the traction on the separation, stress*length
   double precision, intent(inout) :: jumps(9, 0:n)      !! of the preload and every slip: snaps, parts, separation before
                                                         !! and after the longest snap, energy set free by all
   integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
@@ -327,7 +335,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   integer :: i
   n_done = 0
   text = ""
-  call new_interface(props, joint, status, guarded /= 0)
+  call new_interface(props, joint, status)
   if (status /= status_ok) return
   bound = separation_bound(joint)
   if (.not. bounded(direction, huge(direction))) &
@@ -348,15 +356,48 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     return
   end if
   call confined_slip(joint, slip_test_type(direction, sigma_n, preload, preload_time, stiffness), slips, separation, &
-    traction, state, n_done, reports, times)
+    traction, state, n_done, reports, times, work)
   do i = 0, n
     jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
                    reports(i)%released]
   end do
 end subroutine interface_confined_slip
 
+!> Events of the rows of a history by the rules of the driver, whose column `event` has the same names.
+subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, names)
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  implicit none
+  integer, intent(in) :: nprops                            !! number of constants
+  double precision, intent(in) :: props(nprops)            !! admissible PROPS
+  integer, intent(in) :: nstatv                            !! state variables of a point
+  integer, intent(in) :: n                                 !! rows
+  double precision, intent(in) :: separation(3, n)         !! separation (N, Tx, Ty), length
+  double precision, intent(in) :: state(nstatv, n)         !! STATEV; before the first row the point was virgin
+  integer, intent(in) :: jumps(2, n)                       !! not 0: the row has a snap, was solved in parts
+  character(len=64), intent(inout) :: names(n)             !! names joined by +, blank: none
+  !f2py threadsafe
+  type(interface_type) :: joint
+  type(planes_type) :: planes
+  character(len=event_length) :: event
+  double precision :: before(nstatv)
+  integer :: i, status
+  call new_interface(props, joint, status)
+  if (status /= status_ok) return
+  call put_at_rest(joint, planes)
+  before = 0.0d0
+  do i = 1, n
+    call find_events(joint, separation(:, i), before, state(:, i), planes, event)
+    call name_event(event, "snap", jumps(1, i) /= 0)
+    call name_event(event, "substeps", jumps(2, i) /= 0)
+    names(i) = event
+    before = state(:, i)
+  end do
+end subroutine interface_events
+
 !> Newton's method without safeguards: one virgin point along given values of mixed control.
-subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, guarded, kind, tolerance, separation, &
+subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, kind, tolerance, separation, &
                        traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
@@ -372,7 +413,6 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
   double precision, intent(in) :: spring(3)                   !! stiffness of the surroundings, stress/length
   double precision, intent(in) :: targets(3, n)               !! separation, or traction + spring*separation
   double precision, intent(in) :: durations(n)                !! of the increments (viscous damage only), time
-  integer, intent(in) :: guarded                              !! not 0: damage grows only where that releases energy
   integer, intent(in) :: kind                                 !! which tangent, from 1
   double precision, intent(in) :: tolerance                   !! residual that is accepted, relative
   double precision, intent(inout) :: separation(3, n)         !! separation (N, Tx, Ty), length
@@ -389,7 +429,7 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
   integer :: status
   n_done = 0
   ended = 0
-  call new_interface(props, joint, status, guarded /= 0)
+  call new_interface(props, joint, status)
   if (status /= status_ok) return
   control%traction = held == 1
   control%spring = spring

@@ -3,12 +3,12 @@
 !> Take a virgin point along separations by the single-precision law for blocks, in one of three ways.
 !>
 !> 1: the host knows the separation and hands it over, rounded, at the start and the end of each increment.
-!> 2: the host hands over increments, rounded, which STATEV 7-9 add up, as VUMAT does.
+!> 2: the host hands over increments, rounded, which STATEV 6-8 add up, as VUMAT does.
 !> 3: as 2, and separation and energies are added up with compensation (Kahan 1965).
 subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, traction, damage, work, status)
   use, intrinsic :: iso_fortran_env, only: real32, real64
   use asperity_block_single, only: block_type, chunk, new_block, update_block
-  use asperity_contract, only: status_ok, v_damage, v_friction, v_offset, v_rupture, v_work
+  use asperity_contract, only: status_ok, v_damage, v_friction, v_offset, v_rupture
   use asperity_interface, only: interface_type, new_interface
   implicit none
   integer, intent(in) :: nprops                                !! number of constants
@@ -24,12 +24,12 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
   integer, intent(out) :: status                               !! 0 or that of the constants
   !f2py threadsafe
   integer, parameter :: wp = real32
-  integer, parameter :: ledger(3) = [v_rupture, v_friction, v_work]
+  integer, parameter :: ledger(2) = [v_rupture, v_friction]
   type(interface_type) :: joint
   type(block_type) :: block
   real(wp), allocatable :: state(:, :)
   real(wp), dimension(chunk, 3) :: from, to, stress
-  real(wp), dimension(3) :: place, place_low, energy, energy_low
+  real(wp), dimension(3) :: place, place_low, energy, energy_low, before, spent
   double precision :: last(3)
   integer :: i, k
   call new_interface(props, joint, status)
@@ -43,6 +43,7 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
   place_low = 0.0_wp
   energy = 0.0_wp
   energy_low = 0.0_wp
+  before = 0.0_wp
   last = 0.0d0
   do i = 1, n
     if (way == 1) then
@@ -53,14 +54,16 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
       to(1, :) = real(s(:, i) - last, wp)
     end if
     if (way == 3) state(1, ledger) = 0.0_wp
-    call update_block(block, 1, from, to, 1, state, stress)
+    call update_block(block, 1, from, to, 1, (state), 1, state, stress)
+    spent = [state(1, ledger), 0.5_wp*sum((before + stress(1, :))*(to(1, :) - from(1, :)))]
+    before = stress(1, :)
     if (way == 2) state(1, v_offset:v_offset + 2) = state(1, v_offset:v_offset + 2) + to(1, :)
     if (way == 3) then
       call add(place, place_low, to(1, :))
       state(1, v_offset:v_offset + 2) = place
-      call add(energy, energy_low, state(1, ledger))
+      call add(energy, energy_low, spent)
     else
-      energy = state(1, ledger)
+      energy = [spent(:2), energy(3) + spent(3)]
     end if
     last = s(:, i)
     if (modulo(i, stride) == 0 .and. i/stride <= n_kept) then

@@ -1,7 +1,7 @@
 /* asperity: interface law for rough quasi-brittle interfaces (damage, friction, interlocking), C API.
  *
  * Components are (N, Tx, Ty), tension positive; separation in length, traction in stress, any consistent units.
- * PROPS and STATEV: docs/contract.md. Every function is stateless and may be called by several threads at once.
+ * PROPS and STATEV: docs/reference/contract.md. Every function is stateless; several threads may call it at once.
  * A message buffer may be NULL; a message that does not fit is cut. Texts are closed by a zero. */
 #ifndef ASPERITY_H
 #define ASPERITY_H
@@ -19,7 +19,7 @@ enum asperity_status {
   ASPERITY_BAD_NTENS = 4,      /* number of components no host has (UMAT only) */
   ASPERITY_BAD_SEPARATION = 5, /* not finite, or too large */
   ASPERITY_BAD_STATE = 6,      /* not finite, or a damage outside 0..1 */
-  ASPERITY_BAD_SIZE = 7,       /* a negative number of points */
+  ASPERITY_BAD_SIZE = 7,       /* a negative number of points, or of bytes of a message */
   ASPERITY_BAD_TIME = 8,       /* viscous damage: a time increment that is missing, not finite or negative */
   ASPERITY_BAD_INITIAL = 9     /* an initial traction that the state cannot carry */
 };
@@ -30,7 +30,7 @@ int asperity_version(char *text, int size);
 /* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
 int asperity_nstatv(const double *props, int nprops, char *message, int size);
 
-/* Give n states the separation at which they carry a traction (state variables 7 to 9), before their first increment.
+/* Give n states the separation at which they carry a traction (state variables 6 to 8), before their first increment.
  *   traction double[n][3], finite
  *   state    double[n][nstatv], planes as they are (all zero: virgin) -> the same with offset, slips and energies
  * The traction grows from what the state carries, in proportion; the next asperity_update with s = 0 returns it.
@@ -40,21 +40,15 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
                            char *message, int size);
 
 /* Update n points over one increment.
+ *   dt       duration of the increment, >= 0: needed by viscous damage (tau_v > 0, PROPS 13), else not looked at
  *   s_old    double[n][3], separation at the start (needed by the energies only); NULL: zero
  *   s        double[n][3], separation at the end
  *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
  *   traction double[n][3], traction at the end
  *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric); NULL: not wanted
  * Returns ASPERITY_OK, or the status of the first point that was rejected, with nothing written but the message. */
-int asperity_update(const double *props, int nprops, int n, const double *s_old, const double *s, int nstatv,
+int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s, int nstatv,
                     double *state, double *traction, double *tangent, char *message, int size);
-
-/* The same with what PROPS cannot say.
- *   dt       duration of the increment, >= 0: needed by viscous damage (tau_v > 0, PROPS 13), else not looked at
- *   guarded  not 0: damage of a plane grows only where that releases energy (docs/theory.md, section 10) */
-int asperity_update_with(const double *props, int nprops, double dt, int guarded, int n, const double *s_old,
-                         const double *s, int nstatv, double *state, double *traction, double *tangent,
-                         char *message, int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
@@ -66,7 +60,7 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
            const int *npt, const int *layer, const int *kspt, const int *kstep, const int *kinc);
 
 /* VUMAT of Abaqus/Explicit for cohesive elements, in double and in single precision (Fortran calling convention, arrays
- * (nblock, *) by columns; docs/vumat.md). */
+ * (nblock, *) by columns; docs/reference/vumat.md). */
 void vumat_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
             const int *nprops, const int *lanneal, const double *stepTime, const double *totalTime,
             const double *dt, const char *cmname, const double *coordMp, const double *charLength,

@@ -1,7 +1,7 @@
 !> Cost of the update against the textbook version and against the limits of the hardware:
-!> bench [--csv FILE] [--quick], or bench --profile PATTERN KERNEL yes|no: one kernel only, with or without tangent.
+!> bench [--csv FILE] [--quick] [--costs], or bench --profile PATTERN KERNEL yes|no: one kernel only, with or without
+!> tangent.
 program bench
-  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, real64
   use aims, only: print_aims
   use build_facts, only: build
@@ -12,14 +12,6 @@ program bench
     workspace_type
   use timing, only: median
   implicit none
-  interface
-    !> Standard C: end the program with an exit code (`stop` would print).
-    subroutine c_exit(code) bind(c, name="exit")
-      import :: c_int
-      implicit none
-      integer(c_int), value :: code   !! exit code
-    end subroutine c_exit
-  end interface
   !> A pattern to measure: its name, inclined planes, share of the flat plane, whether large numbers of points too.
   type :: pattern_type
     character(len=8) :: name
@@ -46,10 +38,10 @@ program bench
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
   integer :: array_points(2), calls, i, pass, passes, turns, unit
-  logical :: quick
+  logical :: costs, quick
 
   used = 0.0_real64
-  call read_arguments(file, quick, profiled)
+  call read_arguments(file, quick, costs, profiled)
   if (profiled%kernel /= "") then
     call profile(profiled)
     stop
@@ -76,7 +68,7 @@ program bench
   end do
   call add_limits(rows)
   call print_table(rows)
-  call print_aims(rows, array_points(1), array_points(2))
+  if (.not. costs) call print_aims(rows, array_points(1), array_points(2))
   if (len(file) > 0) then
     call write_csv(unit, rows)
     close (unit)
@@ -90,9 +82,7 @@ contains
     type(row_type), allocatable, intent(out) :: rows(:)   !! with the medians of this pass
     type(workspace_type) :: work
     type(row_type), allocatable :: some(:)
-    character(len=8) :: name
     real(real64) :: props(8)
-    integer, parameter :: mirrored(2) = [4, 32]
     integer :: i, j
 
     allocate (rows(0), some(0))
@@ -100,8 +90,9 @@ contains
       props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
       call new_workspace(props, slip, n_small, work)
       some = small_rows()
+      if (costs) some = pack(some, some%precision == "double" .and. (some%kernel == "umat" .or. some%kernel == "block"))
       call take_turns(work, some, turns, shortest, used)
-      if (patterns(i)%large) then
+      if (patterns(i)%large .and. .not. costs) then
         do j = 1, size(precisions)
           call new_large_workspace(props, precisions(j), width, calls, work)
           some = [some, row_type(kernel="vumat", precision=precisions(j)), &
@@ -112,16 +103,8 @@ contains
       some%pattern = patterns(i)%name
       rows = [rows, some]
     end do
+    if (costs) return
     props = [table_2, 4.0_real64, third, 0.0_real64]
-    do i = 1, size(mirrored)
-      call new_workspace(mirrored_props(mirrored(i)), slip, n_small, work)
-      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
-      call take_turns(work, some, turns, shortest, used)
-      write (name, "(a, i0)") "RP-", mirrored(i)
-      some%pattern = name
-      some%scene = "mirrored"
-      rows = [rows, some]
-    end do
     do i = 1, size(array_points)
       call new_array_workspace(props, array_points(i), work)
       some = [(row_type(kernel="points", threads=j), row_type(kernel="copy", threads=j), j=1, min(2, most_threads()))]
@@ -131,8 +114,7 @@ contains
     end do
     do i = 1, size(scene_names)
       call new_workspace(props, i, n_scene, work)
-      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.), row_type(kernel="virgin"), &
-              row_type(kernel="no mu")]
+      some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
       call take_turns(work, some, turns, shortest, used)
       some%pattern = "RP-4"
       some%scene = merge("all slip ", scene_names(i), i == slip)   ! other points than the rows of the pattern
@@ -140,33 +122,13 @@ contains
     end do
   end subroutine measure_all
 
-  !> PROPS of a pattern that is its own mirror at the N-Tx plane, with one plane in place of every mirrored pair: what
-  !> planar loading needs, where a shortcut would be taken.
-  pure function mirrored_props(m) result(props)
-    integer, intent(in) :: m   !! inclined planes, even
-    real(real64), allocatable :: props(:)
-    real(real64), parameter :: rest(13) = [0.0_real64, 0.0_real64, 1.0_real64, (0.0_real64, i=1, 6), 1.0_real64, &
-      (0.0_real64, i=1, 3)]
-    real(real64), parameter :: turn = 2.0_real64*acos(-1.0_real64), tilt = turn*table_2(5)/360.0_real64
-    real(real64) :: azimuth, weight
-    integer :: k
-    props = [table_2, -real(m/2 + 2, real64), rest, 1.0_real64, 0.0_real64, 0.0_real64, third]
-    do k = 0, m/2
-      azimuth = turn*real(k, real64)/real(m, real64)
-      weight = (1.0_real64 - third)/real(m, real64)
-      if (k > 0 .and. k < m/2) weight = 2.0_real64*weight
-      props = [props, cos(tilt), sin(tilt)*cos(azimuth), sin(tilt)*sin(azimuth), weight]
-    end do
-  end function mirrored_props
-
   !> Rows of a small scene.
   pure function small_rows() result(list)
     type(row_type), allocatable :: list(:)
     integer :: k
     list = [row_type(kernel="numerical", tangent=.true.), row_type(kernel="textbook", tangent=.true.), &
-            row_type(kernel="plain", tangent=.true.), row_type(kernel="point", tangent=.true.), &
-            row_type(kernel="umat", tangent=.true.), row_type(kernel="test", tangent=.true.), &
-            row_type(kernel="textbook"), row_type(kernel="plain")]
+            row_type(kernel="point", tangent=.true.), row_type(kernel="umat", tangent=.true.), &
+            row_type(kernel="test", tangent=.true.), row_type(kernel="textbook")]
     do k = 1, size(precisions)
       list = [list, row_type(kernel="block", precision=precisions(k), tangent=.true.), &
               row_type(kernel="block", precision=precisions(k)), row_type(kernel="roots", precision=precisions(k))]
@@ -174,20 +136,24 @@ contains
   end function small_rows
 
   !> The arguments; stops with a message if one is unknown.
-  subroutine read_arguments(file, quick, profiled)
+  subroutine read_arguments(file, quick, costs, profiled)
     character(len=:), allocatable, intent(out) :: file   !! name of the CSV, empty: none
     logical, intent(out) :: quick                        !! few turns and points: to test the program
+    logical, intent(out) :: costs                        !! only UMAT and block of every pattern, double precision
     type(row_type), intent(out) :: profiled              !! the one thing to run, no kernel: all
     character(len=4096) :: text
     integer :: k
     file = ""
     quick = .false.
+    costs = .false.
     k = 0
     do while (k < command_argument_count())
       k = k + 1
       call get_command_argument(k, text)
       if (text == "--quick") then
         quick = .true.
+      else if (text == "--costs") then
+        costs = .true.
       else if (text == "--csv" .and. k < command_argument_count()) then
         k = k + 1
         call get_command_argument(k, text)
@@ -200,9 +166,8 @@ contains
         k = k + 3
       else
         write (error_unit, "(3a)") "bench: ", trim(text), &
-          ": expected --csv FILE, --quick or --profile PATTERN KERNEL yes|no"
-        flush (error_unit)
-        call c_exit(1_c_int)
+          ": expected --csv FILE, --quick, --costs or --profile PATTERN KERNEL yes|no"
+        stop 1
       end if
     end do
   end subroutine read_arguments

@@ -1,17 +1,16 @@
-!> The update point by point: textbook, the library's arithmetic on scalars, its point kernel, UMAT and driver.
+!> The update point by point: textbook, the library's point kernel, UMAT and driver.
 module point_work
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use host_routines, only: umat
   use asperity_slip_test, only: confined_slip, slip_test_type
-  use plain, only: plain_update
   use scene, only: new_scene
-  use textbook, only: textbook_numerical_tangent, textbook_tangent, textbook_traction
+  use textbook, only: textbook_numerical_tangent, textbook_update
   implicit none
   private
-  public :: point_work_type, new_point_work, run_textbook_numerical, run_textbook, run_plain, run_point, run_umat, &
-    run_test
+  public :: point_work_type, new_point_work, textbook_error, run_textbook_numerical, run_textbook, run_point, &
+    run_umat, run_test
 
   !> Increments of the confined slip test: preload, then slips.
   integer, parameter :: n_preload = 10, n_slips = 240
@@ -41,6 +40,22 @@ contains
     work%new = work%old
   end subroutine new_point_work
 
+  !> Largest difference of the textbook version from the point kernel: traction over K |s|, tangent over K.
+  pure function textbook_error(work) result(worst)
+    type(point_work_type), intent(in) :: work   !! the points
+    real(wp) :: worst
+    real(wp), dimension(size(work%old, 1)) :: state, new
+    real(wp) :: t(3), t_point(3), d(3, 3), d_point(3, 3), k
+    integer :: p
+    k = max(work%joint%material%k_n, work%joint%material%k_t, work%joint%material%k_c)
+    worst = 0.0_wp
+    do p = 1, size(work%s, 2)
+      call textbook_update(work%joint, work%s(:, p), work%old(:, p), state, t, d)
+      call update_point(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), new, t_point, d_point)
+      worst = max(worst, maxval(abs(t - t_point))/(k*maxval(abs(work%s(:, p)))), maxval(abs(d - d_point))/k)
+    end do
+  end function textbook_error
+
   !> Textbook, tangent by central differences.
   pure subroutine run_textbook_numerical(work, used)
     type(point_work_type), intent(inout) :: work   !! the points
@@ -63,31 +78,13 @@ contains
     d = 0.0_wp
     do p = 1, size(work%s, 2)
       if (with_tangent) then
-        call textbook_tangent(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
       else
-        call textbook_traction(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
+        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
       end if
       used = used + t(1) + d(1, 1)
     end do
   end subroutine run_textbook
-
-  !> The library's arithmetic on scalars.
-  pure subroutine run_plain(work, with_tangent, used)
-    type(point_work_type), intent(inout) :: work   !! the points
-    logical, intent(in) :: with_tangent            !! whether the tangent is wanted
-    real(wp), intent(inout) :: used                !! sum of results
-    real(wp) :: t(3), d(3, 3)
-    integer :: p
-    d = 0.0_wp
-    do p = 1, size(work%s, 2)
-      if (with_tangent) then
-        call plain_update(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
-      else
-        call plain_update(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t)
-      end if
-      used = used + t(1) + d(1, 1)
-    end do
-  end subroutine run_plain
 
   !> The library's point kernel.
   pure subroutine run_point(work, used)

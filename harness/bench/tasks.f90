@@ -10,9 +10,8 @@ module tasks
     new_single_block => new_block_work, new_single_large => new_large_work, run_single_block => run_block, &
     run_single_roots => run_roots, run_single_stream => run_stream, run_single_vumat => run_vumat
   use many_points, only: many_work_type, new_many_work, run_copy, run_points
-  use point_work, only: n_test_increments, new_point_work, point_work_type, run_plain, run_point, run_test, &
-    run_textbook, run_textbook_numerical, run_umat
-  use shortcuts, only: run_shortcut
+  use point_work, only: n_test_increments, new_point_work, point_work_type, run_point, run_test, run_textbook, &
+    run_textbook_numerical, run_umat, textbook_error
   use timing, only: median, now
   implicit none
   private
@@ -22,8 +21,8 @@ module tasks
   type :: row_type
     character(len=8) :: pattern = ""      !! name of the pattern
     integer :: planes = 0                 !! number of planes
-    character(len=9) :: kernel = ""       !! numerical, textbook, plain, point, umat, test, block, roots, vumat, stream,
-                                          !! points, copy, virgin, no mu
+    character(len=9) :: kernel = ""       !! numerical, textbook, point, umat, test, block, roots, vumat, stream,
+                                          !! points, copy
     character(len=6) :: precision = "double"
     logical :: tangent = .false.          !! whether it gives the tangent
     character(len=9) :: scene = "slip"
@@ -55,13 +54,13 @@ contains
     integer, intent(in) :: kind                 !! scene
     integer, intent(in) :: n                    !! points
     type(workspace_type), intent(out) :: work
+    !> What the textbook version and the point kernel may differ by: the law's rounding is far below.
+    real(real64), parameter :: rounding = 1.0e-12_real64
     type(interface_type) :: joint
     integer :: status
-    call new_interface(props, joint, status)
-    if (status /= status_ok) error stop "bench: PROPS rejected"
-    work%planes = joint%pattern%n
-    work%points = n
+    call begin(props, n, work, joint)
     call new_point_work(props, joint, kind, n, work%point)
+    if (.not. textbook_error(work%point) <= rounding) error stop "bench: textbook and point kernel disagree"
     call new_double_block(joint, kind, n, work%double, status)
     if (status /= status_ok) error stop "bench: PROPS rejected in double precision"
     call new_single_block(joint, kind, n, work%single, status)
@@ -76,11 +75,7 @@ contains
     integer, intent(in) :: calls                !! number of calls
     type(workspace_type), intent(out) :: work
     type(interface_type) :: joint
-    integer :: status
-    call new_interface(props, joint, status)
-    if (status /= status_ok) error stop "bench: PROPS rejected"
-    work%planes = joint%pattern%n
-    work%points = width*calls
+    call begin(props, width*calls, work, joint)
     if (precision == "double") then
       call new_double_large(props, joint, width, calls, work%double_large)
     else
@@ -94,13 +89,22 @@ contains
     integer, intent(in) :: n                    !! points
     type(workspace_type), intent(out) :: work
     type(interface_type) :: joint
+    call begin(props, n, work, joint)
+    call new_many_work(joint, n, work%many)
+  end subroutine new_array_workspace
+
+  !> The interface of a workspace, and its numbers of planes and points.
+  subroutine begin(props, n, work, joint)
+    real(real64), intent(in) :: props(:)            !! PROPS
+    integer, intent(in) :: n                        !! points
+    type(workspace_type), intent(inout) :: work     !! its numbers are set
+    type(interface_type), intent(out) :: joint      !! made of PROPS
     integer :: status
     call new_interface(props, joint, status)
     if (status /= status_ok) error stop "bench: PROPS rejected"
     work%planes = joint%pattern%n
     work%points = n
-    call new_many_work(joint, n, work%many)
-  end subroutine new_array_workspace
+  end subroutine begin
 
   !> Run what a row says once over all points.
   subroutine run(work, row, used)
@@ -112,8 +116,6 @@ contains
       call run_textbook_numerical(work%point, used)
     case ("textbook double")
       call run_textbook(work%point, row%tangent, used)
-    case ("plain double")
-      call run_plain(work%point, row%tangent, used)
     case ("point double")
       call run_point(work%point, used)
     case ("umat double")
@@ -124,10 +126,6 @@ contains
       call run_double_block(work%double, row%tangent, used)
     case ("block single")
       call run_single_block(work%single, row%tangent, used)
-    case ("virgin double")
-      call run_shortcut(work%double, .true., used)
-    case ("no mu double")
-      call run_shortcut(work%double, .false., used)
     case ("roots double")
       call run_double_roots(work%double, used)
     case ("roots single")

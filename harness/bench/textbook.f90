@@ -1,4 +1,7 @@
-!> The law written as a textbook would: one plane after the other, rotation matrices and matmul. Only to compare speed.
+!> The law written as a textbook would: one plane after the other, rotation matrices and matmul.
+!>
+!> It is independent of the library's kernels on purpose: it is what their speed is compared with, and the benchmark
+!> stops where its traction or tangent differs from theirs.
 module textbook
   use asperity_kinds, only: wp
   use asperity_interface, only: interface_type
@@ -6,69 +9,25 @@ module textbook
   use asperity_contract, only: plane_statev
   implicit none
   private
-  public :: textbook_traction, textbook_tangent, textbook_numerical_tangent
+  public :: textbook_update, textbook_numerical_tangent
 
 contains
 
-  !> Traction (3) and state: damage (25) and return mapping (30)-(39) in the local frame of each plane, no energies.
-  pure subroutine textbook_traction(joint, s, state_old, state, traction)
+  !> Traction (3), state and (on request) tangent: damage (25) and return mapping (30)-(39) in the local frame of each
+  !> plane, the tangent rotated by matmul; no energies.
+  pure subroutine textbook_update(joint, s, state_old, state, traction, tangent)
     type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(3)               !! separation, length
     real(wp), intent(in) :: state_old(:)       !! STATEV at the start
     real(wp), intent(inout) :: state(:)        !! STATEV at the end
     real(wp), intent(out) :: traction(3)       !! stress
-    real(wp) :: tangent(3, 3)
-    call walk(joint, s, state_old, state, traction, tangent, .false.)
-  end subroutine textbook_traction
-
-  !> The same with the analytic tangent, rotated by matmul.
-  pure subroutine textbook_tangent(joint, s, state_old, state, traction, tangent)
-    type(interface_type), intent(in) :: joint   !! material and pattern
-    real(wp), intent(in) :: s(3)               !! separation, length
-    real(wp), intent(in) :: state_old(:)       !! STATEV at the start
-    real(wp), intent(inout) :: state(:)        !! STATEV at the end
-    real(wp), intent(out) :: traction(3)       !! stress
-    real(wp), intent(out) :: tangent(3, 3)     !! stress/length
-    call walk(joint, s, state_old, state, traction, tangent, .true.)
-  end subroutine textbook_tangent
-
-  !> The same with the tangent by central differences.
-  pure subroutine textbook_numerical_tangent(joint, s, state_old, state, traction, tangent)
-    type(interface_type), intent(in) :: joint   !! material and pattern
-    real(wp), intent(in) :: s(3)               !! separation, length
-    real(wp), intent(in) :: state_old(:)       !! STATEV at the start
-    real(wp), intent(inout) :: state(:)        !! STATEV at the end
-    real(wp), intent(out) :: traction(3)       !! stress
-    real(wp), intent(out) :: tangent(3, 3)     !! stress/length
-    real(wp) :: step, moved(3), up(3), down(3)
-    integer :: j
-    step = 1.0e-6_wp*joint%material%s0
-    do j = 1, 3
-      moved = s
-      moved(j) = s(j) + step
-      call textbook_traction(joint, moved, state_old, state, up)
-      moved(j) = s(j) - step
-      call textbook_traction(joint, moved, state_old, state, down)
-      tangent(:, j) = (up - down)/(2.0_wp*step)
-    end do
-    call textbook_traction(joint, s, state_old, state, traction)
-  end subroutine textbook_numerical_tangent
-
-  !> Loop over the planes.
-  pure subroutine walk(joint, s, state_old, state, traction, tangent, with_tangent)
-    type(interface_type), intent(in) :: joint   !! material and pattern
-    real(wp), intent(in) :: s(3)               !! separation, length
-    real(wp), intent(in) :: state_old(:)       !! STATEV at the start
-    real(wp), intent(inout) :: state(:)        !! STATEV at the end
-    real(wp), intent(out) :: traction(3)       !! stress
-    real(wp), intent(out) :: tangent(3, 3)     !! stress/length
-    logical, intent(in) :: with_tangent        !! whether the tangent is wanted
+    real(wp), intent(out), optional :: tangent(3, 3)   !! stress/length
     real(wp) :: q(3, 3), local(3), sigma(3), sound(3), broken(3), trial(2), m(3), gradient(3), d(3, 3), stiffness(3)
     real(wp) :: alpha, alpha_old, beta, tau, p
     integer :: i, k
 
     traction = 0.0_wp
-    tangent = 0.0_wp
+    if (present(tangent)) tangent = 0.0_wp
     associate (material => joint%material, pattern => joint%pattern)
       do k = 1, pattern%n
         q(1, :) = plane_normal(pattern, k)
@@ -94,7 +53,7 @@ contains
         state(i) = alpha
         state(i + 1:i + 2) = local(2:3) - broken(2:3)/material%k_t
         traction = traction + pattern%gamma(k)*matmul(transpose(q), sigma)
-        if (.not. with_tangent) cycle
+        if (.not. present(tangent)) cycle
         d = 0.0_wp
         do i = 1, 3
           d(i, i) = (1.0_wp - alpha)*stiffness(i)
@@ -123,6 +82,28 @@ contains
         tangent = tangent + pattern%gamma(k)*matmul(transpose(q), matmul(d, q))
       end do
     end associate
-  end subroutine walk
+  end subroutine textbook_update
+
+  !> The same with the tangent by central differences.
+  pure subroutine textbook_numerical_tangent(joint, s, state_old, state, traction, tangent)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    real(wp), intent(in) :: s(3)               !! separation, length
+    real(wp), intent(in) :: state_old(:)       !! STATEV at the start
+    real(wp), intent(inout) :: state(:)        !! STATEV at the end
+    real(wp), intent(out) :: traction(3)       !! stress
+    real(wp), intent(out) :: tangent(3, 3)     !! stress/length
+    real(wp) :: step, moved(3), up(3), down(3)
+    integer :: j
+    step = 1.0e-6_wp*joint%material%s0
+    do j = 1, 3
+      moved = s
+      moved(j) = s(j) + step
+      call textbook_update(joint, moved, state_old, state, up)
+      moved(j) = s(j) - step
+      call textbook_update(joint, moved, state_old, state, down)
+      tangent(:, j) = (up - down)/(2.0_wp*step)
+    end do
+    call textbook_update(joint, s, state_old, state, traction)
+  end subroutine textbook_numerical_tangent
 
 end module textbook

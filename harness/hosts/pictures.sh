@@ -1,5 +1,6 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: the structural results of docs/hosts-*.md and docs/python_fe.md, drawn into FOLDER, of the hosts that are there.
+# pictures.sh PYTHON FOLDER: draws the structural results of docs/how-to (kratos, calculix, python-fe) into FOLDER.
+# A host that is not installed is left out.
 # Needs ASPERITY_KRATOS, ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu
 python=$1 folder=$2 here=$(dirname "$0")

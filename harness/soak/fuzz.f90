@@ -8,20 +8,21 @@ program fuzz
   use fuzz_umat, only: try_umat
   use fuzz_vumat_double, only: try_double => try_vumat
   use fuzz_vumat_single, only: try_single => try_vumat
+  use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
   implicit none
 
   character(len=6), parameter :: targets(4) = ["umat  ", "vumat ", "single", "c     "]
   !> Calls of the UMAT in the long run; shares of calls of the other targets, which take blocks of points.
   integer(int64), parameter :: long_run = 10000000_int64
   integer(int64), parameter :: shares(4) = [1_int64, 20_int64, 20_int64, 10_int64]
-  !> Complaints shown in full before the run ends, and cases between two looks at the clock.
+  !> Complaints shown in full before the run ends.
   integer, parameter :: most_shown = 5
-  integer(int64), parameter :: often = 2000_int64
   integer(int64) :: number, seed, wanted
   integer :: failed, passed, target
+  type(progress_type) :: progress
 
   seed = argument(1, 1_int64)
-  wanted = argument(2, long_run)
+  wanted = min(argument(2, long_run), int(huge(failed), int64))
   ! rejected calls tell why on standard error: millions of lines
   if (command_argument_count() < 4) open (unit=error_unit, file="/dev/null", action="write")
   failed = 0
@@ -59,10 +60,9 @@ contains
   subroutine run(target, wanted)
     integer, intent(in) :: target            !! index of targets
     integer(int64), intent(in) :: wanted     !! calls
-    integer(int64) :: done, rate, rejections, start, last, now
+    integer(int64) :: done, rejections
     integer :: earlier
-    call system_clock(start, rate)
-    last = start
+    call begin_progress(progress, "fuzz", "calls", .false.)
     done = 0_int64
     rejections = 0_int64
     number = 0_int64
@@ -70,14 +70,9 @@ contains
     do while (done < wanted .and. failed - earlier < most_shown)
       call one_case(target, number, .false., done, rejections)
       number = number + 1_int64
-      if (mod(number, often) /= 0_int64) cycle
-      call system_clock(now)
-      if (now - last < 10_int64*rate) cycle
-      last = now
-      print "(a, i0, a, i0, a, i0, a)", "fuzz " // trim(targets(target)) // ": ", done, " of ", wanted, " calls, ", &
-        rejections, " rejected"
-      flush (output_unit)
+      call show_progress(progress, trim(targets(target)), int(done), int(wanted))
     end do
+    call clear_progress(progress)
     print "(a, i0, a, i0, a, i0, a, i0)", "fuzz " // trim(targets(target)) // ", seed ", seed, ": ", number, &
       " cases, ", done, " calls, rejected: ", rejections
     if (failed == earlier) passed = passed + 1
@@ -107,6 +102,7 @@ contains
     if (present(rejections) .and. rejected) rejections = rejections + 1_int64
     if (len(complaint) == 0 .and. .not. verbose) return
     if (len(complaint) > 0) failed = failed + 1
+    call clear_progress(progress)
     print "(3a)", "fuzz " // trim(targets(target)), ": ", complaint
     print "(a, i0, a, i0, a, i0)", "  again: fuzz ", seed, " 1 ", target, " ", number
     print "(a)", inputs

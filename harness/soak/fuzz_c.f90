@@ -2,13 +2,15 @@
 module fuzz_c
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_c, only: asperity_nstatv, asperity_update, asperity_update_with
-  use asperity_checks, only: all_bounded, append, integer_text, to_text
-  use asperity_contract, only: p_tau_v, status_ok, status_time
+  use asperity_c, only: asperity_nstatv, asperity_update
+  use asperity_call_checks, only: state_status
+  use asperity_checks, only: all_bounded
+  use asperity_text, only: append, integer_text, to_text
+  use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use asperity_points, only: state_status
   use asperity_kinds, only: wp
-  use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
+  use fuzz_draw, only: any_value, draw_props, most_props
+  use random_numbers, only: chance, log_uniform, pick, seed_of, uniform
   implicit none
   private
   public :: try_c
@@ -22,11 +24,11 @@ contains
   !> One case: what is wrong, empty if nothing is; and whether its last call was rejected.
   subroutine try_c(seed, number, calls, rejected, complaint, inputs)
     integer(int64), intent(in) :: seed, number                  !! of the run, of the case
-    integer, intent(out) :: calls                               !! of asperity_update or asperity_update_with
+    integer, intent(out) :: calls                               !! of asperity_update
     logical, intent(out) :: rejected                            !! whether the last call was
     character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
     character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
-    type(stream_type) :: stream
+    integer(int64) :: stream
     type(interface_type) :: joint
     real(wp) :: props(most_props), dt, scale
     real(wp), allocatable :: s(:, :), state(:, :), before(:, :), traction(:, :)
@@ -35,56 +37,44 @@ contains
     type(c_ptr) :: from, slope, text
     integer(c_int) :: length, n, nprops, nstatv, status
     integer :: i, increment, increments, j
-    logical :: good, guarded, spoil, timed
+    logical :: spoil
 
     complaint = ""
     inputs = ""
     calls = 1
     rejected = .false.
-    call start(stream, seed, number)
+    stream = seed_of(seed, number)
     call draw_props(stream, props, i)
     nprops = int(i, c_int)
     call new_interface(props(:nprops), joint, i)
-    call pick(stream, merge(most_points, 4, mod(number, 4_int64) == 0_int64), i)
-    n = int(i - 1, c_int)
+    n = int(pick(stream, merge(most_points, 4, mod(number, 4_int64) == 0_int64)) - 1, c_int)
     nstatv = asperity_nstatv(props, nprops, c_null_ptr, 0_c_int)
     if (nstatv /= joint%n_statev) call append(complaint, "asperity_nstatv = " // integer_text(int(nstatv)))
-    call chance(stream, 0.1_wp, good)
-    if (good) nstatv = nstatv + 1_c_int
+    if (chance(stream, 0.1_wp)) nstatv = nstatv + 1_c_int
     allocate (s(3, n), s_old(3, n), state(nstatv, n), before(nstatv, n), traction(3, n), tangent(3, 3, n))
     s_old = 0.0_wp
     state = 0.0_wp
-    call log_uniform(stream, -2.0_wp, 3.0_wp, scale)
+    scale = log_uniform(stream, -2.0_wp, 3.0_wp)
     scale = scale*separation_bound(joint)*1.0e-50_wp
-    call chance(stream, 0.5_wp, guarded)
-    call pick(stream, 3, increments)
-    call chance(stream, 0.4_wp, spoil)
+    increments = pick(stream, 3)
+    spoil = chance(stream, 0.4_wp)
     do increment = 1, increments
       do i = 1, n
         do j = 1, 3
-          call uniform(stream, s(j, i))
-          s(j, i) = scale*(s(j, i) - 0.5_wp)
+          s(j, i) = scale*(uniform(stream) - 0.5_wp)
         end do
       end do
-      call log_uniform(stream, -6.0_wp, 6.0_wp, dt)
-      timed = props(p_tau_v) > 0.0_wp
-      if (.not. timed) call chance(stream, 0.5_wp, timed)
+      dt = log_uniform(stream, -6.0_wp, 6.0_wp)
       if (spoil .and. increment == increments) call spoil_input()
       before = state
       traction = 7.0_wp
       call choose(c_loc(s_old), from)
       call choose(c_loc(tangent), slope)
       call choose(c_loc(message), text)
-      call pick(stream, most_message, i)
-      length = int(i, c_int)
+      length = int(pick(stream, most_message), c_int)
       message = fence
       calls = increment
-      if (timed) then
-        status = asperity_update_with(props, nprops, dt, merge(1_c_int, 0_c_int, guarded), n, from, s, nstatv, state, &
-          traction, slope, text, length)
-      else
-        status = asperity_update(props, nprops, n, from, s, nstatv, state, traction, slope, text, length)
-      end if
+      status = asperity_update(props, nprops, dt, n, from, s, nstatv, state, traction, slope, text, length)
       call judge()
       if (rejected .or. len(complaint) > 0) exit
       s_old = s
@@ -97,38 +87,39 @@ contains
     subroutine choose(given, chosen)
       type(c_ptr), intent(in) :: given    !! pointer
       type(c_ptr), intent(out) :: chosen  !! that, or NULL
-      call pick(stream, 4, i)
       chosen = given
-      if (i == 1) chosen = c_null_ptr
+      if (pick(stream, 4) == 1) chosen = c_null_ptr
     end subroutine choose
 
     !> Spoil one of the arguments.
     subroutine spoil_input()
       integer :: p, where_to
-      call pick(stream, 6, where_to)
+      where_to = pick(stream, 6)
       if (n < 1) where_to = 1
-      call pick(stream, max(1, int(n)), p)
+      p = pick(stream, max(1, int(n)))
       select case (where_to)
       case (1)
-        call pick(stream, int(nprops), i)
-        call any_value(stream, props(i))
+        i = pick(stream, int(nprops))
+        props(i) = any_value(stream)
       case (2)
-        call pick(stream, 3, i)
-        call any_value(stream, s(i, p))
+        i = pick(stream, 3)
+        s(i, p) = any_value(stream)
       case (3)
-        call pick(stream, int(nstatv), i)
-        call any_value(stream, state(i, p))
+        i = pick(stream, int(nstatv))
+        state(i, p) = any_value(stream)
       case (4)
-        call any_value(stream, dt)
+        dt = any_value(stream)
       case (5)
-        nprops = nprops - 1_c_int
+        i = pick(stream, 2)
+        nprops = merge(nprops - 1_c_int, -nprops, i == 1)
       case default
         if (p > n/2) then
           n = -n
         else
-          nstatv = nstatv - 1_c_int
+          i = pick(stream, 2)
+          nstatv = merge(nstatv - 1_c_int, -nstatv, i == 1)
           deallocate (state, before)
-          allocate (state(nstatv, n), before(nstatv, n))
+          allocate (state(max(0, int(nstatv)), n), before(max(0, int(nstatv)), n))
           state = 0.0_wp
         end if
       end select
@@ -142,7 +133,7 @@ contains
         if (.not. all(transfer(state, [0_int64]) == transfer(before, [0_int64]))) call append(complaint, &
           "a rejected call wrote the state")
         if (any(abs(traction - 7.0_wp) > 0.0_wp)) call append(complaint, "a rejected call wrote the traction")
-        if (.not. spoil .and. .not. (status == status_time .and. .not. timed)) call append(complaint, &
+        if (.not. spoil) call append(complaint, &
           "admissible input was rejected with status " // integer_text(int(status)))
         call check_message()
       else
@@ -162,13 +153,8 @@ contains
     subroutine check_message()
       call choose(c_loc(message), text)
       message = fence
-      if (timed) then
-        status = asperity_update_with(props, nprops, dt, 0_c_int, n, from, s, nstatv, state, traction, slope, &
-          c_loc(message), int(most_message, c_int))
-      else
-        status = asperity_update(props, nprops, n, from, s, nstatv, state, traction, slope, c_loc(message), &
-          int(most_message, c_int))
-      end if
+      status = asperity_update(props, nprops, dt, n, from, s, nstatv, state, traction, slope, c_loc(message), &
+        int(most_message, c_int))
       do i = 1, most_message
         if (message(i) == c_null_char) exit
       end do

@@ -1,15 +1,17 @@
 !> Fuzz of the UMAT: a short history of a point with admissible input, whose last call may be spoilt anywhere.
 module fuzz_umat
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: all_bounded, append, integer_text, to_text
+  use asperity_call_checks, only: explain_call, state_status
+  use asperity_checks, only: all_bounded
+  use asperity_host, only: component_map, largest_pnewdt, least_pnewdt, rejected_pnewdt
+  use asperity_text, only: append, integer_text, to_text
   use asperity_contract, only: n_statev, p_dalpha, p_sigma0, p_tau_v, status_ok, v_status
-  use asperity_host, only: component_map, explain_call, least_pnewdt, largest_pnewdt, rejected_pnewdt
   use asperity_initial, only: explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, separation_bound
-  use asperity_points, only: state_status
   use asperity_kinds, only: wp
-  use fuzz_draw, only: any_value, chance, draw_props, log_uniform, most_props, pick, start, stream_type, uniform
+  use fuzz_draw, only: any_value, draw_props, most_props
   use host_routines, only: umat
+  use random_numbers, only: chance, log_uniform, pick, seed_of, uniform
   implicit none
   private
   public :: try_umat
@@ -28,7 +30,7 @@ contains
     logical, intent(out) :: rejected                            !! whether the last call was
     character(len=:), allocatable, intent(inout) :: complaint   !! set if something is wrong
     character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
-    type(stream_type) :: stream
+    integer(int64) :: stream
     type(interface_type) :: joint
     character(len=80), parameter :: name = "FUZZ"
     real(wp), dimension(most_ntens + margin) :: stran, dstran, stress, start_stress
@@ -38,7 +40,7 @@ contains
     integer :: i, increment, increments, nprops, nstatv, ntens, status
     logical :: good, has_dtime, has_pnewdt, spoil
 
-    call start(stream, seed, number)
+    stream = seed_of(seed, number)
     props = marker
     call draw_props(stream, props(:most_props), nprops)
     props(nprops + 1:) = marker
@@ -53,32 +55,28 @@ contains
       return
     end if
     nstatv = joint%n_statev
-    call pick(stream, 3, i)
+    i = pick(stream, 3)
     ntens = merge(6, i + 1, i == 3)
     statev = marker
     statev(:nstatv) = 0.0_wp
     stran = marker
     stran(:ntens) = 0.0_wp
     dstran = marker
-    call log_uniform(stream, -2.0_wp, 3.0_wp, scale)
-    call chance(stream, 0.02_wp, good)
-    if (good) scale = 1.0e49_wp
+    scale = log_uniform(stream, -2.0_wp, 3.0_wp)
+    if (chance(stream, 0.02_wp)) scale = 1.0e49_wp
     scale = scale*separation_bound(joint)*1.0e-50_wp/joint%h
-    call pick(stream, 4, increments)
-    call chance(stream, 0.4_wp, spoil)
+    increments = pick(stream, 4)
+    spoil = chance(stream, 0.4_wp)
     do increment = 1, increments
       do i = 1, ntens
-        call uniform(stream, dstran(i))
-        dstran(i) = scale*(dstran(i) - 0.5_wp)
+        dstran(i) = scale*(uniform(stream) - 0.5_wp)
       end do
-      call log_uniform(stream, -6.0_wp, 6.0_wp, dtime)
-      call chance(stream, 0.1_wp, good)
-      if (good) dtime = 0.0_wp
-      call chance(stream, 0.9_wp, has_dtime)
+      dtime = log_uniform(stream, -6.0_wp, 6.0_wp)
+      if (chance(stream, 0.1_wp)) dtime = 0.0_wp
+      has_dtime = chance(stream, 0.9_wp)
       has_dtime = has_dtime .or. props(p_tau_v) > 0.0_wp
-      call chance(stream, 0.8_wp, has_pnewdt)
-      call pick(stream, 4, i)
-      pnewdt = real(i - 2, wp)   ! -1, 0, 1, 2
+      has_pnewdt = chance(stream, 0.8_wp)
+      pnewdt = real(pick(stream, 4) - 2, wp)   ! -1, 0, 1, 2
       if (spoil .and. increment == increments) call spoil_input()
       stress = marker
       if (increment == 1) call begin()
@@ -101,15 +99,12 @@ contains
     subroutine begin()
       if (ntens < 1) return
       stress(:ntens) = 0.0_wp
-      call chance(stream, 0.03_wp, good)
-      if (.not. good) return
-      call log_uniform(stream, -2.0_wp, 2.0_wp, scale_of_traction)
+      if (.not. chance(stream, 0.03_wp)) return
+      scale_of_traction = log_uniform(stream, -2.0_wp, 2.0_wp)
       do i = 1, ntens
-        call uniform(stream, stress(i))
-        stress(i) = scale_of_traction*props(p_sigma0)*(stress(i) - 0.5_wp)
+        stress(i) = scale_of_traction*props(p_sigma0)*(uniform(stream) - 0.5_wp)
       end do
-      call chance(stream, 0.05_wp, good)
-      if (good) call any_value(stream, stress(ntens))
+      if (chance(stream, 0.05_wp)) stress(ntens) = any_value(stream)
     end subroutine begin
 
     !> What is wrong with the traction a point never called comes with.
@@ -128,34 +123,30 @@ contains
 
     !> Spoil one to three of the arguments.
     subroutine spoil_input()
-      integer :: k, n, where_to
-      call pick(stream, 3, n)
+      integer :: k, n
+      n = pick(stream, 3)
       do k = 1, n
-        call pick(stream, 9, where_to)
-        select case (where_to)
+        select case (pick(stream, 9))
         case (1, 2)
-          call pick(stream, nprops, i)
-          call any_value(stream, props(i))
+          i = pick(stream, nprops)
+          props(i) = any_value(stream)
         case (3)
-          call pick(stream, max(ntens, 1), i)
-          call any_value(stream, stran(i))
+          i = pick(stream, max(ntens, 1))
+          stran(i) = any_value(stream)
         case (4)
-          call pick(stream, max(ntens, 1), i)
-          call any_value(stream, dstran(i))
+          i = pick(stream, max(ntens, 1))
+          dstran(i) = any_value(stream)
         case (5, 6)
-          call pick(stream, max(nstatv, 1), i)
-          call any_value(stream, statev(i))
+          i = pick(stream, max(nstatv, 1))
+          statev(i) = any_value(stream)
         case (7)
-          call any_value(stream, dtime)
-          call chance(stream, 0.5_wp, has_dtime)
+          dtime = any_value(stream)
+          has_dtime = chance(stream, 0.5_wp)
         case (8)
-          call pick(stream, 3, i)
-          nprops = min(max(nprops + i - 2, 0), most_props)
-          call pick(stream, 3, i)
-          nstatv = min(max(nstatv + i - 2, 0), most_statev)
+          nprops = min(max(nprops + pick(stream, 3) - 2, 0), most_props)
+          nstatv = min(max(nstatv + pick(stream, 3) - 2, 0), most_statev)
         case default
-          call pick(stream, most_ntens + 1, i)
-          ntens = i - 1
+          ntens = pick(stream, most_ntens + 1) - 1
           where (transfer(stran, [0_int64]) == marker_bits) stran = 0.0_wp
           where (transfer(dstran, [0_int64]) == marker_bits) dstran = 0.0_wp
         end select

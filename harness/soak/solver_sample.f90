@@ -1,9 +1,10 @@
 !> One sample of the solver's soak run: a drawn interface, load and increment, run by each method.
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_checks, only: bounded, integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
-    p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
+  use asperity_checks, only: bounded
+  use asperity_text, only: integer_text, to_text
+  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, p_sigma0, &
+    p_sigma02, p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -11,6 +12,7 @@ module solver_sample
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
   use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, report_type
   use asperity_pattern, only: direction_vector
+  use random_numbers, only: draw, pick, seed_of, uniform
   implicit none
   private
   public :: draw_sample, run_sample, describe
@@ -68,7 +70,7 @@ contains
 
   !> Draw a sample.
   subroutine draw_sample(seed, varied, sample)
-    integer(int64), intent(inout) :: seed       !! 1..2147483646
+    integer(int64), intent(inout) :: seed       !! 1..largest_seed
     logical, intent(in) :: varied               !! whether what `vary` draws is drawn, too: the rest does not change
     type(sample_type), intent(out) :: sample    !! the sample
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
@@ -83,26 +85,26 @@ contains
     integer :: i, status
 
     other = seed
-    i = whole(seed, 100)
-    sample%load = count(i >= shares) + 1
+    i = pick(seed, 100)
+    sample%load = count(i > shares) + 1
     ! no inclined plane, or 2 to 64 of them
-    sample%m = whole(seed, 64)
+    sample%m = pick(seed, 64) - 1
     if (sample%m > 0) sample%m = sample%m + 1
-    sample%direction = whole(seed, 360)
-    if (whole(seed, fine_shapes) == 0) then
-      sample%theta = thetas(whole(seed, size(thetas)) + 1)
-      sample%mu = mus(whole(seed, size(mus)) + 1)
-      sample%eta = etas(whole(seed, size(etas)) + 1)
+    sample%direction = pick(seed, 360) - 1
+    if (pick(seed, fine_shapes) == 1) then
+      sample%theta = thetas(pick(seed, size(thetas)))
+      sample%mu = mus(pick(seed, size(mus)))
+      sample%eta = etas(pick(seed, size(etas)))
     end if
-    select case (whole(seed, kinds))
-    case (0)
-      sample%sigma_n = 0.0_wp
+    select case (pick(seed, kinds))
     case (1)
-      sample%sigma_n = tension*sigma0*draw(seed)
+      sample%sigma_n = 0.0_wp
+    case (2)
+      sample%sigma_n = tension*sigma0*uniform(seed)
     case default
-      sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**draw(seed)
+      sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**uniform(seed)
     end select
-    sample%step = sf*steps(1)*(steps(2)/steps(1))**draw(seed)
+    sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
     if (varied) call vary(other, sample)
     props = prop_table%default
     props([p_sigma0, p_gc, p_eta, p_mu]) = [sigma0, gc, sample%eta, sample%mu]
@@ -110,14 +112,15 @@ contains
     ! slip along Tx in a pattern that is turned: a direction against the planes
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
-    call new_interface(props, sample%joint, status, sample%guarded)
+    props(p_guard) = merge(1.0_wp, 0.0_wp, sample%guarded)
+    call new_interface(props, sample%joint, status)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
     if (varied) call crack(other, sample)
   end subroutine draw_sample
 
   !> Draw what makes a sample harder, each in a share of the samples.
   subroutine vary(seed, sample)
-    integer(int64), intent(inout) :: seed           !! 1..2147483646; on return that of a sequence of its own
+    integer(int64), intent(inout) :: seed           !! 1..largest_seed; on return that of a sequence of its own
     type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
     real(wp), parameter :: kcs(4) = [0.05_wp, 20.0_wp, 1.0e3_wp, 1.0e4_wp]
     !> Smallest and largest tau_v, of an increment; sigma02 and Gc2, of mode I; springs, of the usual one.
@@ -126,27 +129,27 @@ contains
     integer, parameter :: one_in = 3
     integer :: i
     ! another sequence of numbers
-    seed = modulo(48271_int64*seed, 2147483647_int64)
-    if (whole(seed, one_in) == 0) sample%kc = kcs(whole(seed, size(kcs)) + 1)
-    if (whole(seed, one_in) == 0) sample%tau_v = times(1)*(times(2)/times(1))**draw(seed)
-    sample%guarded = whole(seed, one_in) == 0
-    if (whole(seed, one_in) == 0) then
+    seed = seed_of(seed, 0_int64)
+    if (pick(seed, one_in) == 1) sample%kc = kcs(pick(seed, size(kcs)))
+    if (pick(seed, one_in) == 1) sample%tau_v = times(1)*(times(2)/times(1))**uniform(seed)
+    sample%guarded = pick(seed, one_in) == 1
+    if (pick(seed, one_in) == 1) then
       do i = 1, 2
-        sample%mode_ii(i) = ratios(1)*(ratios(2)/ratios(1))**draw(seed)
+        sample%mode_ii(i) = ratios(1)*(ratios(2)/ratios(1))**uniform(seed)
       end do
       sample%mode_ii = sample%mode_ii*[sigma0, gc]
     end if
-    if (whole(seed, one_in) == 0) sample%initial = 1 + whole(seed, 2)
-    i = whole(seed, 2)
-    if (i == 0 .and. any(sample%load == [free_across, sprung])) sample%load = twice_sprung
+    if (pick(seed, one_in) == 1) sample%initial = pick(seed, 2)
+    i = pick(seed, 2)
+    if (i == 1 .and. any(sample%load == [free_across, sprung])) sample%load = twice_sprung
     do i = 1, 2
-      sample%spring(i) = sample%spring(i)*springs(1)*(springs(2)/springs(1))**draw(seed)
+      sample%spring(i) = sample%spring(i)*springs(1)*(springs(2)/springs(1))**uniform(seed)
     end do
   end subroutine vary
 
   !> Draw the initial state; one that cannot carry its traction starts without.
   subroutine crack(seed, sample)
-    integer(int64), intent(inout) :: seed           !! 1..2147483646
+    integer(int64), intent(inout) :: seed           !! 1..largest_seed
     type(sample_type), intent(inout) :: sample      !! its initial state is set
     !> Largest slip, of s_f; largest tangential traction, of the pressure and the strength.
     real(wp), parameter :: slip = 1.5_wp, shear = 0.5_wp
@@ -157,24 +160,27 @@ contains
     if (sample%initial == 0) return
     planes = 0.0_wp
     ! all planes alike, each of its own, all dead
-    kind = whole(seed, 3)
-    damage = draw(seed)
+    kind = pick(seed, 3)
+    damage = uniform(seed)
     do k = 1, sample%joint%pattern%n
       i = plane_statev(k)
-      if (kind == 1) damage = min(1.0_wp, 2.0_wp*draw(seed))
-      if (kind == 2) damage = 1.0_wp
+      if (kind == 2) damage = min(1.0_wp, 2.0_wp*uniform(seed))
+      if (kind == 3) damage = 1.0_wp
       planes(i) = damage
-      planes(i + 1) = slip*sf*(2.0_wp*draw(seed) - 1.0_wp)
-      planes(i + 2) = slip*sf*(2.0_wp*draw(seed) - 1.0_wp)
+      call draw(seed, planes(i + 1:i + 2))
+      planes(i + 1:i + 2) = slip*sf*planes(i + 1:i + 2)
     end do
     ! or no slip
-    if (whole(seed, 2) == 0) then
+    if (pick(seed, 2) == 1) then
       do k = 1, sample%joint%pattern%n
         planes(plane_statev(k) + 1:plane_statev(k) + 2) = 0.0_wp
       end do
     end if
-    if (sample%initial == 2) sample%traction = [sample%sigma_n, (abs(sample%sigma_n) + sigma0)*shear* &
-      (2.0_wp*draw(seed) - 1.0_wp), (abs(sample%sigma_n) + sigma0)*shear*(2.0_wp*draw(seed) - 1.0_wp)]
+    if (sample%initial == 2) then
+      call draw(seed, sample%traction(2:3))
+      sample%traction(1) = sample%sigma_n
+      sample%traction(2:3) = (abs(sample%sigma_n) + sigma0)*shear*sample%traction(2:3)
+    end if
     do i = 1, 3
       sample%state = planes
       call carry_traction(sample%joint, sample%traction, all_held, sample%state, status)
@@ -186,23 +192,6 @@ contains
     deallocate (sample%state)
     sample%initial = 0
   end subroutine crack
-
-  !> A number from 0 to below 1 (Park and Miller).
-  function draw(seed) result(x)
-    integer(int64), intent(inout) :: seed   !! 1..2147483646
-    real(wp) :: x
-    integer(int64), parameter :: factor = 16807_int64, modulus = 2147483647_int64
-    seed = mod(factor*seed, modulus)
-    x = real(seed - 1_int64, wp)/real(modulus - 1_int64, wp)
-  end function draw
-
-  !> A whole number from 0 to n - 1.
-  function whole(seed, n) result(i)
-    integer(int64), intent(inout) :: seed   !! 1..2147483646
-    integer, intent(in) :: n                !! > 0
-    integer :: i
-    i = min(n - 1, int(real(n, wp)*draw(seed)))
-  end function whole
 
   !> Preload, then a slip of 1.5 s_f and back; or a tangential traction of twice the strength of all planes.
   subroutine run_sample(sample, method, outcome)

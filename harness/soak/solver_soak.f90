@@ -2,18 +2,19 @@
 !> increments, and by the full solver; what is solved, at which cost, and whether what is not solved has no equilibrium.
 program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
-  use asperity_checks, only: integer_text
   use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
   use asperity_mixed_control, only: full_solver
+  use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
+  use random_numbers, only: largest_seed
   use solver_sample, only: describe, draw_sample, outcome_type, run_sample, sample_type
   implicit none
 
   integer, parameter :: n_methods = 3
   character(len=*), parameter :: names(n_methods) = [character(len=14) :: "plain Newton", "halved Newton", &
     "full solver"]
-  !> Complaints that are printed; seconds between two progress lines.
+  !> Complaints that are printed.
   integer, parameter :: most_complaints = 50
-  real(wp), parameter :: period = 1.0_wp
   !> Sums over the samples, by method.
   type :: sum_type
     integer(int64) :: completed = 0, proven = 0, increments = 0, all_increments = 0, updates = 0, snaps = 0, &
@@ -23,15 +24,15 @@ program solver_soak
   type(sum_type) :: total(n_methods)
   type(sample_type) :: sample
   type(outcome_type) :: outcome(n_methods)
-  integer(int64) :: now, rate, seed, shown, started
+  type(progress_type) :: progress
+  integer(int64) :: seed
   integer :: complaints, failed, i, method, only, ran, samples
   logical :: quiet, strict, varied
   integer, parameter :: longest_path = 1000
   character(len=longest_path) :: csv
 
   call read_options()
-  call system_clock(started, rate)
-  shown = started
+  call begin_progress(progress, "solver_soak", "samples", quiet)
   complaints = 0
   ran = 0
   do i = 1, samples
@@ -47,14 +48,14 @@ program solver_soak
     if (outcome(full_solver)%wrong .or. len_trim(outcome(full_solver)%why) > 0) then
       complaints = complaints + 1
       if (complaints <= most_complaints) then
-        call end_progress()
+        call clear_progress(progress)
         write (error_unit, "(a)") "solver_soak: sample " // integer_text(i) // ": " // describe(sample) // ": " // &
           trim(outcome(full_solver)%why)
       end if
     end if
-    call show_progress()
+    call show_progress(progress, "", i, samples)
   end do
-  call end_progress()
+  call clear_progress(progress)
   call write_table(output_unit, "    ")
   if (len_trim(csv) > 0) call write_csv()
   ! the work limit is told as such by the driver
@@ -115,9 +116,9 @@ contains
       case default
         status = 1
       end select
-      if (status /= 0 .or. samples < 1 .or. seed < 1_int64 .or. seed > 2147483646_int64) then
+      if (status /= 0 .or. samples < 1 .or. seed < 1_int64 .or. seed > largest_seed) then
         write (error_unit, "(a)") "solver_soak: " // trim(argument) // ": " // usage // &
-          ", N >= 1 (10000), S from 1 to 2147483646 (1), I: that sample alone"
+          ", N >= 1 (10000), S from 1 to " // integer_text(int(largest_seed)) // " (1), I: that sample alone"
         stop 1
       end if
       a = a + 1
@@ -144,22 +145,6 @@ contains
     sums%away = sums%away + merge(1, 0, one%away)
     sums%most_updates = max(sums%most_updates, one%most_updates)
   end subroutine add
-
-  !> Progress on standard error.
-  subroutine show_progress()
-    if (quiet) return
-    call system_clock(now)
-    if (real(now - shown, wp) < period*real(rate, wp)) return
-    shown = now
-    write (error_unit, "(a)", advance="no") achar(13) // "solver_soak: " // integer_text(i) // " of " // &
-      integer_text(samples) // " samples, " // integer_text(int((now - started)/rate)) // " s"
-    flush (error_unit)
-  end subroutine show_progress
-
-  !> End the progress line, if there is one.
-  subroutine end_progress()
-    if (.not. quiet .and. shown > started) write (error_unit, "(a)") ""
-  end subroutine end_progress
 
   !> What came out, for people.
   subroutine write_table(unit, indent)

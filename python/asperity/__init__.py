@@ -4,28 +4,64 @@ Law of Albarella, Serpieri, Alfano and Sacco (2015), docs/theory.md.  Components
 and opening positive, angles in degrees, units the user's consistent set.
 """
 
-from . import contract
-from .installed import library
-from .interface import EquilibriumLost, History, Interface, Snap, Update
-from .material import Material, ModelWarning
-from .pattern import Pattern
-from .selection import NoPatternError, Scene, Selection, select
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__version__ = contract.library_version()
+if TYPE_CHECKING:
+    from . import contract as contract
+    from .installed import library as library
+    from .interface import EquilibriumLost as EquilibriumLost
+    from .interface import History as History
+    from .interface import Interface as Interface
+    from .interface import Snap as Snap
+    from .interface import Update as Update
+    from .material import Material as Material
+    from .material import ModelWarning as ModelWarning
+    from .pattern import Pattern as Pattern
+    from .selection.search import NoPatternError as NoPatternError
+    from .selection.search import Scene as Scene
+    from .selection.search import Selection as Selection
+    from .selection.search import select as select
 
-__all__ = [
-    "EquilibriumLost",
-    "History",
-    "Interface",
-    "Material",
-    "ModelWarning",
-    "NoPatternError",
-    "Pattern",
-    "Scene",
-    "Selection",
-    "Snap",
-    "Update",
-    "contract",
-    "library",
-    "select",
-]
+    __version__: str
+
+_HOMES = {
+    "EquilibriumLost": "interface",
+    "History": "interface",
+    "Interface": "interface",
+    "Material": "material",
+    "ModelWarning": "material",
+    "NoPatternError": "selection.search",
+    "Pattern": "pattern",
+    "Scene": "selection.search",
+    "Selection": "selection.search",
+    "Snap": "interface",
+    "Update": "interface",
+    "contract": "contract",
+    "library": "installed",
+    "select": "selection.search",
+}
+"""Names of the package and their modules, which are imported when a name is used first."""
+
+__all__ = list(_HOMES)
+
+
+if not TYPE_CHECKING:  # to a type checker every name would be there
+
+    def __getattr__(name: str) -> Any:
+        """Import what is asked for."""
+        home = _HOMES.get("contract" if name == "__version__" else name)
+        if home is None:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = import_module(f".{home}", __name__)
+        if name == "__version__":
+            found = found.library_version()
+        elif name != home:
+            found = getattr(found, name)
+        globals()[name] = found
+        return found
+
+
+def __dir__() -> list[str]:
+    """Names that are there, and those that are imported when they are used."""
+    return sorted({*globals(), *__all__, "__version__"})

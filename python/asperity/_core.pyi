@@ -1,30 +1,31 @@
-from numpy import float64, int32
+from numpy import bytes_, float64, int32
 from numpy.typing import NDArray
 
 _Floats = NDArray[float64]
 _Integers = NDArray[int32]
+_Texts = NDArray[bytes_]
 
 def contract_sizes() -> tuple[int, int, int, int, int, int]: ...
 def contract_prop(i: int) -> tuple[bytes, bytes, bytes, bytes, float]: ...
 def contract_statev(i: int) -> tuple[bytes, bytes, bytes]: ...
 def contract_version() -> bytes: ...
-def interface_review(props: _Floats) -> tuple[int, int, bytes]: ...
+def interface_review(props: _Floats) -> tuple[int, int]: ...
+def interface_complaint(props: _Floats) -> bytes: ...
 def interface_planes(props: _Floats, n_planes: int) -> tuple[_Floats, _Floats]: ...
 def interface_update(
     props: _Floats,
     s_old: _Floats,
     s: _Floats,
     dt: float,
-    guarded: int,
     state: _Floats,
     traction: _Floats,
     tangent: _Floats,
 ) -> tuple[int, bytes]: ...
 def interface_initial(
-    props: _Floats, traction: _Floats, guarded: int, state: _Floats
+    props: _Floats, traction: _Floats, state: _Floats
 ) -> tuple[int, bytes]: ...
 def interface_replay(
-    props: _Floats, s: _Floats, steps: _Floats, guarded: int, traction: _Floats, state: _Floats
+    props: _Floats, s: _Floats, steps: _Floats, traction: _Floats, state: _Floats
 ) -> tuple[int, bytes]: ...
 def interface_adaptive_slip(
     props: _Floats,
@@ -37,6 +38,7 @@ def interface_adaptive_slip(
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    work: _Floats,
 ) -> tuple[int, int, int, bytes]: ...
 def interface_confined_slip(
     props: _Floats,
@@ -46,23 +48,31 @@ def interface_confined_slip(
     preload: int,
     times: _Floats,
     preload_time: float,
-    guarded: int,
     stiffness: float,
     separation: _Floats,
     traction: _Floats,
     state: _Floats,
+    work: _Floats,
     jumps: _Floats,
 ) -> tuple[int, int, bytes]: ...
 def interface_slip_curves(
-    props: _Floats, direction: _Floats, sigma_n: _Floats, slips: _Floats, preload: int, rows: _Floats
+    props: _Floats,
+    direction: _Floats,
+    sigma_n: _Floats,
+    stiffness: _Floats,
+    slips: _Floats,
+    preload: int,
+    rows: _Floats,
 ) -> tuple[_Integers, _Integers]: ...
+def interface_events(
+    props: _Floats, separation: _Floats, state: _Floats, jumps: _Integers, names: _Texts
+) -> None: ...
 def newton_path(
     props: _Floats,
     held: _Integers,
     spring: _Floats,
     targets: _Floats,
     durations: _Floats,
-    guarded: int,
     kind: int,
     tolerance: float,
     separation: _Floats,

@@ -1,35 +1,65 @@
-"""What comparison and picture need of a case file; harness/case_file.f90 owns the format and checks it."""
+"""Cases as the driver reads them, `rie_driver --echo`, and the slip tests among them."""
 
 from __future__ import annotations
 
-import re
+import json
+import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from . import contract
 from .contract import Floats
+from .installed import driver
+from .interface import Interface
 from .material import Material
 from .pattern import Pattern
 
-Group = dict[str, list[str]]
-"""Values of a namelist group by lower-case name."""
 
-_TOKEN = re.compile(
-    r"""(?P<comment>![^\n]*)
-    | (?P<string>'(?:[^']|'')*' | "(?:[^"]|"")*")
-    | &(?P<group>\w+)
-    | (?P<end>/)
-    | (?P<entry>\w+)\s*=
-    | (?P<value>[^\s,=/!'"&]+)""",
-    re.VERBOSE,
-)
-"""Pieces of a namelist file, tried in this order; blanks and commas lie between them."""
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of a case; value is that of the sweep, None without one.
+
+    start: virgin, initial or state, the group that gives it.  steps: the load path, as
+    harness/driver/case_echo.f90 says; a replay has none.
+    """
+
+    value: float | None
+    props: tuple[float, ...]
+    material: Material
+    pattern: Pattern
+    start: str
+    steps: tuple[dict[str, Any], ...]
+
+    @property
+    def interface(self) -> Interface:
+        """Material and pattern together."""
+        return Interface(self.material, self.pattern)
+
+    def of_host(self) -> dict[str, Any]:
+        """PROPS of a host by name: h, map, dalpha, r."""
+        found: dict[str, Any] = {
+            name: self.props[contract.index(name)] for name in ("h", "map", "dalpha", "r")
+        }
+        return found | {"map": int(found["map"])}
 
 
-DEFAULT_INCREMENTS = 100
-"""Increments to a target where a step says none (harness/load_path.f90)."""
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A case file; sweep is the name of its sweep, empty without one.
+
+    before, after: what stands in the file before and after the group &pattern.
+    """
+
+    path: Path
+    title: str
+    sweep: str
+    runs: tuple[Run, ...]
+    before: bytes
+    after: bytes
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,118 +78,71 @@ class SlipTest:
     slips: Floats
 
 
-def groups(path: Path) -> list[tuple[str, Group]]:
-    """Namelist groups of a file in their order."""
-    found: list[tuple[str, Group]] = []
-    values: list[str] = []
-    inside = False
-    try:
-        content = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: byte {error.start} is no text in UTF-8: expected a case file") from None
-    for token in _TOKEN.finditer(content):
-        kind, text = token.lastgroup, token[0]
-        if kind == "group":
-            inside = True
-            found.append((token["group"].lower(), {}))
-        elif kind == "end":
-            inside = False
-        elif inside and kind == "entry":
-            values = found[-1][1].setdefault(token["entry"].lower(), [])
-        elif inside and kind == "string":
-            values.append(text[1:-1].replace(2 * text[0], text[0]))
-        elif inside and kind == "value":
-            values.append(text)
-    return found
+def read_case(path: Path) -> Case:
+    """A case with all that it says or leaves to defaults; raises ValueError with the driver's messages.
+
+    Mode II values of their own are a ModelWarning, as in Material.
+    """
+    done = subprocess.run([driver(), path, "--echo"], capture_output=True, check=False)
+    if done.returncode != 0:
+        raise ValueError(done.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
+    echo = json.loads(done.stdout.decode("utf-8", "replace"))
+    source, (first, last) = path.read_bytes(), echo["pattern"]
+    runs = tuple(_run(path, run) for run in echo["runs"])
+    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
 
 
-def labels(path: Path) -> tuple[str, str]:
-    """Title of a case and name of its sweep; the name of the file and nothing where there is none."""
-    found = dict(groups(path))
-    title = found.get("case", {}).get("title", [path.stem])
-    return ", ".join(title), found.get("sweep", {}).get("name", [""])[0]
+def _run(path: Path, run: dict[str, Any]) -> Run:
+    props = {row.name: value for row, value in zip(contract.props_table(), run["props"], strict=False)}
+    material = Material(**{name: props[name] for name in Material.__dataclass_fields__})
+    listed = np.reshape(run["props"][contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
+    pattern = Pattern(
+        int(props["m"]), props["theta"], props["flat"], props["turn"], tuple(tuple(plane) for plane in listed)
+    )
+    return Run(run["value"], tuple(run["props"]), material, pattern, run["start"], tuple(run["steps"]))
 
 
-def slip_tests(path: Path) -> Iterator[SlipTest]:
+def slip_tests(case: Case) -> Iterator[SlipTest]:
     """Tests of a case, one for each value of its sweep.
 
     Raises ValueError for a case that is neither slip under a held normal traction nor opening in mode I, or
     that does not start virgin.
     """
-    found = groups(path)
-    for name, _ in found:
-        if name in ("initial", "state"):
-            raise ValueError(f"{path}: &{name}: expected a case that starts virgin and free of traction")
-    sweep = next((group for name, group in found if name == "sweep"), None)
-    for text in sweep["values"] if sweep else [None]:
-        replaced = {sweep["name"][0].lower(): text} if sweep and text is not None else {}
-        numbers = [
-            (
-                name,
-                {
-                    key: [float(replaced.get(value.lower(), value)) for value in values]
-                    for key, values in group.items()
-                },
-            )
-            for name, group in found
-            if name in ("material", "pattern", "step")
-        ]
-        yield _test(path, None if text is None else float(text), numbers)
+    for run in case.runs:
+        if run.start != "virgin":
+            text = "expected a case that starts virgin and free of traction"
+            raise ValueError(f"{case.path}: &{run.start}: {text}")
+        yield _slip_test(case.path, run)
 
 
-def _test(path: Path, value: float | None, found: list[tuple[str, dict[str, list[float]]]]) -> SlipTest:
-    names = {
-        "sigma0": "sigma0",
-        "gc": "Gc",
-        "eta": "eta",
-        "mu": "mu",
-        "sigma02": "sigma02",
-        "gc2": "Gc2",
-        "kc": "kc",
-    }
-    material = Material(
-        **{names[key]: v[0] for name, g in found if name == "material" for key, v in g.items()}
-    )
-    group = next(group for name, group in found if name == "pattern")
+def _slip_test(path: Path, run: Run) -> SlipTest:
     preload, sigma_N, direction = 0, 0.0, 0.0
-    opened = held = False
+    opened = False
     slips = [np.zeros(1)]
-    for step in (group for name, group in found if name == "step"):
-        step.pop("tolerance", None)
-        parts = [int(n) for n in step.get("increments", [DEFAULT_INCREMENTS])]
-        if (
-            step.keys() <= {"t_n", "increments"}
-            and len(step.get("t_n", [])) == 1
-            and not (preload or opened or len(slips) > 1)
-        ):
-            preload, sigma_N = parts[0], step["t_n"][0]
+    for step in run.steps:
+        given = {name for name in ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip") if name in step}
+        parts = [int(n) for n in step["increments"]]
+        loaded = bool(preload) or len(slips) > 1
+        if any(step["spring"]) or any(step["traction"][1:]):
+            given = {"what is neither slip nor opening"}
+        if given == {"t_N"} and len(parts) == 1 and not (loaded or opened):
+            preload, (sigma_N,) = parts[0], step["t_N"]
         elif (
-            "slip" in step
-            and step.keys() <= {"slip", "direction", "increments", "t_n", "cycles"}
-            # held by an earlier step, or by this one: else the driver holds s_N
-            and step.get("t_n", [sigma_N] if preload or held else []) == [sigma_N]
+            given in ({"slip"}, {"slip", "t_N"})
+            and step["traction"][0]
+            and set(step.get("t_N", [sigma_N])) == {sigma_N}
             and not opened
-            and (len(slips) == 1 or step.get("direction", [direction]) == [direction])
+            and (len(slips) == 1 or step["direction"] == direction)
         ):
-            held = True
-            direction = step.get("direction", [direction])[0]
-            cycles = int(step.get("cycles", [1])[0])
-            # the last number goes on
-            parts += [parts[-1]] * (len(step["slip"]) - len(parts))
-            for target, n in zip(cycles * step["slip"], cycles * parts, strict=True):
+            direction = step["direction"]
+            for target, n in zip(step["slip"], parts, strict=True):
                 slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
-        elif step.keys() <= {"s_n", "increments"} and not (preload or len(slips) > 1):
+        elif given <= {"s_N"} and not loaded:
             opened = True
         else:
             raise ValueError(
                 f"{path}: expected &step with t_N, then slip under it in one direction, or with s_N alone"
             )
-    return SlipTest(value, material, _pattern(group), preload, sigma_N, direction, np.concatenate(slips)[1:])
-
-
-def _pattern(group: dict[str, list[float]]) -> Pattern:
-    """Regular or listed planes."""
-    if "weights" in group:
-        return Pattern.planes(np.reshape(group["normals"], (-1, 3)), group["weights"])
-    values = {name: numbers[0] for name, numbers in group.items()}
-    return Pattern.regular(int(values.pop("sides")), values.pop("theta", 0.0), **values)
+    return SlipTest(
+        run.value, run.material, run.pattern, preload, sigma_N, direction, np.concatenate(slips)[1:]
+    )

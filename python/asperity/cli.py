@@ -1,19 +1,17 @@
-"""Command `asperity`."""
+"""Command `asperity`: its subcommands, of which only the chosen one is imported."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 
-from . import __version__, accuracy_charts, card_command, fit_command, paper, select_command, surface, tables
-from .case_files import labels
-from .installed import bench, cases, driver
+from .installed import cases, driver
 from .results import read_rows, results_of
-from .stability import command as stability
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
 """Exit codes; the last one is the driver's."""
@@ -21,8 +19,10 @@ DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit code, 0 if all is well."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    # the matrices of the commands are small: more threads of BLAS only wait, 6 % of the time of a fit
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
     try:
         return int(options.action(options))
     except (OSError, ValueError) as error:
@@ -33,15 +33,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
 
 
-def _parser() -> argparse.ArgumentParser:
+class _Version(argparse.Action):
+    """Print the version, which the library has, and end."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from . import __version__
+
+        print(f"asperity {__version__}")
+        parser.exit()
+
+
+def _parser(chosen: str) -> argparse.ArgumentParser:
+    """Parser of all subcommands, with the arguments of the chosen one."""
     parser = argparse.ArgumentParser(
         prog="asperity",
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
     )
-    parser.add_argument("--version", action="version", version=f"asperity {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, (summary, add_arguments) in COMMANDS.items():
+        command = commands.add_parser(name, help=summary)
+        if name == chosen:
+            add_arguments(command)
+    return parser
 
-    run = commands.add_parser("run", help="run a case by the driver and draw it")
+
+def _imported(module: str) -> Callable[[argparse.ArgumentParser], None]:
+    """Function that imports a module and adds the arguments of its subcommand."""
+    return lambda parser: import_module(f".{module}", __package__).add_arguments(parser)
+
+
+def _run_arguments(run: argparse.ArgumentParser) -> None:
     run.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
     run.add_argument(
         "-o", "--output", type=Path, metavar="OUT.csv", help="result (default: the case's name, .csv, here)"
@@ -62,9 +84,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.set_defaults(action=_run)
 
-    compare = commands.add_parser(
-        "compare", help="compare the library with the NumPy reference and the 2D law"
-    )
+
+def _compare_arguments(compare: argparse.ArgumentParser) -> None:
     compare.add_argument(
         "--figure",
         action="append",
@@ -73,7 +94,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     compare.set_defaults(action=_compare)
 
-    chart = commands.add_parser("chart", help="draw speed, or accuracy against cost")
+
+def _chart_arguments(chart: argparse.ArgumentParser) -> None:
     charts = chart.add_subparsers(required=True, metavar="CHART")
     speed = charts.add_parser("speed", help="time per point against the number of planes, with the limits")
     speed.add_argument(
@@ -90,17 +112,13 @@ def _parser() -> argparse.ArgumentParser:
     speed.add_argument("--quick", action="store_true", help="a short, rough run")
     speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
     speed.set_defaults(action=_speed)
-    accuracy_charts.add_command(charts)
+    accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
+    _imported("studies.accuracy_charts")(charts.add_parser("accuracy", help=accuracy))
+    explain = "the pictures that explain the law and the solver"
+    _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
-    paper.add_command(commands)
-    card_command.add_command(commands)
-    fit_command.add_command(commands)
-    select_command.add_command(commands)
-    surface.add_command(commands)
 
-    table = commands.add_parser(
-        "tables", help="print the tables of PROPS and STATEV, or fill them into files"
-    )
+def _tables_arguments(table: argparse.ArgumentParser) -> None:
     table.add_argument(
         "files", nargs="*", type=Path, metavar="FILE.md", help="fill between <!-- props --> markers"
     )
@@ -109,8 +127,20 @@ def _parser() -> argparse.ArgumentParser:
     )
     table.set_defaults(action=_tables)
 
-    stability.add_command(commands)
-    return parser
+
+COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
+    "run": ("run a case by the driver and draw it", _run_arguments),
+    "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
+    "chart": ("draw speed, or accuracy against cost", _chart_arguments),
+    "paper": ("recompute the figures and tables of the paper", _imported("studies.paper")),
+    "card": ("print the material block for the input of a host program", _imported("cards.command")),
+    "fit": ("identify parameters from shear-box records", _imported("fit.command")),
+    "select": ("find the cheapest pattern that a scene needs", _imported("selection.command")),
+    "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
+    "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
+    "stability": ("where methods fail, shown, and what survives", _imported("studies.stability.command")),
+}
+"""Subcommands: summary, and what adds the arguments."""
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -123,18 +153,20 @@ def _run(options: argparse.Namespace) -> int:
     code = subprocess.run([driver(), options.case, "-o", output], check=False).returncode
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
+        from .case_files import read_case
         from .plots import draw
 
         png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
-        draw(results, png, *labels(options.case), *units)
+        case = read_case(options.case)
+        draw(results, png, case.title, case.sweep, *units)
         print(png)
     return code if code >= 0 else BAD_INPUT
 
 
 def _compare(options: argparse.Namespace) -> int:
     """Lines for each case, one for each it is compared with, as they are done."""
-    from .compare import LAW_TOLERANCE, OPENING_TOLERANCE, TEST_TOLERANCE, compare, find, within
+    from .oracle.compare import LAW_TOLERANCE, OPENING_TOLERANCE, TEST_TOLERANCE, compare, find, within
 
     wanted = [path for figure in options.figure for path in find(figure)] if options.figure else cases()
     print("Largest difference between the driver and others (NumPy reference, 2D law), relative:")
@@ -160,17 +192,12 @@ def _compare(options: argparse.Namespace) -> int:
 
 def _speed(options: argparse.Namespace) -> int:
     """Read the benchmark's CSV or run it, then draw."""
-    from .charts import draw_speed, read_timings, table
+    from .studies.speed_charts import draw_speed, measure, read_timings, table
 
     if options.csv is not None and options.quick:
         raise ValueError(f"--quick: expected without {options.csv}, which is not run again")
-    with tempfile.TemporaryDirectory() as folder:
-        path = options.csv or Path(folder) / "bench.csv"
-        if options.csv is None:
-            command = [bench(), "--csv", path, *(["--quick"] if options.quick else [])]
-            if subprocess.run(command, check=False).returncode != 0:
-                return BAD_INPUT
-        timings = read_timings(path)
+    quick = ["--quick"] if options.quick else []
+    timings = measure(*quick) if options.csv is None else read_timings(options.csv)
     draw_speed(timings, options.output)
     if options.table:
         print(table(timings))
@@ -180,6 +207,8 @@ def _speed(options: argparse.Namespace) -> int:
 
 def _tables(options: argparse.Namespace) -> int:
     """Print, fill or check."""
+    from . import tables
+
     if not options.files:
         if options.check:
             raise ValueError("--check: expected files to check")

@@ -6,6 +6,7 @@ import operator
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,6 +51,7 @@ def _text(value: bytes) -> str:
     return value.decode("ascii").rstrip()
 
 
+@cache
 def props_table() -> tuple[Prop, ...]:
     """Entries of PROPS before the listed planes, the reserved ones included, in their order."""
     rows = []
@@ -60,6 +62,7 @@ def props_table() -> tuple[Prop, ...]:
     return tuple(rows)
 
 
+@cache
 def statev_table() -> tuple[Statev, ...]:
     """State variables of a point, then those of the first plane, in their order."""
     return tuple(
@@ -68,6 +71,7 @@ def statev_table() -> tuple[Statev, ...]:
     )
 
 
+@cache
 def statev_names(n_planes: int) -> tuple[str, ...]:
     """Names of the columns of a state of n_planes planes: damage, ..., alpha_1, s_dit_1, s_dih_1, ..."""
     names = [row.name for row in statev_table()]
@@ -80,6 +84,17 @@ def n_statev(n_planes: int) -> int:
     return N_POINT_STATEV + N_PLANE_STATEV * n_planes
 
 
+def plane_statev(k: int) -> int:
+    """Position in STATEV, from 0, of the damage of plane k (from 1); s_dit and s_dih follow."""
+    return N_POINT_STATEV + N_PLANE_STATEV * (k - 1)
+
+
+def statev_index(name: str) -> int:
+    """Position in STATEV, from 0, of a state variable of a point or of the first plane; raises KeyError."""
+    return _STATEV[name].index - 1
+
+
+_STATEV = {row.name: row for row in statev_table()}
 _PROPS = {row.name: row for row in props_table() if row.name != "reserved"}
 
 
@@ -146,9 +161,9 @@ def shown(value: object) -> str:
 
 def check(props: Floats) -> int:
     """Number of planes of a PROPS vector; raises ValueError naming every bad value and what was expected."""
-    n_planes, status, message = _core.interface_review(props)
+    n_planes, status = _core.interface_review(props)
     if status != 0:
-        raise ValueError(_text(message))
+        raise ValueError(_text(_core.interface_complaint(props)))
     return n_planes
 
 

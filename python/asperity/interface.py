@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, cards, contract
+from . import _core, contract
+from .cards import blocks as cards
 from .contract import Floats
-from .events import find_events
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import SMALL_CLOSURE, closure, remarks
+from .remarks import remarks, warn_if_soft
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,20 +51,22 @@ class Snap:
 class History:
     """One point along a path; the first axis of every field is the row.
 
-    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); events: (row, text),
-    those of a preload with row 0; snaps: the jumps among them, the longest of each row.
+    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); work (T,): of the
+    traction on the separation, the preload included, stress*length; events: (row, text), those of a preload
+    with row 0; snaps: the jumps among them, the longest of each row.
     """
 
     separation: Floats
     traction: Floats
     damage: Floats
     state: Floats
+    work: Floats
     events: tuple[tuple[int, str], ...] = ()
     snaps: tuple[Snap, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        _freeze(self.separation, self.traction, self.damage, self.state)
+        _freeze(self.separation, self.traction, self.damage, self.state, self.work)
 
 
 class EquilibriumLost(RuntimeError):
@@ -92,14 +94,12 @@ class EquilibriumLost(RuntimeError):
 class Interface:
     """Rough quasi-brittle interface: a material on a pattern of planes (Albarella et al. 2015).
 
-    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.  guarded:
-    the damage of a plane grows only where that releases energy, so that no increment has a negative
-    dissipation.  Raises ValueError naming every value out of range.
+    Components are (N, Tx, Ty), tension and opening positive; units are the user's consistent set.
+    Raises ValueError naming every value out of range.
     """
 
     material: Material
     pattern: Pattern
-    guarded: bool = False
     n_planes: int = field(init=False, repr=False, compare=False)
     _props: Floats = field(init=False, repr=False, compare=False)
 
@@ -138,19 +138,17 @@ class Interface:
         if n > 0:  # f2py takes no empty arrays
             _raise(
                 *_core.interface_update(
-                    self._props, s_old.T, s.T, duration, int(self.guarded), new.T, traction.T, tangent.T
+                    self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
                 ),
             )
         return Update(traction, new, tangent)
 
-    def initial(
-        self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None
-    ) -> Floats:
+    def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
 
         damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of
         all planes, (2,), or of each, (Np, 2); None is zero.  The traction grows in proportion; the
-        separation it needs is kept as the offset (STATEV 7 to 9), the energies are those of that way.
+        separation it needs is kept as the offset (STATEV 6 to 8), the energies are those of that way.
         Raises ValueError for wrong input and for a traction that the state cannot carry, with what it does
         carry.
         """
@@ -167,7 +165,7 @@ class Interface:
         planes[:, :, 0] = alpha
         planes[:, :, 1:] = slips
         if len(tractions) > 0:
-            _raise(*_core.interface_initial(self._props, tractions.T, int(self.guarded), state.T))
+            _raise(*_core.interface_initial(self._props, tractions.T, state.T))
         return state[0] if given.ndim == 1 else state
 
     def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
@@ -180,8 +178,8 @@ class Interface:
         traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
         steps = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) > 0:
-            _raise(*_core.interface_replay(self._props, S.T, steps, int(self.guarded), traction.T, state.T))
-        return self._history(S.copy(), traction, state)
+            _raise(*_core.interface_replay(self._props, S.T, steps, traction.T, state.T))
+        return self._history(S.copy(), traction, state, work_along(S, traction))
 
     def confined_slip(
         self,
@@ -206,8 +204,8 @@ class Interface:
         With a tolerance (1e-8 to 0.1) the slips are turning points, increments are adaptive, in the preload
         too, and the rows are those that were needed: straight lines between them are within tolerance times
         the larger of sigma0 and the largest traction so far, of s_f and the largest s_N.  The energies of
-        the state are extrapolated (Richardson): the area under tau is the change of work less that of
-        sigma_N s_N.
+        the state and the work are extrapolated (Richardson): the area under tau is the change of work less
+        that of sigma_N s_N.
 
         Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
         equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
@@ -226,27 +224,27 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            self._warn_if_soft(sigma_N)
+            warn_if_soft(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
         separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
-        jumps = np.zeros((n + 1, 9))
+        work, jumps = np.empty(n), np.zeros((n + 1, 9))
         if n > 0:
             n_done, status, message = _core.interface_confined_slip(
                 self._props, direction_deg, slips, sigma_N, preload,
-                times, float(preload_time), int(self.guarded), stiffness,
-                separation.T, traction.T, state.T, jumps.T,
+                times, float(preload_time), stiffness,
+                separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            self._warn_if_soft(sigma_N)
+            warn_if_soft(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:
             lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
         elif n_done < n:
             lost = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
-        history = self._history(separation[:rows], traction[:rows], state[:rows], lost, jumps)
+        history = self._history(separation[:rows], traction[:rows], state[:rows], work[:rows], lost, jumps)
         if lost:
             where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
             raise EquilibriumLost(where + lost, history)
@@ -263,15 +261,15 @@ class Interface:
     ) -> History:
         """Rows of adaptive increments between turning points."""
         if len(turns) == 0:
-            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)))
+            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)), np.empty(0))
         rows = 512
         while True:
             room = rows
             separation, traction = np.empty((room, 3)), np.empty((room, 3))
-            state = np.empty((room, self.nstatv))
+            state, work = np.empty((room, self.nstatv)), np.empty(room)
             rows, reached, status, message = _core.interface_adaptive_slip(
                 self._props, direction, turns, sigma_N, tolerance,
-                times, preload_time, separation.T, traction.T, state.T,
+                times, preload_time, separation.T, traction.T, state.T, work,
             )  # fmt: skip
             _raise(status, message)
             if rows <= room:
@@ -282,7 +280,8 @@ class Interface:
         elif reached < len(turns):
             lost = f"no equilibrium on the way to slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
         # copies, so that the room is given back
-        history = self._history(separation[:rows].copy(), traction[:rows].copy(), state[:rows].copy(), lost)
+        kept = (part[:rows].copy() for part in (separation, traction, state, work))
+        history = self._history(*kept, lost)
         if lost:
             raise EquilibriumLost(lost, history)
         return history
@@ -296,10 +295,8 @@ class Interface:
     ) -> Floats:
         """Vector PROPS for a host, contract.props_table(); h is the thickness it divides by.
 
-        Raises ValueError naming every value out of range, and where guarded, which PROPS cannot say.
+        Raises ValueError naming every value out of range.
         """
-        if self.guarded:
-            raise ValueError("guarded = True: expected False for a host, PROPS has no entry for it")
         return self._pack(h=h, map=map, dalpha=dalpha, r=r)
 
     def _pack(self, **of_host: float) -> Floats:
@@ -376,41 +373,37 @@ class Interface:
         separation: Floats,
         traction: Floats,
         state: Floats,
+        work: Floats,
         lost: str = "",
         jumps: Floats | None = None,
     ) -> History:
         """History with its events; jumps (1 + T', 9) of the preload and the rows, interface_confined_slip."""
-        damage = contract.statev_names(self.n_planes).index("damage")
-        snaps: tuple[Snap, ...] = ()
-        flags: dict[int, list[str]] = {}
-        for i, jump in enumerate([] if jumps is None else jumps):
-            row = max(i - 1, 0)
-            if jump[0] > 0.0:
-                snaps += (
-                    Snap(row, tuple(map(float, jump[2:5])), tuple(map(float, jump[5:8])), float(jump[8])),
-                )  # type: ignore[arg-type]
-                flags.setdefault(row, []).append("snap")
-            if i > 0 and row < len(separation) and jump[1] > 1.0:
-                flags.setdefault(row, []).append("substeps")
-        events = find_events(self.pattern.normals, separation, state, flags)
+        rows = len(separation)
+        damage = contract.statev_index("damage")
+        snaps: list[Snap] = []
+        flags = np.zeros((rows, 2), dtype=np.int32)
+        if jumps is not None:
+            for i in np.flatnonzero(jumps[:, 0] > 0.0).tolist():
+                before, after = (tuple(jumps[i, k : k + 3].tolist()) for k in (2, 5))
+                snaps.append(Snap(max(i - 1, 0), before, after, float(jumps[i, 8])))
+            flags[:, 0] = jumps[1 : rows + 1, 0] > 0.0
+            flags[:, 1] = jumps[1 : rows + 1, 1] > 1.0
+            flags[:1, 0] |= jumps[0, 0] > 0.0
+        names = np.zeros(rows, dtype="S64")
+        if rows > 0:
+            _core.interface_events(self._props, separation.T, state.T, flags.T, names)
+        happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
+        events = tuple((row, name) for row, name in happened if name)
         if lost:
-            events += ((len(separation), lost),)
-        return History(separation, traction, state[:, damage].copy(), state, events, snaps)
+            events += ((rows, lost),)
+        return History(separation, traction, state[:, damage].copy(), state, work, events, tuple(snaps))
 
-    def _warn_if_soft(self, sigma_N: float) -> None:
-        """Warn where sigma_N, carried by one inclined plane alone, closes it visibly."""
-        inclined = np.any(self.pattern.normals[:, 1:], axis=1)
-        if not (sigma_N < 0.0 and inclined.any()):
-            return
-        share, gamma = closure(self.material, self.pattern, sigma_N)
-        if share > SMALL_CLOSURE:
-            warnings.warn(
-                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
-                f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
-                "the bond, raise kc where closure matters",
-                ModelWarning,
-                stacklevel=3,
-            )
+
+def work_along(separation: Floats, traction: Floats) -> Floats:
+    """Work (T,) of a traction (T, 3) along a separation (T, 3) from rest, by the trapezoidal rule."""
+    before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
+    change = np.diff(separation, axis=0, prepend=0.0)
+    return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))
 
 
 def _freeze(*arrays: Floats) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import warnings
 from dataclasses import asdict, dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from . import contract
 
 
@@ -17,8 +20,9 @@ class Material:
     """Material of the planes (Section 2.2): strength, rupture energy, ductility, friction.
 
     sigma0, sigma02: stress; Gc, Gc2: stress*length; tau_v: time; eta, mu, kc: dimensionless.  sigma02, Gc2
-    = 0: equal to the mode I value.  Raises ValueError naming every value out of range; warns where mode II
-    differs (Remark 2).
+    = 0: equal to the mode I value.  guard: the damage of a plane grows only where that releases energy, so
+    that no increment has a negative dissipation.  Raises ValueError naming every value out of range; warns
+    where mode II differs (Remark 2).
     """
 
     sigma0: float
@@ -29,6 +33,7 @@ class Material:
     Gc2: float = contract.default("Gc2")
     tau_v: float = contract.default("tau_v")
     kc: float = contract.default("kc")
+    guard: bool = bool(contract.default("guard"))
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -45,3 +50,31 @@ class Material:
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""
         return asdict(self)
+
+    @property
+    def s_f(self) -> float:
+        """Separation at complete rupture in mode I, 2 Gc/sigma0 (12), length."""
+        return 2.0 * self.Gc / self.sigma0
+
+    @property
+    def s_0(self) -> float:
+        """Separation at the onset of damage in mode I, (1 - eta) s_f (12), length."""
+        return (1.0 - self.eta) * self.s_f
+
+    @property
+    def K(self) -> float:
+        """Stiffness of the undamaged bond in mode I, sigma0/s_0 (12), stress/length."""
+        return self.sigma0 / self.s_0
+
+    def residual_strength(self, theta: ArrayLike, phi: ArrayLike = 0.0) -> contract.Floats:
+        """Strength over |sigma_N| of the fully damaged interface that slides up a plane; inf where it locks.
+
+        theta: inclination of the plane; phi: angle between the slip and its line of steepest ascent; degrees
+        (docs/theory.md, section 8).  At phi = 0: (mu + tan theta)/(1 - mu tan theta).
+        """
+        angle, c = np.radians(theta), np.cos(np.radians(phi))
+        slope = np.tan(angle) * c
+        w = np.sqrt(1.0 + slope**2)
+        below = np.cos(angle) - self.mu * slope / w
+        locked = np.full(np.shape(below), np.inf)
+        return np.divide(np.sin(angle) * c + self.mu / w, below, out=locked, where=below > 0.0)[()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,16 @@ from . import _core, contract
 
 _ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
 """Admissible values that let the library check a pattern on its own."""
+
+
+def direction_vector(direction_deg: ArrayLike) -> contract.Floats:
+    """Unit vectors (Tx, Ty), shape (..., 2), of directions in degrees, shape (...), from Tx towards Ty."""
+    return unit_vector(np.radians(direction_deg))
+
+
+def unit_vector(angle: ArrayLike) -> contract.Floats:
+    """Unit vectors (Tx, Ty), shape (..., 2), at angles in radians, shape (...), from Tx towards Ty."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -73,13 +84,13 @@ class Pattern:
 
     @property
     def normals(self) -> contract.Floats:
-        """Unit normals (N, Tx, Ty) of the planes, (Np, 3), the flat plane first."""
-        return self._planes()[0]
+        """Unit normals (N, Tx, Ty) of the planes, (Np, 3), the flat plane first; read-only."""
+        return self._planes[0]
 
     @property
     def weights(self) -> contract.Floats:
-        """Weights gamma of the planes, (Np,)."""
-        return self._planes()[1]
+        """Weights gamma of the planes, (Np,); read-only."""
+        return self._planes[1]
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the pattern, by name."""
@@ -89,7 +100,10 @@ class Pattern:
         """Values of the listed planes, which follow the entries that have a name."""
         return [value for plane in self.listed for value in plane]
 
+    @cached_property
     def _planes(self) -> tuple[contract.Floats, contract.Floats]:
         props = contract.pack(_ANY_MATERIAL | self.values(), self.constants())
         normals, weights = _core.interface_planes(props, contract.check(props))
+        for array in (normals, weights):
+            array.flags.writeable = False
         return normals.T, weights

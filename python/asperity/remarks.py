@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
 from . import contract
-from .material import Material
+from .material import Material, ModelWarning
 from .pattern import Pattern
 
 SMALL_CLOSURE = 0.1
@@ -34,6 +38,31 @@ def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float
     gamma = float(pattern.weights[inclined].min() if inclined.any() else pattern.weights.min())
     kc = material.kc or contract.default("kc")
     return -sigma_N * (1.0 - material.eta) / (gamma * material.sigma0 * kc), gamma
+
+
+def warn_if_soft(material: Material, pattern: Pattern, sigma_N: float) -> None:
+    """ModelWarning where sigma_N, carried by one inclined plane alone, closes it visibly."""
+    if not (sigma_N < 0.0 and _slopes(pattern).any()):
+        return
+    share, gamma = closure(material, pattern, sigma_N)
+    if share > SMALL_CLOSURE:
+        warnings.warn(
+            f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
+            f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
+            "the bond, raise kc where closure matters",
+            ModelWarning,
+            stacklevel=3,
+        )
+
+
+@contextmanager
+def shown_warnings() -> Iterator[None]:
+    """Print the warnings of a command on standard error, each once, instead of Python's lines."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield
+    for message in dict.fromkeys(str(warning.message) for warning in caught):
+        print(f"asperity: warning: {message}", file=sys.stderr)
 
 
 def remarks(
@@ -83,7 +112,7 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
             "locks where it slides up this plane"
         )
         return Remark(text, good=False)
-    strength = (material.mu + steepest) / (1.0 - product)
+    strength = material.residual_strength(np.degrees(np.arctan(steepest)))
     text = f"mu tan(theta) = {product:.3g} < 1: the residual strength up the steepest plane is {strength:.3g}"
     return Remark(f"{text} times the normal traction", good=True)
 
@@ -124,7 +153,7 @@ def _zone(material: Material, modulus: float, size: float) -> Remark:
 
 def _compliance(material: Material, modulus: float, size: float) -> Remark:
     """Elastic opening of the unbroken joint beside that of an element."""
-    share = modulus * (1.0 - material.eta) * 2.0 * material.Gc / (material.sigma0**2 * size)
+    share = modulus / (material.K * size)
     return Remark(
         f"unbroken, the joint opens by {share:.3g} times the stretch of an element: E/(K L)", good=True
     )

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import glob
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
+from .installed import driver
 
-from .contract import Floats
+if TYPE_CHECKING:
+    from .contract import Floats
 
 ENERGIES = ("stored", "rupture", "friction", "work")
-"""Energies per unit area, in the order of STATEV."""
+"""Energies per unit area, in the order of the columns."""
 
 COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", *ENERGIES, "event")
 """Columns that are read."""
@@ -34,6 +40,8 @@ class Rows:
 
 def read_rows(path: Path) -> Rows:
     """Rows of a driver's CSV; raises ValueError where columns that are read, or rows, are missing."""
+    import numpy as np
+
     header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
     names = header.split(",")
     missing = [name for name in COLUMNS if name not in names]
@@ -45,6 +53,23 @@ def read_rows(path: Path) -> Rows:
     column = {name: [row[names.index(name)] for row in cells] for name in COLUMNS}
     numbers = np.array([column[name] for name in COLUMNS[:-1]], dtype=float).T
     return Rows(numbers[:, 0:3], numbers[:, 3:6], numbers[:, 6], column["event"], numbers[:, 7:])
+
+
+@contextmanager
+def driven(case: Path) -> Iterator[tuple[subprocess.CompletedProcess[str], Path]]:
+    """Run of a case by the driver, and its output, which is kept as long as the context is open."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "out.csv")
+        command = [driver(), case, "-o", output, "--quiet"]
+        yield subprocess.run(command, capture_output=True, text=True, check=False), output
+
+
+def drive(case: Path) -> dict[float | None, Rows]:
+    """Rows of a case by the value of its sweep, None without one; ValueError with the driver's message."""
+    with driven(case) as (run, output):
+        if run.returncode != 0:
+            raise ValueError(run.stderr.strip())
+        return {value: read_rows(path) for value, path in results_of(output).items()}
 
 
 def results_of(output: Path) -> dict[float | None, Path]:

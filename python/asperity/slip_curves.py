@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .contract import Floats
 from .interface import Interface
+from .pattern import direction_vector
 
 ROW = 6
 """Numbers of a row: s_N, the three components of the traction, damage, work."""
@@ -63,12 +64,12 @@ def slip_curves(
         raise ValueError(f"preload = {preload}: expected at least 1 increment")
     props = interface.props()
     count, workers = angles.size, threads or os.cpu_count() or 1
-    rows = np.empty((count, s_L.size, ROW))
+    rows, free = np.empty((count, s_L.size, ROW)), np.zeros(count)
 
     def solve(part: Sequence[int]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         block = slice(part[0], part[-1] + 1)
         return _core.interface_slip_curves(
-            props, angles[block].copy(), held[block].copy(), s_L, int(preload), rows[block].T
+            props, angles[block].copy(), held[block].copy(), free[block], s_L, int(preload), rows[block].T
         )
 
     # several parts a worker, as curves differ in their cost
@@ -83,7 +84,7 @@ def slip_curves(
 
     rows[np.arange(s_L.size)[None, :] >= n_done[:, None]] = np.nan
     s_N, _, t_x, t_y, damage, work = np.moveaxis(rows, -1, 0)
-    e_x, e_y = _direction_vectors(angles)
+    e_x, e_y = direction_vector(angles).T
     return SlipCurves(
         angles.copy(),
         held.copy(),
@@ -100,8 +101,3 @@ def slip_curves(
 
 def _part(count: int, workers: int) -> int:
     return max(1, count // (4 * workers))
-
-
-def _direction_vectors(angles: Floats) -> tuple[Floats, Floats]:
-    radians = np.radians(angles)
-    return np.cos(radians), np.sin(radians)

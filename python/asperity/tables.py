@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from . import contract
 
 
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
+def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = False) -> str:
+    """Table in Markdown; numbers: the columns after the first are aligned to the right."""
+    lines = [head, ["---", *["--:" if numbers else "---"] * (len(head) - 1)], *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
 
 
@@ -26,7 +27,7 @@ def props() -> str:
         rows.append([str(row.index), row.name, row.meaning, row.unit, row.admissible, default])
     listed = "normal (N, Tx, Ty) of any length and weight gamma of each listed plane"
     rows.append([f"{len(table) + 1}..", "planes", listed, "-", "n_N > 0, gamma > 0, sum of gamma 1", "-"])
-    return _markdown(["#", "name", "meaning", "unit", "admissible", "default"], rows)
+    return markdown(["#", "name", "meaning", "unit", "admissible", "default"], rows)
 
 
 def statev() -> str:
@@ -36,7 +37,7 @@ def statev() -> str:
         beyond = row.index - contract.N_POINT_STATEV
         place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
         rows.append([str(row.index) if beyond <= 0 else place, row.name, row.meaning, row.unit])
-    return _markdown(["#", "name", "meaning", "unit"], rows)
+    return markdown(["#", "name", "meaning", "unit"], rows)
 
 
 TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}

@@ -4,9 +4,9 @@
 !> tolerance*largest traction of the traction, and as close to a separation that is free; the trapezoids of rupture,
 !> friction and work are as good. The energies that are kept are extrapolated from both runs and better than that
 !> (the law is total: a single increment is often exact at its end, so that the end alone says nothing).
-!> A step that is too large and in which a plane switches ends at the first switch instead: docs/driver.md, "Adaptive".
+!> A step that is too large and in which a plane switches ends at the first switch instead: docs/solver.md.
 module asperity_adaptive
-  use asperity_contract, only: plane_statev, v_friction, v_rupture, v_work
+  use asperity_contract, only: plane_statev, v_friction, v_rupture
   use asperity_control_point, only: control_type, point_type, whole_separation
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -32,7 +32,7 @@ module asperity_adaptive
   !> Safety factor on the difference at the end of a step, as errors of the path of the slips accumulate over steps.
   real(wp), parameter :: path_share = 3.0_wp
   !> A switch is looked for where the step would have to shrink to a third, and for few planes: of many, single ones
-  !> matter little, and the search costs more than the rows it saves (docs/driver.md).
+  !> matter little, and the search costs more than the rows it saves (docs/solver.md).
   real(wp), parameter :: search_threshold = 10.0_wp
   integer, parameter :: most_planes = 8
   !> Share of the step at which the regime of the planes at its start is evaluated.
@@ -236,14 +236,13 @@ contains
     logical, intent(in) :: switched                             !! whether a plane switches within the step
     logical, intent(in) :: single                               !! whether no increment was solved in parts
     real(wp) :: error
-    integer, parameter :: energies(3) = [v_rupture, v_friction, v_work]
     real(wp) :: energy, separation, share, traction
     share = merge(kink_share, smooth_share, switched)
     traction = max(weight*size_of(whole%traction - ending%traction), &
                    share*size_of(middle%traction - 0.5_wp*(old%traction + ending%traction)))
     separation = maxval(merge(max(weight*abs(whole%s - ending%s), &
                                   share*abs(middle%s - 0.5_wp*(old%s + ending%s))), 0.0_wp, control%traction))
-    energy = maxval(abs(whole%state(energies) - ending%state(energies)))
+    energy = maxval(abs(spent(whole) - spent(ending)))
     traction = traction/max(walk%traction, size_of(ending%traction))
     separation = separation/max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     energy = energy/max(tiny(1.0_wp), max(walk%traction, size_of(ending%traction))*(size_of(middle%s - old%s) &
@@ -259,14 +258,23 @@ contains
   pure subroutine extrapolate(old, whole, middle, ending)
     type(point_type), intent(in) :: old, whole            !! start, end in one increment
     type(point_type), intent(inout) :: middle, ending     !! middle and end in two increments
-    integer, parameter :: energies(3) = [v_rupture, v_friction, v_work]
+    integer, parameter :: energies(2) = [v_rupture, v_friction]
     real(wp) :: correction(3)
-    correction = (ending%state(energies) - whole%state(energies))/3.0_wp
-    middle%state(energies) = middle%state(energies) + 0.5_wp*correction
-    ending%state(energies) = ending%state(energies) + correction
+    correction = (spent(ending) - spent(whole))/3.0_wp
+    middle%state(energies) = middle%state(energies) + 0.5_wp*correction(:2)
+    middle%work = middle%work + 0.5_wp*correction(3)
+    ending%state(energies) = ending%state(energies) + correction(:2)
+    ending%work = ending%work + correction(3)
     middle%state(v_friction) = max(middle%state(v_friction), old%state(v_friction))
     ending%state(v_friction) = max(ending%state(v_friction), middle%state(v_friction))
   end subroutine extrapolate
+
+  !> What adds up by trapezoids: rupture, friction, work, stress*length.
+  pure function spent(point) result(energies)
+    type(point_type), intent(in) :: point   !! the point
+    real(wp) :: energies(3)
+    energies = [point%state(v_rupture), point%state(v_friction), point%work]
+  end function spent
 
   !> What every plane does in an increment: in contact, sliding in contact, damage growing, dead.
   pure function regime(joint, old, new) result(does)

@@ -2,7 +2,7 @@
 !> tractions.
 module asperity_control_point
   use asperity_checks, only: all_bounded
-  use asperity_contract, only: n_plane_statev, n_point_statev, v_offset
+  use asperity_contract, only: n_plane_statev, n_point_statev, v_friction, v_offset, v_rupture, v_stored
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
@@ -10,7 +10,7 @@ module asperity_control_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
-    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, whole_separation
+    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation
 
   !> What is given of each component (N, Tx, Ty), and how long an increment takes.
   type :: control_type
@@ -24,6 +24,7 @@ module asperity_control_point
     real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
     real(wp) :: traction(3) = 0.0_wp      !! stress
     real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
+    real(wp) :: work = 0.0_wp             !! of the traction on the separation so far, stress*length
     real(wp), allocatable :: state(:)     !! STATEV
   end type point_type
 
@@ -40,9 +41,13 @@ module asperity_control_point
     real(wp) :: longest = 0.0_wp       !! longest step where the derivative is singular, of that of an elastic interface
   end type balance_type
 
+  !> What is stored and dissipated, in STATEV.
+  integer, parameter, public :: ledger(3) = [v_stored, v_rupture, v_friction]
+
 contains
 
-  !> A virgin point at rest, or one that starts from a state, at separation zero or a given one.
+  !> A virgin point at rest, or one that starts from a state, at separation zero or a given one. The work that led to it
+  !> is taken to be what it has stored and dissipated.
   pure function new_point(joint, state, separation) result(point)
     type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in), optional :: state(:)              !! STATEV to start from
@@ -53,6 +58,7 @@ contains
     if (present(state)) old = state(:joint%n_statev)
     if (present(separation)) point%s = separation
     call put_point(joint, point%s, old, point)
+    point%work = sum(point%state(ledger))
   end function new_point
 
   !> Put a point to a separation at which it has a state already: its traction and its tangent there.
@@ -66,7 +72,7 @@ contains
     call update_point(joint, s, s, state, point%state, point%traction, point%tangent)
   end subroutine put_point
 
-  !> Separation that the planes see: with the offset of an initial traction (STATEV 7-9), length.
+  !> Separation that the planes see: with the offset of an initial traction (STATEV 6-8), length.
   pure function whole_separation(s, state) result(whole)
     real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)   !! STATEV
@@ -132,6 +138,7 @@ contains
     if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
     call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, point%tangent, &
       balance%control%dt)
+    point%work = balance%old%work + work_between(balance%old%s, balance%old%traction, point%s, point%traction)
     given = 0.0_wp
     do i = 1, balance%n
       k = balance%free(i)
@@ -231,5 +238,13 @@ contains
       yes = first < -instability .or. third < -instability .or. first*second - third < -instability
     end select
   end function unstable
+
+  !> Work of the traction on the separation over an increment, by the trapezoidal rule, stress*length.
+  pure function work_between(s_old, traction_old, s, traction) result(work)
+    real(wp), intent(in) :: s_old(3), s(3)                 !! separation at the start and at the end, length
+    real(wp), intent(in) :: traction_old(3), traction(3)   !! traction there, stress
+    real(wp) :: work
+    work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
+  end function work_between
 
 end module asperity_control_point

@@ -1,10 +1,11 @@
 !> Initial states: the separation at which a point, virgin or cracked, carries a traction before its first increment.
 !>
-!> That separation becomes the offset of STATEV 7-9 (contract), which the law adds to what the host calls separation.
+!> That separation becomes the offset of STATEV 6-8 (contract), which the law adds to what the host calls separation.
 module asperity_initial
-  use asperity_checks, only: append, bounded, integer_text, to_text
+  use asperity_call_checks, only: state_status
+  use asperity_checks, only: bounded
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
-    v_friction, v_offset, v_status, v_stored, v_work
+    v_offset, v_status
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, move_point, point_type, &
     put_point, set_balance, traction_scale, unstable
   use asperity_elimination, only: eliminate
@@ -13,7 +14,7 @@ module asperity_initial
   use asperity_law, only: update_point
   use asperity_newton, only: newton_solve, newton_type
   use asperity_pattern, only: plane_normal
-  use asperity_points, only: state_status
+  use asperity_text, only: append, integer_text, to_text
   use asperity_tolerances, only: coarsest_initial_scale, farthest, finest_initial_scale, least_damping, less_damping, &
     longest_initial_step, more_damping, most_growth, residual_tolerance, rounding, smallest_initial_share, &
     worst_condition
@@ -30,7 +31,7 @@ module asperity_initial
 
 contains
 
-  !> Whether a point that was never called comes with a traction (contract, STATEV 6).
+  !> Whether a point that was never called comes with a traction (contract, STATEV 5).
   !>
   !> Looked at by the bits: what is not finite is no traction, but what a host left undefined.
   pure function first_traction(traction, state) result(yes)
@@ -46,7 +47,7 @@ contains
   !>
   !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
   !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
-  !> ends the point moves on under the traction held then, if there is a rest (docs/theory.md, "Snap"). What the host
+  !> ends the point moves on under the traction held then, if there is a rest (docs/solver.md, "Snap"). What the host
   !> calls separation is taken as zero; where it is not, the caller takes it off the offset.
   pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
@@ -80,8 +81,6 @@ contains
     old(v_offset:v_offset + 2) = 0.0_wp
     call put_point(rested, s, old, trial)
     start = trial%traction
-    ! what is stored and spent at the start, and was not told, counts as work
-    trial%state(v_work) = trial%state(v_work) + sum(trial%state(v_stored:v_friction) - state(v_stored:v_friction))
     control%traction = held
     call set_balance(rested, control, s, balance)
     balance%finest = max(finest_initial_scale*joint%material%k_n*joint%material%s0, &
@@ -230,7 +229,7 @@ contains
     end if
     good = result%converged .and. .not. unstable(balance%n, result%last, elastic_stiffness(joint))
     ! with the guard, damage that was held back may grow by any amount in one step
-    if (good) good = joint%material%least_y >= 0.0_wp .or. &
+    if (good) good = joint%material%guard .or. &
       most_growth_of(balance%old%state, trial%state) <= most_growth
     if (good) call move_point(trial, balance%old)
   end subroutine take_step

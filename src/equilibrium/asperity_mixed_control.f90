@@ -1,17 +1,17 @@
 !> One point under mixed control: some components of the separation given, for the others the traction.
 !>
 !> Semismooth Newton with a line search, continuation along the branch by sub-increments, and where the branch
-!> ends the overdamped motion to the next equilibrium: a snap (docs/theory.md, "Root" and "Snap").
+!> ends the overdamped motion to the next equilibrium: a snap (docs/solver.md, "Branch" and "Snap").
 module asperity_mixed_control
   use asperity_checks, only: all_bounded
-  use asperity_contract, only: status_ok, v_friction, v_rupture, v_stored
+  use asperity_contract, only: status_ok
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, free_part, &
-    move_point, new_point, point_type, set_balance, unstable, whole_separation
+    ledger, move_point, new_point, point_type, set_balance, unstable, whole_separation
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_points, only: state_status
+  use asperity_call_checks, only: state_status
   use asperity_snap_motion, only: cannot_soften, farthest_rest, move_on, close_opening
   use asperity_tolerances, only: smallest_share, snap_resolution, unexplained, unexplained_share
   implicit none
@@ -348,12 +348,11 @@ contains
   end subroutine jump
 
   !> Energy that a motion under prescribed tractions sets free, per unit area: the work of these, less that of the
-  !> springs, less what the interface stores and dissipates (docs/theory.md, "Snap").
+  !> springs, less what the interface stores and dissipates (docs/solver.md, "Snap").
   pure function released_energy(balance, old, new) result(energy)
     type(balance_type), intent(in) :: balance   !! what is given
     type(point_type), intent(in) :: old, new    !! before and after
     real(wp) :: energy
-    integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
     real(wp) :: work(3)
     work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
     energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))

@@ -8,7 +8,7 @@ module asperity_naive_newton
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
-  use asperity_points, only: point_status
+  use asperity_call_checks, only: point_status
   implicit none
   private
   public :: newton_path

@@ -26,7 +26,8 @@ module asperity_slip_test
 contains
 
   !> Follow the slips in one increment each; where equilibrium is lost the test ends, and later rows are zero.
-  pure subroutine confined_slip(joint, test, slips, separation, traction, state, n_done, reports, times)
+  pure subroutine confined_slip(joint, test, slips, separation, traction, state, n_done, reports, times, &
+    work)
     type(interface_type), intent(in) :: joint       !! the interface
     type(slip_test_type), intent(in) :: test        !! the test
     real(wp), intent(in) :: slips(:)                !! (T) slips in their order, length
@@ -38,6 +39,8 @@ contains
     type(report_type), intent(out), optional :: reports(0:)   !! (0:T) what happened; 0: in the preload
     real(wp), intent(in), optional :: times(:)      !! (T) of the slips from the end of the preload on, not decreasing,
                                                     !! time; absent: no time passes
+    real(wp), intent(out), optional :: work(:)      !! (T) of the traction on the separation, the preload included,
+                                                    !! stress*length
     type(control_type) :: control
     type(report_type) :: report
     type(point_type) :: point
@@ -47,6 +50,7 @@ contains
     separation = 0.0_wp
     traction = 0.0_wp
     state = 0.0_wp
+    if (present(work)) work = 0.0_wp
     n_done = -1
     if (.not. bounded(test%direction, huge(1.0_wp))) return
     control%traction(1) = .true.
@@ -80,6 +84,7 @@ contains
       separation(:, i) = point%s
       traction(:, i) = point%traction
       state(:joint%n_statev, i) = point%state
+      if (present(work)) work(i) = point%work
       n_done = i
     end do
   end subroutine confined_slip
@@ -104,7 +109,7 @@ contains
   !> method of the test are not used.
   !>
   !> Every step gives two rows, its middle and its end; a row ends at every turning point.
-  pure subroutine adaptive_slip(joint, test, turns, walk, separation, traction, state, n_rows, n_turns, times)
+  pure subroutine adaptive_slip(joint, test, turns, walk, separation, traction, state, work, n_rows, n_turns, times)
     type(interface_type), intent(in) :: joint       !! the interface
     type(slip_test_type), intent(in) :: test        !! the test
     real(wp), intent(in) :: turns(:)                !! (T) slips at the turning points, length
@@ -112,6 +117,7 @@ contains
     real(wp), intent(out) :: separation(:, :)       !! (3, room) separation (N, Tx, Ty), length
     real(wp), intent(out) :: traction(:, :)         !! (3, room) traction (N, Tx, Ty), stress
     real(wp), intent(out) :: state(:, :)            !! (nstatv, room) STATEV
+    real(wp), intent(out) :: work(:)                !! (room) of the traction on the separation, stress*length
     integer, intent(out) :: n_rows                  !! rows; beyond the room they are counted, not kept
     integer, intent(out) :: n_turns                 !! turning points reached, fewer than T: equilibrium lost; -1: by
                                                     !! the preload
@@ -126,6 +132,7 @@ contains
     separation = 0.0_wp
     traction = 0.0_wp
     state = 0.0_wp
+    work = 0.0_wp
     n_rows = 0
     n_turns = -1
     control%traction(1) = .true.
@@ -150,9 +157,9 @@ contains
       do while (at < 1.0_wp)
         call adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, reached, &
           reports)
-        if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state)
+        if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state, work)
         if (reached < 1.0_wp) return
-        if (i > 0) call keep(point, n_rows, separation, traction, state)
+        if (i > 0) call keep(point, n_rows, separation, traction, state, work)
       end do
       n_turns = i
       i = i + 1
@@ -160,17 +167,19 @@ contains
   end subroutine adaptive_slip
 
   !> Add a row where there is room.
-  pure subroutine keep(row, n_rows, separation, traction, state)
+  pure subroutine keep(row, n_rows, separation, traction, state, work)
     type(point_type), intent(in) :: row                !! the point
     integer, intent(inout) :: n_rows                   !! rows so far
     real(wp), intent(inout) :: separation(:, :)        !! (3, room) separation (N, Tx, Ty), length
     real(wp), intent(inout) :: traction(:, :)          !! (3, room) traction (N, Tx, Ty), stress
     real(wp), intent(inout) :: state(:, :)             !! (nstatv, room) STATEV
+    real(wp), intent(inout) :: work(:)                 !! (room) of the traction on the separation, stress*length
     n_rows = n_rows + 1
     if (n_rows > size(separation, 2)) return
     separation(:, n_rows) = row%s
     traction(:, n_rows) = row%traction
     state(:size(row%state), n_rows) = row%state
+    work(n_rows) = row%work
   end subroutine keep
 
 end module asperity_slip_test

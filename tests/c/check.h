@@ -5,6 +5,9 @@
 #include <math.h>
 #include <stdio.h>
 
+/* STATEV, counted from 0 (docs/contract.md): values of a point, of a plane; which is the status, and the first offset. */
+enum { POINT_STATEV = 8, PLANE_STATEV = 3, STATUS = 4, OFFSET = 5 };
+
 /* 1, with a line on standard error, if the condition does not hold. */
 #define FAILS(condition) \
   ((condition) ? 0 : (fprintf(stderr, "%s:%d: expected %s\n", __FILE__, __LINE__, #condition), 1))

@@ -8,7 +8,7 @@
 #include "check.h"
 
 /* Parameters of the paper's Table 2, (12): s0 = (1 - eta) 2 Gc/sigma0, K = sigma0/s0. */
-enum { SIGMA0 = 3, FLAT_STATEV = 9 + 3, ALPHA = 9 };
+enum { SIGMA0 = 3, FLAT_STATEV = POINT_STATEV + PLANE_STATEV, ALPHA = POINT_STATEV };
 static const double GC = 0.3, ETA = 0.9, MU = 0.5;
 #define S0 ((1.0 - ETA) * 2.0 * GC / SIGMA0)
 #define K (SIGMA0 / S0)
@@ -29,10 +29,11 @@ static int version_is_text(void) {
 }
 
 static int nstatv_counts_planes(void) {
-  /* contract: 9 + 3 Np; m inclined planes and, by the default share, the flat one */
+  /* contract: 8 + 3 Np; m inclined planes and, by the default share, the flat one */
   const double regular[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, flat[] = FLAT_PROPS;
   char message[] = "######";
-  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) == 9 + 3 * (4 + 1)) + FAILS(message[0] == '\0');
+  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) ==
+                  POINT_STATEV + PLANE_STATEV * (4 + 1)) + FAILS(message[0] == '\0');
   return bad + FAILS(asperity_nstatv(flat, N_FLAT_PROPS, NULL, 0) == FLAT_STATEV);
 }
 
@@ -50,7 +51,7 @@ static int elastic_points_follow_the_stiffness(void) {
   const double props[] = FLAT_PROPS;
   const double s[2][3] = {{0.5 * S0, 0.0, 0.0}, {0.1 * S0, -0.2 * S0, 0.3 * S0}};
   double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[2][3][3];
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 2, NULL, s[0], FLAT_STATEV, state[0], traction[0],
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 2, NULL, s[0], FLAT_STATEV, state[0], traction[0],
                                   tangent[0][0], NULL, 0) == ASPERITY_OK);
   for (int p = 0; p < 2; p++)
     for (int i = 0; i < 3; i++) {
@@ -61,13 +62,13 @@ static int elastic_points_follow_the_stiffness(void) {
 }
 
 static int tangent_comes_by_rows(void) {
-  /* dead flat plane in contact, sliding far beyond stick: t_N = K s_N, t_Tx = -mu K s_N, so only row Tx has s_N in it */
+  /* dead flat plane in contact, sliding far beyond stick: t_N = K s_N, t_Tx = -mu K s_N: only row Tx has s_N in it */
   const double props[] = FLAT_PROPS;
   const double s[3] = {-0.1 * S0, 10.0 * S0, 0.0};
   double state[FLAT_STATEV] = {0}, traction[3], tangent[3][3];
   state[ALPHA] = 1.0;
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 1, NULL, s, FLAT_STATEV, state, traction, tangent[0], NULL, 0) ==
-                  ASPERITY_OK);
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, FLAT_STATEV, state, traction, tangent[0], NULL,
+                                  0) == ASPERITY_OK);
   bad += DIFFERS(K * s[0], traction[0], STRESS_TOLERANCE) + DIFFERS(-MU * K * s[0], traction[1], STRESS_TOLERANCE);
   return bad + DIFFERS(-MU * K, tangent[1][0], TANGENT_TOLERANCE) + DIFFERS(0.0, tangent[0][1], TANGENT_TOLERANCE);
 }
@@ -75,10 +76,10 @@ static int tangent_comes_by_rows(void) {
 static int null_start_and_null_tangent(void) {
   const double props[] = FLAT_PROPS, zero[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
   double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[3][3];
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 1, NULL, s, FLAT_STATEV, state[0], traction[0], NULL, NULL, 0) ==
-                  ASPERITY_OK);
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 1, zero, s, FLAT_STATEV, state[1], traction[1], tangent[0], NULL,
-                               0) == ASPERITY_OK);
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, FLAT_STATEV, state[0], traction[0], NULL, NULL,
+                                  0) == ASPERITY_OK);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, zero, s, FLAT_STATEV, state[1], traction[1], tangent[0],
+                               NULL, 0) == ASPERITY_OK);
   bad += FAILS(state[0][ALPHA] > 0.0);
   bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0);
   return bad + FAILS(memcmp(traction[0], traction[1], sizeof traction[0]) == 0);
@@ -90,13 +91,10 @@ static int time_is_for_viscous_damage(void) {
   const double s[3] = {2.0 * S0, 0.0, 0.0}, half = 0.5 * (1.0 - 0.5) / ETA;
   double state[FLAT_STATEV] = {0}, untouched[FLAT_STATEV] = {0}, traction[3];
   char message[256];
-  int bad = FAILS(asperity_update(props, 13, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
+  int bad = FAILS(asperity_update(props, 13, -1.0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
                                   sizeof message) == ASPERITY_BAD_TIME);
-  bad += FAILS(strstr(message, "dt is missing") != NULL) + FAILS(untouched[5] == 0.0);
-  bad += FAILS(asperity_update_with(props, 13, -1.0, 0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
-                                  sizeof message) == ASPERITY_BAD_TIME);
-  bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[5] == 0.0);
-  bad += FAILS(asperity_update_with(props, 13, 0.25, 0, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
+  bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[STATUS] == 0.0);
+  bad += FAILS(asperity_update(props, 13, 0.25, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
                                   sizeof message) == ASPERITY_OK);
   bad += DIFFERS(half, state[ALPHA], 16 * 2.3e-16) + FAILS(message[0] == '\0');
   return bad + DIFFERS((1.0 - half) * K * s[0], traction[0], STRESS_TOLERANCE);
@@ -104,15 +102,18 @@ static int time_is_for_viscous_damage(void) {
 
 static int guard_blocks_damage(void) {
   /* a plane that slid by 3 s0 sticks at -4 s0: growing damage would give energy back, (7) wants (1 - 1/4)/eta */
-  const double props[] = FLAT_PROPS, s[3] = {-50.0 * S0, -4.0 * S0, 0.0}, held = 0.25;
+  enum { N_PROPS = 17, GUARD = 16 };
+  double props[N_PROPS] = FLAT_PROPS;
+  const double s[3] = {-50.0 * S0, -4.0 * S0, 0.0}, held = 0.25;
   int bad = 0;
-  for (int guarded = 0; guarded < 2; guarded++) {
+  for (int guard = 0; guard < 2; guard++) {
+    props[GUARD] = guard;
     double state[FLAT_STATEV] = {0}, traction[3];
     state[ALPHA] = held;
     state[ALPHA + 1] = 3.0 * S0;
-    bad += FAILS(asperity_update_with(props, N_FLAT_PROPS, 0.0, guarded, 1, s, s, FLAT_STATEV, state, traction, NULL,
-                                      NULL, 0) == ASPERITY_OK);
-    bad += DIFFERS(guarded ? held : 0.75 / ETA, state[ALPHA], 16 * 2.3e-16);
+    bad += FAILS(asperity_update(props, N_PROPS, 0.0, 1, s, s, FLAT_STATEV, state, traction, NULL, NULL,
+                                 0) == ASPERITY_OK);
+    bad += DIFFERS(guard ? held : 0.75 / ETA, state[ALPHA], 16 * 2.3e-16);
   }
   return bad;
 }
@@ -125,8 +126,8 @@ static int rejected(int expected, const char *culprit, const double *props, int 
   char message[256];
   state[ALPHA] = alpha;
   memcpy(before, state, sizeof state);
-  int bad = FAILS(asperity_update(props, nprops, n, NULL, s, nstatv, state, traction, NULL, message, sizeof message) ==
-                  expected);
+  int bad = FAILS(asperity_update(props, nprops, 0.0, n, NULL, s, nstatv, state, traction, NULL, message,
+                                  sizeof message) == expected);
   bad += FAILS(strstr(message, culprit) != NULL) + FAILS(memcmp(before, state, sizeof state) == 0);
   for (int i = 0; i < 3; i++) bad += FAILS(traction[i] == marker);
   return bad;
@@ -136,17 +137,33 @@ static int errors_write_nothing_but_the_message(void) {
   const double good[] = FLAT_PROPS, negative[] = {SIGMA0, -GC, ETA, MU};
   int bad = rejected(ASPERITY_BAD_PROPS, "Gc", negative, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_FEW_PROPS, "3", good, 3, 1, S0, FLAT_STATEV, 0.0);
-  bad += rejected(ASPERITY_FEW_STATEV, "12", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV - 1, 0.0);
+  bad += rejected(ASPERITY_FEW_STATEV, "11", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV - 1, 0.0);
   bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, nan(""), FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, HUGE_VAL, FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_BAD_STATE, "alpha", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 1.5);
-  return bad + rejected(ASPERITY_BAD_SIZE, "-1", good, N_FLAT_PROPS, -1, S0, FLAT_STATEV, 0.0);
+  return bad + rejected(ASPERITY_BAD_SIZE, "n = -1", good, N_FLAT_PROPS, -1, S0, FLAT_STATEV, 0.0);
+}
+
+static int negative_counts_are_told_as_they_came(void) {
+  const double props[] = FLAT_PROPS, zero[3] = {0};
+  double state[FLAT_STATEV] = {0}, traction[3] = {-7.0, -7.0, -7.0};
+  char message[256] = "";
+  int bad = rejected(ASPERITY_FEW_PROPS, "NPROPS = -2: expected at least 4", props, -2, 1, S0, FLAT_STATEV, 0.0);
+  bad += rejected(ASPERITY_FEW_STATEV, "NSTATV = -3: expected at least 11", props, N_FLAT_PROPS, 1, S0, -3, 0.0);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, zero, FLAT_STATEV, state, traction, NULL, message,
+                               -1) == ASPERITY_BAD_SIZE);
+  bad += FAILS(traction[0] == -7.0) + FAILS(state[STATUS] == 0.0) + FAILS(message[0] == '\0');
+  bad += FAILS(asperity_nstatv(props, -5, message, sizeof message) == 0);
+  bad += FAILS(strstr(message, "NPROPS = -5: expected at least 4") != NULL);
+  bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, 1, zero, -4, state, message, sizeof message) ==
+               ASPERITY_FEW_STATEV);
+  return bad + FAILS(strstr(message, "NSTATV = -4: expected at least 11") != NULL);
 }
 
 static int no_points_is_no_error(void) {
   const double props[] = FLAT_PROPS, s[3] = {0};
   double state[FLAT_STATEV] = {0}, traction[3];
-  return FAILS(asperity_update(props, N_FLAT_PROPS, 0, NULL, s, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
+  return FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 0, NULL, s, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
                ASPERITY_OK);
 }
 
@@ -158,7 +175,7 @@ static int umat_is_the_same_law(void) {
   const int ndi = 1, nshr = 2, ntens = 3, nstatv = FLAT_STATEV, nprops = N_FLAT_PROPS;
   const char name[80] = "flat";
   double state[2][FLAT_STATEV] = {{0}}, traction[3], tangent[3][3], stress[3] = {0}, ddsdde[3][3], sse, spd, scd;
-  int bad = FAILS(asperity_update(props, nprops, 1, NULL, s, nstatv, state[0], traction, tangent[0], NULL, 0) ==
+  int bad = FAILS(asperity_update(props, nprops, 0.0, 1, NULL, s, nstatv, state[0], traction, tangent[0], NULL, 0) ==
                   ASPERITY_OK);
   umat_(stress, state[1], ddsdde[0], &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, s, NULL, NULL, NULL, NULL, NULL,
         NULL, name, &ndi, &nshr, &ntens, &nstatv, props, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
@@ -180,14 +197,15 @@ static int initial_state_carries_the_traction(void) {
   char message[512];
   int bad = FAILS(asperity_initial_state(props, N_FLAT_PROPS, 1, wanted, FLAT_STATEV, state, message, sizeof message) ==
                   ASPERITY_OK);
-  for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i] / K, state[6 + i], 1e-10 * S0);
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 1, NULL, zero, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
+  for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i] / K, state[OFFSET + i], 1e-10 * S0);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, zero, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
                ASPERITY_OK);
   for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i], traction[i], 1e-10 * SIGMA0);
   dead[0][ALPHA] = dead[1][ALPHA] = 1.0;
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, 2, tension[0], FLAT_STATEV, dead[0], message,
                                       sizeof message) == ASPERITY_BAD_INITIAL);
-  bad += FAILS(strstr(message, "point 2: initial t_N = 0.5: tension on a crack") != NULL) + FAILS(dead[1][6] == 0.0);
+  bad += FAILS(strstr(message, "point 2: initial t_N = 0.5: tension on a crack") != NULL);
+  bad += FAILS(dead[1][OFFSET] == 0.0);
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, -1, wanted, FLAT_STATEV, state, message, sizeof message) ==
                ASPERITY_BAD_SIZE);
   return bad + FAILS(asperity_initial_state(bad_props, 4, 1, wanted, FLAT_STATEV, state, message, sizeof message) ==
@@ -202,6 +220,7 @@ int main(void) {
                                 tangent_comes_by_rows,
                                 null_start_and_null_tangent,
                                 errors_write_nothing_but_the_message,
+                                negative_counts_are_told_as_they_came,
                                 no_points_is_no_error,
                                 time_is_for_viscous_damage,
                                 guard_blocks_damage,

@@ -33,7 +33,7 @@ foreach(symbol umat_ vumat_ vumat_single_ asperity_version asperity_nstatv asper
   endif()
 endforeach()
 
-step(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${build} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
+step(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/foreign -B ${build} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
      -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
      -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
 step(build ${CMAKE_COMMAND} --build ${build})

@@ -1,6 +1,6 @@
 """Follows pages of docs in an empty folder, block by block, and fills in what the commands print.
 
-    .venv/bin/python tests/python/refresh.py docs/surface.md docs/tutorial.md
+    .venv/bin/python tests/python/refresh.py docs/how-to/surface.md docs/how-to/tutorial.md
 
 A fenced block that is followed by a text block is run: python and py by this Python, console and sh by the
 shell, with ASPERITY the folder of the project.  A text block right after it is replaced by what it printed;
@@ -83,7 +83,7 @@ def main(names: list[str]) -> None:
             old, new = page.read_text(encoding="utf-8"), follow(page, Path(name))
             page.write_text(new, encoding="utf-8")
             sys.stdout.writelines(difflib.unified_diff(old.splitlines(True), new.splitlines(True), n=0))
-            for file in sorted(set(re.findall(r"\((images/[\w.]+)\)", new))):
+            for file in sorted(set(re.findall(r"\(\.\./(images/[\w.]+)\)", new))):
                 made = Path(name) / Path(file).name
                 if made.exists():
                     shutil.copy(made, ROOT / "docs" / file)

@@ -7,8 +7,9 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Pattern, accuracy, accuracy_charts
+from asperity import Interface, Pattern
 from asperity.cli import main
+from asperity.studies import accuracy, accuracy_charts
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -67,7 +68,7 @@ def test_residual_is_that_of_a_long_slip(sides: int) -> None:
     interface = Interface(accuracy.material(), Pattern.regular(sides, 30.0))
     angles = np.array([0.0, 180.0 / sides])
     found = accuracy.slip_curves(interface, angles, np.linspace(0.0, 8.0, 801)[1:], -0.5)
-    strengths = [0.5 * accuracy.residual(30.0, 0.5, phi) for phi in np.radians(angles)]
+    strengths = 0.5 * interface.material.residual_strength(30.0, angles)
     np.testing.assert_allclose(found.tau_L[:, -1], strengths, rtol=1e-9)
     spread = found.tau_L[0, -1] / found.tau_L[1, -1] - 1.0
     assert accuracy.residual_spread(sides, 30.0, 0.5) == pytest.approx(spread, rel=1e-7)
@@ -129,6 +130,7 @@ def test_tangents() -> None:
     assert runs["numerical"].mean == pytest.approx(consistent.mean, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", accuracy_charts.STUDIES)
 def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The pictures of a study, and its tables on a page, between the markers."""
@@ -164,10 +166,10 @@ def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 def test_page_of_the_docs_is_filled() -> None:
     """The page has every study's tables and pictures."""
-    text = (DOCS / "accuracy.md").read_text(encoding="utf-8")
+    text = (DOCS / "results" / "accuracy.md").read_text(encoding="utf-8")
     for study in accuracy_charts.STUDIES:
         inside = text.split(f"<!-- accuracy-{study} -->")[1].split(f"<!-- /accuracy-{study} -->")[0]
         assert inside.count("\n|") > 3
         for stem in PICTURES[study]:
-            assert f"(images/accuracy_{stem}.png)" in text
+            assert f"(../images/accuracy_{stem}.png)" in text
             assert (DOCS / "images" / f"accuracy_{stem}.png").is_file()

@@ -7,12 +7,13 @@ import re
 import shlex
 import subprocess
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
-from asperity.card_command import read_interface
+from asperity.cards.command import read_run
 from asperity.cli import main
 from asperity.installed import cases, driver
 
@@ -68,7 +69,8 @@ def test_abaqus_standard() -> None:
         "*Cohesive Section, elset=JOINT, material=JOINT, response=TRACTION SEPARATION, thickness=SPECIFIED",
     ]
     names = contract.statev_names(3)
-    assert found["*Depvar"] == ["18,", *(f"{i}, {name}, {name}" for i, name in enumerate(names, 1))]
+    rows = [f"{i}, {name}, {name}" for i, name in enumerate(names, 1)]
+    assert found["*Depvar"] == [f"{len(names)},", *rows]
     assert found[list(found)[-1]] == ["0.5,"]
     assert "COH3D8" in card and "COH2D4" not in card
     assert "COH2D4" in RT.card("abaqus", dimension=2)
@@ -77,13 +79,13 @@ def test_abaqus_standard() -> None:
 
 
 def test_abaqus_explicit() -> None:
-    """A density, no unsymmetric solver, double precision; state variables 7 to 9 are the separation."""
+    """A density, no unsymmetric solver, double precision; state variables 6 to 8 are the separation."""
     card = RT.card("abaqus", explicit=True, density=2.5e-9)
     found = keywords(card)
     assert found["*Density"] == ["2.5e-09,"]
     assert "*User Material, constants=19" in found and "unsymm" not in card
     assert "double=both" in card
-    assert found["*Depvar"][7] == "7, separation_N, separation_N"
+    assert found["*Depvar"][6] == "6, separation_N, separation_N"
     with pytest.raises(ValueError, match=r"density is missing: expected a density"):
         RT.card("abaqus", explicit=True)
 
@@ -93,7 +95,7 @@ def test_calculix_section() -> None:
     card = RT.card("calculix", name="joint", h=0.01)
     found = keywords(card)
     assert found["*SOLID SECTION, ELSET=JOINT, MATERIAL=ABAQUSJOINT"] == []
-    assert found["*DEPVAR"] == ["18"]
+    assert found["*DEPVAR"] == ["17"]
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # the trap: a full last line of constants
@@ -240,44 +242,57 @@ def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "&initial: not in the block" in err and err.count("\n") == 1
 
 
-def test_interface_of_a_case(folder: Path) -> None:
-    """Regular and listed planes, the thickness of a replay, the value of a sweep where it matters."""
-    assert read_interface(Path(write(CASE))) == (RT, {})
+DEFAULTS = {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0}
+"""PROPS of a host."""
+
+
+def test_run_of_a_case(folder: Path) -> None:
+    """Regular and listed planes, the host's constants of a replay, the value of a sweep where it matters."""
+    run = read_run(Path(write(CASE)))
+    assert (run.interface, run.of_host()) == (RT, DEFAULTS)
+    assert list(run.props) == RT.props().tolist()
     listed = "&pattern normals = 1.0, 0.0, 0.0, 1.0, 0.5, 0.0, weights = 0.25, 0.75 /"
-    replay = "&replay file = 'a.csv', through = 'umat', ntens = 3, h = 0.5, map = 1 /"
-    text = CASE.replace("&pattern sides = 2, theta = 30.0 /", listed).replace("&step", replay + "&step")
-    interface, found = read_interface(Path(write(text)))
-    assert interface.pattern == Pattern.planes([[1, 0, 0], [1, 0.5, 0]], [0.25, 0.75])
-    assert found == {"h": 0.5, "map": 1}
+    replay = "&replay file = 'a.csv', through = 'umat', ntens = 3, h = 0.5, map = 1, dalpha = 0.1 /"
+    Path("a.csv").write_text("s_N,s_Tx,s_Ty\n0.1,0,0\n", encoding="utf-8")
+    text = CASE.replace("&pattern sides = 2, theta = 30.0 /", listed)
+    run = read_run(Path(write(re.sub("&step.*/", replay, text))))
+    assert run.pattern == Pattern.planes([[1, 0, 0], [1, 0.5, 0]], [0.25, 0.75])
+    assert run.of_host() == DEFAULTS | {"h": 0.5, "map": 1, "dalpha": 0.1} and run.steps == ()
     swept = CASE.replace("theta = 30.0", "theta = Angle") + "&sweep name = 'angle', values = 0.0, 30.0 /"
-    assert read_interface(Path(write(swept)), "30") == (RT, {})
-    assert read_interface(Path(write(CASE.replace("mu = 0.5", "mu = 0.5, guard = .false.")))) == (RT, {})
+    run = read_run(Path(write(swept)), "30")
+    assert (run.value, run.interface) == (30.0, RT)
+    guarded = CASE.replace("mu = 0.5", "mu = 0.5, guard = .false.")
+    assert read_run(Path(write(guarded))).interface == RT
+    guarded = CASE.replace("mu = 0.5", "mu = 0.5, guard = .true.")
+    assert read_run(Path(write(guarded))).material == replace(RT.material, guard=True)
     for path in cases():
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
-            assert read_interface(path)[0].n_planes >= 1
+            assert read_run(path).interface.n_planes >= 1
 
 
 @pytest.mark.parametrize(
     ("old", "new", "value", "message"),
     [
-        ("mu = 0.5", "mu = -0.5", None, r"PROPS\(4\) mu = -0.5"),
-        ("mu = 0.5", "nu = 0.5", None, "&material: nu: unknown name, expected one of sigma0, Gc"),
-        (", mu = 0.5", "", None, "&material: expected mu"),
-        ("mu = 0.5", "mu = 0.5, guard = .true.", None, "&material: guard = .true.: expected .false."),
-        ("theta = 30.0", "theta = steep", None, "&pattern: theta = steep: expected numbers"),
-        ("sides = 2, ", "", None, "&pattern: expected sides, or normals and weights"),
+        ("mu = 0.5", "mu = -0.5", None, "case.nml:2: &material: mu = -0.5: expected >= 0"),
+        ("mu = 0.5", "nu = 0.5", None, "&material: nu = 0.5: unknown name, expected one of sigma0, Gc"),
+        (", mu = 0.5", "", None, "&material: mu is missing"),
+        ("mu = 0.5", "mu = 0.5, guard = 2", None, "&material: guard = 2"),
+        ("theta = 30.0", "theta = steep", None, '&pattern: theta = "steep": expected a number'),
+        ("sides = 2, ", "", None, r"&pattern: expected sides \(0: flat\), or normals and weights"),
         ("sides = 2", "sides = 2.5", None, "&pattern: sides = 2.5: expected a whole number"),
-        ("sides = 2", "sides = 2, weights = 1.0", None, "&pattern: expected sides, or normals and weights"),
+        ("sides = 2", "sides = 2, weights = 1.0", None, "sides, theta, flat, turn do not go with normals"),
         ("sides = 2, theta = 30.0", "normals = 1.0, 0.0, weights = 1.0", None, "2 values of normals"),
         ("mu = 0.5", "mu = 0.5", "3", "--value 3: expected where a constant is the name of a sweep only"),
         ("0 /\n&step", "0 /\n&sweep name = 'x', values = 1, 2 /\n&step", "1", "--value 1: expected where"),
+        ("0.5 /", "m /\n&sweep name = 'm', values = 1, 2 /", "3", "--value 3: expected one of m, as 1, 2"),
+        ("0.5 /", "m /\n&sweep name = 'm', values = 1, 2 /", "x", "--value = 'x': expected a finite number"),
     ],
 )
 def test_bad_cases(old: str, new: str, value: str | None, message: str, folder: Path) -> None:
-    """The file, the group and the name are told."""
+    """The driver's messages name file, line, group and name."""
     with pytest.raises(ValueError, match=message):
-        read_interface(Path(write(CASE.replace(old, new))), value)
+        read_run(Path(write(CASE.replace(old, new))), value)
 
 
 def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,9 +13,10 @@ import matplotlib.image
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, case_files, compare, plots, results, tables
+from asperity import Interface, Material, Pattern, case_files, plots, results, tables
 from asperity.cli import main
 from asperity.installed import cases, driver
+from asperity.oracle import compare
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 CASE = """&case title = 'Slip and back' /
@@ -76,6 +77,28 @@ def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -
         main(arguments)
     assert end.value.code == 2
     assert capsys.readouterr().err.startswith("usage: asperity")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["run", "case.nml", "-o", "out.csv"]])
+def test_what_needs_no_numbers_imports_none(arguments: list[str], folder: Path) -> None:
+    """Help and a run without a picture start at once: neither numpy nor matplotlib is imported."""
+    write("case.nml", CASE)
+    script = (
+        "import atexit, sys\nfrom asperity.cli import main\n"
+        "atexit.register(lambda: print({'numpy', 'matplotlib', 'scipy', 'tqdm'} & {*sys.modules}))\n"
+        f"sys.exit(main({arguments!r}))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "set()"
+
+
+@pytest.mark.parametrize("name", asperity.__all__)
+def test_names_of_the_package(name: str) -> None:
+    """Each is imported when it is used first, in a process of its own; what is not there is told."""
+    script = f"import asperity\nprint(asperity.{name})\nasperity.nothing"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert name.lower() in done.stdout.lower()
+    assert "AttributeError: module 'asperity' has no attribute 'nothing'" in done.stderr
 
 
 # --- run -------------------------------------------------------------------
@@ -245,44 +268,72 @@ def test_picture_of_an_opening(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_case_is_read() -> None:
     """Material, pattern, slips and preload of the shipped Figure 5(b)."""
     path = next(path for path in cases() if path.stem == "figure05b")
-    (test,) = case_files.slip_tests(path)
+    case = case_files.read_case(path)
+    (test,) = case_files.slip_tests(case)
     assert (test.material, test.pattern) == (RT.material, RT.pattern)
     assert (test.value, test.preload, test.sigma_N, test.direction) == (None, 100, -10.0, 0.0)
     assert len(test.slips) == 800
     assert test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
     assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
-    assert case_files.labels(path)[1] == ""
+    assert case.sweep == "" and case.title == "Figure 5(b): cyclic slip"
+    assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == path.read_bytes()
 
 
 def test_sweep_is_read(folder: Path) -> None:
     """Values of the sweep in place of its name, comments and broken lines left out."""
     text = SWEEP.replace("s_Tx", "! slip = 7\n  t_N = 0.0, slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
-    path = Path(write("sweep.nml", text))
-    found = list(case_files.slip_tests(path))
+    case = case_files.read_case(Path(write("sweep.nml", text)))
+    found = list(case_files.slip_tests(case))
     assert [test.value for test in found] == [test.pattern.theta for test in found] == [0.0, 45.0, 30.0]
     assert [test.slips[-1] for test in found] == [0.1] * 3
-    assert case_files.labels(path) == ("sweep", "theta_m")
+    assert (case.title, case.sweep) == ("sweep", "theta_m")
 
 
 def test_case_file_strings(folder: Path) -> None:
     """A string keeps its !, /, =, & and commas, a doubled quote is one; a comment keeps nothing."""
     text = CASE.replace("'Slip and back'", "'Don''t stop! a=1, &b /c' ! isn't \"read\" &x /\n")
     path = Path(write("case.nml", text.replace("= 2,", "= 2 ! sides = 4\n ,")))
-    assert case_files.labels(path) == ("Don't stop! a=1, &b /c", "")
-    (test,) = case_files.slip_tests(path)
+    case = case_files.read_case(path)
+    assert (case.title, case.sweep) == ("Don't stop! a=1, &b /c", "")
+    (test,) = case_files.slip_tests(case)
     assert (test.material, test.pattern, test.preload) == (RT.material, RT.pattern, 100)
     write("double.nml", CASE.replace("'Slip and back'", '"say ""go"" !"'))
-    assert case_files.labels(Path("double.nml"))[0] == 'say "go" !'
+    assert case_files.read_case(Path("double.nml")).title == 'say "go" !'
     assert main(["run", str(path)]) == main(["run", "double.nml"]) == 0  # the driver reads them too
+
+
+def test_steps_are_echoed(folder: Path) -> None:
+    """Lists run through in cycles, a shorter one keeps its last value; control and springs of every step."""
+    steps = """&step t_N = -1.0, t_Ty = 0.0, increments = 7 /
+&step s_Tx = 0.1, -0.1, k_N = 5.0, t_N = -2.0, increments = 3, cycles = 2, time = 4.0, tolerance = 1e-3 /
+&step slip = 0.2, direction = 30.0 /
+&step s_Ty = 0.0 /
+"""
+    start = CASE.split("&step")[0] + "&state separation = 3*0.0, statev = 17*0.0 /\n"
+    (run,) = case_files.read_case(Path(write("case.nml", start + steps))).runs
+    assert run.start == "state" and list(run.props) == RT.props().tolist()
+    common = {"spring": [0, 0, 0], "traction": [True, False, True], "time": 1, "tolerance": 0}
+    sprung = {"spring": [5, 0, 0]}
+    held = common | sprung | {"increments": [100], "traction": [True, False, False]}
+    assert run.steps == (
+        common | {"t_N": [-1], "t_Ty": [0], "increments": [7]},
+        common | sprung | {
+            "t_N": [-2, -2, -2, -2], "s_Tx": [0.1, -0.1, 0.1, -0.1], "increments": [3, 3, 3, 3], "time": 4,
+            "tolerance": 0.001,
+        },
+        held | {"slip": [0.2], "direction": 30},
+        held | {"s_Ty": [0]},
+    )  # fmt: skip
+    assert [path.name for path in folder.iterdir()] == ["case.nml"]  # nothing is run
 
 
 def test_case_that_cannot_be_compared(folder: Path) -> None:
     """Another kind of path is refused, as is a case the driver refuses."""
     with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
-        list(case_files.slip_tests(Path(write("case.nml", SWEEP))))
+        list(case_files.slip_tests(case_files.read_case(Path(write("case.nml", SWEEP)))))
     cracked = CASE + "&initial damage = 0.5 /\n"
     with pytest.raises(ValueError, match=r"case.nml: &initial: expected a case that starts virgin"):
-        list(case_files.slip_tests(Path(write("case.nml", cracked))))
+        list(case_files.slip_tests(case_files.read_case(Path(write("case.nml", cracked)))))
     assert main(["run", "case.nml"]) == 0
     with pytest.raises(ValueError, match=r"rie_driver: .*mu"):
         compare.compare(Path(write("case.nml", CASE.replace("mu = 0.5", "mu = -0.5"))))
@@ -300,7 +351,7 @@ def test_compare(text: str, folder: Path) -> None:
 def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A case run with another friction than the one compared with does not agree."""
     path = Path(write("case.nml", CASE))
-    monkeypatch.setattr(compare, "slip_tests", lambda _: case_files.slip_tests(Path("other.nml")))
+    monkeypatch.setattr(compare, "read_case", lambda _: case_files.read_case(Path("other.nml")))
     write("other.nml", CASE.replace("mu = 0.5", "mu = 0.500001"))
     result = compare.compare(path)
     assert not result.agrees
@@ -315,14 +366,14 @@ def test_compare_judges_every_column(
     """A driver that is wrong in one number of one column is told from all it is compared with."""
     path = Path(write("case.nml", CASE))
 
-    def wrong(output: Path) -> results.Rows:
-        rows = results.read_rows(output)
+    def wrong(case: Path) -> dict[float | None, results.Rows]:
+        rows = results.drive(case)[None]
         i = results.COLUMNS.index(column)
         fields = np.column_stack([rows.separation, rows.traction, rows.damage, rows.energies])
         fields[-1, i] += value
-        return results.Rows(fields[:, :3], fields[:, 3:6], fields[:, 6], rows.events, fields[:, 7:])
+        return {None: results.Rows(fields[:, :3], fields[:, 3:6], fields[:, 6], rows.events, fields[:, 7:])}
 
-    monkeypatch.setattr(compare, "read_rows", wrong)
+    monkeypatch.setattr(compare, "drive", wrong)
     result = compare.compare(path)
     assert not result.agrees
     for name, difference in result.differences.items():
@@ -371,13 +422,13 @@ def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     """A row for every constant and state variable, as wide as the head."""
     assert main(["tables"]) == 0
     props, statev = capsys.readouterr().out.strip().split("\n\n")
-    for text, columns, n_rows in ((props, 6, 18), (statev, 4, 12)):
+    for text, columns, n_rows in ((props, 6, 19), (statev, 4, 11)):
         lines = text.splitlines()
         assert len(lines) == 2 + n_rows
         assert {len(line.split(" | ")) for line in lines} == {columns}
     assert "| 3 | eta | ductility 1 - s0/sf | - | 0 < eta < 1 | required |" in props
-    assert "| 17-19 | reserved |" in props
-    assert "| 6 | status |" in statev
+    assert "| 18-19 | reserved |" in props
+    assert "| 5 | status |" in statev
 
 
 def test_tables_are_filled_and_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -407,9 +458,9 @@ def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert_one_line(capsys.readouterr().err, "asperity: missing.md: No such file or directory")
 
 
-def test_case_that_is_no_text(tmp_path: Path) -> None:
-    """A case in another encoding is named, with the byte that is no UTF-8."""
-    case = tmp_path / "latin.nml"
-    case.write_bytes("&case title = 'Düsen' /".encode("latin-1"))
-    with pytest.raises(ValueError, match=r"latin\.nml: byte 16 is no text in UTF-8: expected a case file"):
-        case_files.groups(case)
+def test_case_in_another_encoding(folder: Path) -> None:
+    """Only its title suffers."""
+    Path("latin.nml").write_bytes(CASE.replace("Slip", "Schlupf in Düsen").encode("latin-1"))
+    case = case_files.read_case(Path("latin.nml"))
+    assert case.title == "Schlupf in D\N{REPLACEMENT CHARACTER}sen and back"
+    assert case.before.endswith(b"mu = 0.5 /\n") and case.after.startswith(b"\n&step t_N")

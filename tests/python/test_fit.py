@@ -11,15 +11,14 @@ from typing import Any
 import asperity
 import numpy as np
 import pytest
-from asperity import fit as fitting
-from asperity import fit_model, reference
-from asperity import fit_study as study
-from asperity.card_command import read_interface
-from asperity.case_files import slip_tests
+from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fit, residual_ratio
-from asperity.fit_records import ShearTest, read_records
-from asperity.fit_report import case_text, identifiability, report
+from asperity.fit import fitting, study
+from asperity.fit import model as fit_model
+from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit.records import ShearTest, read_records
+from asperity.fit.report import case_text, identifiability, report
+from asperity.oracle import reference
 
 pytest.importorskip("scipy")
 
@@ -91,6 +90,7 @@ def test_normal_stiffness_refused() -> None:
 # --- recovery -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_record_of_the_reference_model() -> None:
     """A record computed by the independent reference, without noise, gives back what it was made with."""
@@ -110,6 +110,7 @@ def test_record_of_the_reference_model() -> None:
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", study.NOISES)
 def test_intervals_hold_at_their_rate(noise: float) -> None:
     """95 % intervals of every parameter and of the ratio: at most 4 of 16 miss (odds of 0.1 %)."""
@@ -128,6 +129,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     assert 0.25 < misses / of < 0.75
 
 
+@pytest.mark.slow
 def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without noise a cycle gives back what it was made with, for the increments are refined.
 
@@ -149,6 +151,7 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "the increments are too long: finer ones move" in "\n".join(identifiability(coarse))
 
 
+@pytest.mark.slow
 def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     """Starts drawn from the record find the minimum near the truth; a smaller step agrees."""
     problem = three_percent.problem
@@ -160,6 +163,7 @@ def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     assert again.values == three_percent.values
 
 
+@pytest.mark.slow
 def test_stiffness_and_cycles() -> None:
     """Records under a normal stiffness and with reversals."""
     for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):
@@ -453,9 +457,10 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
     line = re.search(r"^PROPS\(19\)   (.*)$", printed, re.MULTILINE)
     assert line
-    interface, _ = read_interface(Path("fit.nml"))
+    case = read_case(Path("fit.nml"))
+    interface = case.runs[0].interface
     assert [float(text) for text in line[1].split(",")] == pytest.approx(interface.props().tolist(), rel=1e-5)
-    tests = list(slip_tests(Path("fit.nml")))
+    tests = list(slip_tests(case))
     assert [test.sigma_N for test in tests] == list(study.SIGMA_N)
     assert tests[0].slips[-1] == pytest.approx(study.TURNS[-1])
     assert main(["card", "--host", "abaqus", "fit.nml"]) == 0

@@ -1,16 +1,19 @@
-"""The guard in package and driver: the reference, what changes, and where it cannot go."""
+"""The guard in package and driver: the reference, what changes, and hosts that have it by PROPS 17."""
 
 from __future__ import annotations
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, reference
+from asperity import Interface, Material, Pattern, contract
 from asperity.installed import driver
+from asperity.oracle import reference
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+GUARDED = replace(TABLE_2, guard=True)
 RP_4 = Pattern.regular(4, 30.0)
 S_0, K = 0.02, 150.0
 
@@ -39,12 +42,12 @@ def clamped_path(seed: int, rows: int) -> np.ndarray:
 def test_guard_is_the_reference(sides: int) -> None:
     """Histories with the guard: traction, state and tangent of the reference; it blocks often."""
     pattern, planes = Pattern.regular(sides, 30.0), reference.regular_pattern(sides, 30.0)
-    p = reference.Parameters(**TABLE_2.values())
-    guarded, plain = Interface(TABLE_2, pattern, guarded=True), Interface(TABLE_2, pattern)
+    p = reference.Parameters(**GUARDED.values())
+    guarded, plain = Interface(GUARDED, pattern), Interface(TABLE_2, pattern)
     differ = 0
     for seed in range(20):
         S = clamped_path(seed, 40)
-        ours, theirs = guarded.replay(S), reference.replay(p, planes, S, guarded=True)
+        ours, theirs = guarded.replay(S), reference.replay(p, planes, S)
         np.testing.assert_allclose(ours.traction, theirs.traction, rtol=0, atol=ROUNDING * K)
         np.testing.assert_allclose(ours.state, theirs.state, rtol=0, atol=ROUNDING * K)
         np.testing.assert_allclose(
@@ -55,18 +58,33 @@ def test_guard_is_the_reference(sides: int) -> None:
     assert differ >= 5
 
 
-def test_guard_is_part_of_the_interface() -> None:
-    """It counts in comparisons; no PROPS vector and no card can carry it."""
-    guarded = Interface(TABLE_2, RP_4, guarded=True)
-    assert guarded != Interface(TABLE_2, RP_4) and not Interface(TABLE_2, RP_4).guarded
-    for call in (guarded.props, lambda: guarded.card("abaqus")):
-        with pytest.raises(ValueError, match="guarded = True: expected False for a host"):
-            call()
+def test_nothing_released_is_no_loss() -> None:
+    """Pressed, stuck and never slipped: damage grows in every direction, in the reference, too."""
+    phi = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
+    pressed = np.tile([-50.0 * S_0, 0.0, 0.0], (2000, 1))
+    s = pressed + 4.0 * S_0 * np.column_stack([np.zeros(2000), np.cos(phi), np.sin(phi)])
+    ours = Interface(GUARDED, Pattern.regular(0, 0.0)).update(s, s_old=pressed)
+    theirs = reference.update(
+        reference.Parameters(**GUARDED.values()), reference.regular_pattern(0, 0.0), s, s_old=pressed
+    )
+    for state in (ours.state, theirs.state):
+        np.testing.assert_allclose(state[:, 0], 0.75 / 0.9, rtol=1e-13)
+
+
+def test_guard_is_part_of_the_material() -> None:
+    """It counts in comparisons, and PROPS and cards carry it."""
+    guarded = Interface(GUARDED, RP_4)
+    assert guarded != Interface(TABLE_2, RP_4) and Material(3.0, 0.3, 0.9, 0.5).guard is False
+    assert guarded.props()[contract.index("guard")] == 1.0
+    assert "\n1.0, 0.0, 0.0\n" in guarded.card("abaqus")
+    for bad in (2, 0.5, -1):
+        with pytest.raises(ValueError, match=rf"PROPS\(17\) guard = {bad}: expected 0 or 1"):
+            replace(TABLE_2, guard=bad)
 
 
 def test_guard_under_a_held_traction() -> None:
     """Confined slip with the guard lies on the guarded law."""
-    guarded = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0), RP_4, guarded=True)
+    guarded = Interface(replace(GUARDED, kc=100.0), RP_4)
     slips = np.concatenate([np.linspace(0, 0.1, 60), np.linspace(0.1, -0.1, 120)])
     history = guarded.confined_slip(0.0, slips, -0.5)
     again = guarded.update(history.separation[1:], history.state[:-1], history.separation[:-1])
@@ -97,16 +115,23 @@ def test_driver(tmp_path: Path) -> None:
         assert energy[-1] == pytest.approx(-0.0544 if falls else 0.0167, abs=1e-3)
 
 
-def test_driver_replay_has_no_guard(tmp_path: Path) -> None:
-    """A replay goes through PROPS: refused, with the reason."""
-    (tmp_path / "r.csv").write_text("0,0,0\n", encoding="utf-8")
+def test_driver_replay(tmp_path: Path) -> None:
+    """The UMAT and the VUMAT have the guard: a replay of the path of the steps has their rupture."""
+    assert run(tmp_path, CASE.replace("GUARD", "1")).returncode == 0
+    energy = rupture(tmp_path)
+    (tmp_path / "case.csv").rename(tmp_path / "path.csv")
     head = CASE.split("&step")[0].replace("GUARD", ".true.")
-    done = run(tmp_path, head + "&replay file = 'r.csv' /\n")
-    assert done.returncode == 1
-    assert "case.nml:1: &material: guard = .true.: expected .false. with &replay" in done.stderr
-    assert (
-        run(tmp_path, CASE.replace("GUARD", "maybe")).stderr.count(
-            "guard = maybe: expected .true. or .false."
-        )
-        == 1
-    )
+    for through in ("umat", "vumat"):
+        done = run(tmp_path, head + f"&replay file = 'path.csv', through = '{through}' /\n")
+        assert done.returncode == 0, done.stderr
+        np.testing.assert_allclose(rupture(tmp_path), energy, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("guard", "expected"),
+    [("maybe", ".true. or .false."), ("2", "0 or 1"), ("0.5", "0 or 1"), ("1, 1", ".true. or .false.")],
+)
+def test_driver_bad_guard(tmp_path: Path, guard: str, expected: str) -> None:
+    """Neither a truth value nor 0 or 1."""
+    done = run(tmp_path, CASE.replace("GUARD", guard))
+    assert done.returncode == 1 and f"guard = {guard}: expected {expected}" in done.stderr

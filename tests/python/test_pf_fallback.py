@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SUPPORT = ROOT / "tests" / "support"
+SUPPORT = ROOT / "tests" / "pfunit_stand_in"
 VERDICTS = SUPPORT / "pf_verdicts.pf"
 STRICT = ["-std=f2008", "-Wall", "-Wextra", "-Wimplicit-interface", "-Wconversion", "-Werror"]
 TRAPS = ["-O0", "-g", "-fcheck=all", "-finit-real=snan", "-ffpe-trap=invalid,zero,overflow"]
@@ -68,6 +68,7 @@ def names_in(text: str) -> list[str]:
     return re.findall(r"@test\n\s*subroutine (\w+)", text)
 
 
+@pytest.mark.slow
 @needs_gfortran
 @pytest.mark.parametrize("flags", [TRAPS, ["-O3"]], ids=["traps", "O3"])
 def test_verdicts(tmp_path: Path, flags: list[str]) -> None:

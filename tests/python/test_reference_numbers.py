@@ -1,6 +1,6 @@
 """Numbers of the reference for the Fortran suites: every build is held to the same ones.
 
-`python tests/python/test_reference_numbers.py` writes tests/reference_numbers.f90.
+`python tests/python/test_reference_numbers.py` writes tests/law/reference_numbers.f90.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import re
 from pathlib import Path
 
 import numpy as np
-from asperity import reference
+from asperity.oracle import reference
 
-FILE = Path(__file__).parents[1] / "reference_numbers.f90"
+FILE = Path(__file__).parents[1] / "law" / "reference_numbers.f90"
 STEPS = 16
 TABLE_2 = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5}
 TABLE_2_PROPS = (3.0, 0.3, 0.9, 0.5, 30.0)

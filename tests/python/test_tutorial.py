@@ -1,7 +1,8 @@
-"""docs/tutorial.md: its commands in an empty folder, but for the host run, whose result is in docs/images.
+"""docs/how-to/tutorial.md: its commands in an empty folder.
 
-After a change of the fit: `make hosts`, then `.venv/bin/python tests/python/refresh.py docs/tutorial.md`,
-which runs the page, host and all, and fills in what is printed.
+The host is not run; its result is in docs/images.  After a change of the fit: `make hosts`, then
+`.venv/bin/python tests/python/refresh.py docs/how-to/tutorial.md`, which runs the page, host and all, and
+fills in what is printed.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.card_command import read_interface
+from asperity.cards.command import read_run
 from asperity.cli import main
 
 pytest.importorskip("scipy")  # asperity[fit]
@@ -33,12 +34,13 @@ def parts(page: str, language: str) -> list[tuple[str, str]]:
     return re.findall(pattern, page, re.MULTILINE | re.DOTALL)
 
 
+@pytest.mark.slow
 def test_tutorial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Record, fit, select, card and comparison give what is shown."""
     monkeypatch.chdir(tmp_path)
-    page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    page = (DOCS / "how-to" / "tutorial.md").read_text(encoding="utf-8")
     [(code, shown)] = parts(page, "python")
     assert run(code) == shown
 
@@ -84,7 +86,7 @@ def test_tutorial(
     # the host ran with this joint: its column of the material point is that of the case
     shutil.copy(DOCS / "images" / "tutorial_host.csv", "tutorial_host.csv")
     host = np.genfromtxt("tutorial_host.csv", delimiter=",", names=True)
-    joint, _ = read_interface(Path("joint.nml"))
+    joint = read_run(Path("joint.nml")).interface
     point = joint.confined_slip(0.0, host["slip"], -0.5)
     pressed = joint.confined_slip(0.0, [0.0], -0.5).separation[0, 0]
     assert host["force_point"] == pytest.approx(420.0 * point.traction[:, 1], rel=DIGITS)

@@ -5,7 +5,7 @@
 !> the user routine has to define is garbage.
 module standard_joint
   use, intrinsic :: iso_fortran_env, only: real64
-  use user_library, only: umat_call
+  use host_routines, only: umat_call => umat
   implicit none
   private
   public :: joint_type, new_joint, load_type, run_type, go_to, total_force

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, contract
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import calculix_run
@@ -43,15 +43,13 @@ ROWS = 2
 class Result:
     """Histories, a row for each increment.
 
-    time (T,); moments (T, 2) of the upper and the lower arm; separation (T, 3) and work (T,) of the joint's
-    first point; damage of the joint (T, elements); displacement (T, nodes, 3); what ran; nodes; corners of
-    the elements.
+    time (T,); moments (T, 2) of the upper and the lower arm; separation (T, 3) of the joint's first point;
+    damage of the joint (T, elements); displacement (T, nodes, 3); what ran; nodes; corners of the elements.
     """
 
     time: Floats
     moments: Floats
     separation: Floats
-    work: Floats
     damage: Floats
     displacement: Floats
     run: Run
@@ -150,8 +148,8 @@ def run(
     lever = height - np.sign(height) * 0.5 * (THICKNESS + HEIGHT)
     moments = [(forces[:, arm, 1] * lever[arm]).sum(axis=1) for arm in (height > 0.0, height < 0.0)]
     return Result(
-        time, np.stack(moments, axis=1), separation[:, 0, 0], state[:, 0, 0, 4],
-        state[..., 0].mean(axis=2), u[:, :, 1:], done, points,
+        time, np.stack(moments, axis=1), separation[:, 0, 0],
+        state[..., contract.statev_index("damage")].mean(axis=2), u[:, :, 1:], done, points,
         np.array(arms) - 1, np.array(layer) - 1,
     )  # fmt: skip
 
@@ -166,8 +164,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         result = run(options.program, Path(folder), ROUGH, ratio, turn)
     # the law of one point, by the library, on the separations that CalculiX found
-    state = ROUGH.replay(result.separation).state
-    work = state[:, 4]
+    law = ROUGH.replay(result.separation)
+    work, friction = law.work, law.state[-1, contract.statev_index("friction")]
     bent = np.sqrt(work * 4.0 * STIFFNESS / (21.0 * (1.0 + ratio**2) - 6.0 * ratio))
     grown = np.abs(result.damage - 0.5).argmin(axis=1)
     shown = int(np.abs(grown - 20).argmin())
@@ -176,7 +174,7 @@ def main() -> None:
     print(f"{len(result.time)} increments, {iterations} iterations, {result.run.attempts} attempts")
     print(f"energy release rate at the end {steady.min():.4f} to {steady.max():.4f} N/mm")
     print(f"Gc {ROUGH.material.Gc:g} N/mm")
-    print(f"work of the law at the first point {work[-1]:.4f} N/mm, friction in it {state[-1, 3]:.4f}")
+    print(f"work of the law at the first point {work[-1]:.4f} N/mm, friction in it {friction:.4f}")
     plane = [0, 2]
     mesh = structure_picture.Mesh(
         result.points[:, plane],

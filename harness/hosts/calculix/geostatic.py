@@ -62,8 +62,7 @@ class Result:
 
 def residual_strength() -> float:
     """Shear over pressure, sliding up one facing plane."""
-    mu, tangent = JOINT.material.mu, np.tan(np.radians(THETA))
-    return float((mu + tangent) / (1.0 - mu * tangent))
+    return float(JOINT.material.residual_strength(THETA))
 
 
 def crack() -> Floats:

@@ -9,14 +9,14 @@ import calculix_run
 import dcb
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, contract
 from asperity.installed import driver
 from asperity.results import read_rows
 from calculix_run import DIGITS, TX, TY, Floats, N
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 ROUGH = Interface(MATERIAL, Pattern.regular(4, theta=30.0))
-STIFFNESS = MATERIAL.kc * MATERIAL.sigma0**2 / ((1.0 - MATERIAL.eta) * 2.0 * MATERIAL.Gc)
+STIFFNESS = MATERIAL.kc * MATERIAL.K
 LEGS = (
     (4, (-0.01, 0.0, 0.0)), (16, (-0.005, 0.08, 0.05)), (30, (-0.005, -0.1, 0.05)), (20, (0.06, 0.05, 0.05)),
     (10, (0.002, 0.05, 0.05)), (20, (0.3, 0.3, 0.05)), (30, (-0.02, -0.1, 0.05)),
@@ -121,7 +121,8 @@ def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
     assert "Using up to 2 cpu(s) for the stress calculation" in runs[1].output
     assert len(runs[0].data) > 1_000_000 and runs[0].data == runs[1].data
     _, state = runs[0].table("ROUGH internal")
-    assert state[-1, :, 2].max() > 0.9 and state[-1, :, 5].max() > 0.0  # damage and friction
+    damage, friction = (2 + contract.statev_index(name) for name in ("damage", "friction"))
+    assert state[-1, :, damage].max() > 0.9 and state[-1, :, friction].max() > 0.0
     print(f"{len(runs[0].data)} bytes of stresses and state variables are the same")
 
 
@@ -165,5 +166,5 @@ def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
 def largest_growth(run: calculix_run.Run) -> float:
     """Of the damage of a plane, in one increment."""
     _, state = run.table("ROUGH internal")
-    damage: Floats = state[:, 0, 2 + 9 :: 3]
+    damage: Floats = state[:, 0, 2 + contract.N_POINT_STATEV :: contract.N_PLANE_STATEV]
     return float(np.diff(damage, axis=0, prepend=0.0).max())

@@ -14,7 +14,8 @@ from geostatic import HEIGHT, JOINT, LENGTH, SLIDE, TRACTION, WIDTH
 from test_calculix import ROUGH, STIFFNESS, layer
 
 POINTS = range(1, geostatic.POINTS + 1)
-FRICTION, STATUS, OFFSET = 3, 5, slice(6, 9)
+FRICTION, STATUS = contract.statev_index("friction"), contract.statev_index("status")
+OFFSET = slice(contract.statev_index("offset_N"), contract.N_POINT_STATEV)
 """In STATEV, from 0."""
 
 DAMAGE = slice(contract.N_POINT_STATEV, None, contract.N_PLANE_STATEV)
@@ -115,9 +116,13 @@ def test_no_file_of_states(ccx: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("row", "reason"),
-    [("1 1 0.0 0.0", "too few"), ("1 9" + " 0" * 24, "rising order"), ("1 1" + " 0" * 25, "too many"),
-     ("one" + " 0" * 25, "expected element and point")],
-)  # fmt: skip
+    [
+        ("1 1 0.0 0.0", "too few"),
+        ("1 9" + " 0" * ROUGH.nstatv, "rising order"),
+        ("1 1" + " 0" * (ROUGH.nstatv + 1), "too many"),
+        ("one" + " 0" * (ROUGH.nstatv + 1), "expected element and point"),
+    ],
+)
 def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str, reason: str) -> None:
     """A row that is short, long, of no point of the model or no numbers ends the run and is shown."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
@@ -135,9 +140,11 @@ def test_type_solution_in_the_input_ends_early(ccx: Path, tmp_path: Path) -> Non
     """
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
     # element, point, six values; then eight a line
-    values = ["0., 0., 0., 0.25, 0., 0.", "0., 0., 0., 1., 0., 0., 1., 0."]
-    values += ["0., 1., 0., 0., 1., 0., 0., 1.", "0., 0."]
-    rows = "".join(f"1, {k}, " + "\n".join(values) + "\n" for k in POINTS)
+    given = np.zeros(ROUGH.nstatv)
+    given[FRICTION], given[DAMAGE] = 0.25, 1.0
+    parts = np.split(given, range(6, given.size, 8))
+    values = "\n".join(", ".join(map(repr, part.tolist())) for part in parts)
+    rows = "".join(f"1, {k}, {values}\n" for k in POINTS)
     done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION", rows))
     assert done.code == 0, done.errors
     assert "Card image cannot be" in done.output
@@ -173,8 +180,7 @@ def test_slab_starts_at_rest_and_slides(
     # the law of one point, by the library, on the separations that CalculiX found
     state, old = JOINT.initial(TRACTION, damage)[None], np.zeros((1, 3))
     reach = float(np.linalg.norm(result.separation[-1, 0]))
-    m = JOINT.material
-    k_c = m.kc * m.sigma0**2 / (2.0 * m.Gc * (1.0 - m.eta))
+    k_c = JOINT.material.kc * JOINT.material.K
     for s, found in zip(result.separation[:, 0], result.traction[:, 0], strict=True):
         update = JOINT.update(s[None], state, old)
         state, old = update.state, s[None]

@@ -111,8 +111,7 @@ def strength(result: Result) -> Floats:
 
 def residual_strength(direction: float) -> float:
     """Shear over pressure, sliding up the facing plane (direction 1) or back down it (-1)."""
-    mu, slope = JOINT.material.mu, direction * np.tan(np.radians(THETA))
-    return float((mu + slope) / (1.0 - mu * slope))
+    return float(JOINT.material.residual_strength(direction * THETA))
 
 
 STARTS = (

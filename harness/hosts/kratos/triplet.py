@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
-from asperity.card_command import read_interface
+from asperity.cards.command import read_run
 from kratos_model import Floats, Structure, adapter
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("--turns", type=float, nargs="+", default=[0.6, -0.6, 0.6], help="slips in turn, mm")
     parser.add_argument("--csv", type=Path, help="write slip, force and rise there")
     options = parser.parse_args()
-    law = JOINT if options.case is None else read_interface(options.case, options.value)[0]
+    law = JOINT if options.case is None else read_run(options.case, options.value).interface
     result = run(options.library, options.turns, 0.01, law=law)
     after = slice(PRELOAD_STEPS, None)
     slip, force, rise = result.slip[after], result.force[after], result.rise[after]

@@ -48,8 +48,7 @@ class Curve:
 
 def residual_strength() -> float:
     """Force over the width at the end, N/mm."""
-    tan = np.tan(np.radians(THETA))
-    return PRESSURE * LENGTH * (MATERIAL.mu + tan) / (1 - MATERIAL.mu * tan)
+    return float(PRESSURE * LENGTH * MATERIAL.residual_strength(THETA))
 
 
 def material_point(slips: Floats) -> Floats:

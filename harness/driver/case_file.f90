@@ -1,0 +1,344 @@
+!> Meaning of a case file: material, pattern, load path or replay, and the end that is expected.
+!> The groups and their entries: `print_format`, which `rie_driver --help` calls.
+module case_file
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use asperity_contract, only: status_ok
+  use asperity_host, only: component_map, vumat_map
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
+  use case_initial, only: carry_initial, initial_type, read_initial
+  use case_material, only: prop_entries, read_props
+  use case_state, only: check_state, read_state, state_type
+  use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, unknown_name
+  use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
+  use load_path, only: check_separations, read_steps, step_type
+  use recorded_strains, only: read_strains, strains_type
+  use text_file, only: lower
+  implicit none
+  private
+  public :: interpret_case, print_format, read_sweep
+
+  character(len=*), parameter :: group_names(9) = [character(len=8) :: "case", "material", "pattern", "step", &
+    "expect", "sweep", "replay", "state", "initial"]
+
+  !> {group} stands for the constants of a group, with their defaults.
+  character(len=*), parameter :: case_format(37) = [character(len=104) :: &
+    "case file: groups &name entry = value, ... /; comments after !; names in any case", &
+    "  &case      title = '...', planes = .false.                                     ! optional", &
+    "  &material  {material}", &
+    "  &pattern   sides, {pattern}", &
+    "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
+    "  &step      one or more; each goes on from where the last one ended", &
+    "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to, one value or a list run", &
+    "               through in turn (a shorter list keeps its last value); a component that is not named", &
+    "               is held as it was, at first s = 0", &
+    "    slip, direction = 0   s_Tx and s_Ty together, along a direction (degrees from Tx to Ty)", &
+    "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
+    "               k (s - s at the start of the step), until k is set again or s is given", &
+    "    increments = 100      to each target, one number or a list", &
+    "    tolerance             relative, 1e-8 to 0.1: adaptive increments, so that straight lines between the", &
+    "               rows are within it; increments is the first guess", &
+    "    cycles = 1            times that the lists are run through", &
+    "    time = 1.0            that the step takes", &
+    "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
+    "             tolerance; when = value of the sweep: for that run only             ! optional", &
+    "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
+    "  &initial   traction = t_N, t_Tx, t_Ty, damage = alpha, slip = s_dit, s_dih: the planes a run starts", &
+    "             with (values for all of them, or for each), and the traction they carry at separation", &
+    "             zero                                                                ! optional", &
+    "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: where the run starts (default: virgin and", &
+    "             at rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
+    "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3,", &
+    "             {replay}, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
+    "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &
+    "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
+    "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
+    "  &pattern sides = 4, theta = 30.0 /", &
+    "  &step t_N = -5.0 /", &
+    "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
+    "rows: step, increment, time, separation, traction, damage, energies, iterations of Newton's method (a", &
+    "  replay: calls), event: onset, damaged, open, close, slip, snap, substeps, cut, lost; joined by +", &
+    "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
+    "  substeps: solved in parts; cut: umat asked for a smaller increment; lost: no equilibrium beyond it"]
+
+  !> Points of a block of vumat: Abaqus/Explicit's number, and the most that are taken.
+  integer, parameter :: default_points = 136, most_points = 1000
+
+  !> What &expect may state, in this order.
+  character(len=8), parameter, public :: expect_names(12) = [character(len=8) :: "s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", &
+    "t_Ty", "damage", "stored", "rupture", "friction", "work", "slip"]
+
+  !> End that a case states.
+  type, public :: expect_type
+    integer :: line = 0                            !! in the case file, 0: no such group
+    logical :: lost = .false.                      !! equilibrium is lost (false: the path is completed)
+    logical :: given(size(expect_names)) = .false.
+    real(wp) :: values(size(expect_names)) = 0.0_wp
+    real(wp) :: tolerance = 0.0_wp                 !! absolute, for all values
+  end type expect_type
+
+  !> Recorded strains to run through a host adapter.
+  type, public :: replay_type
+    character(len=:), allocatable :: file   !! CSV
+    integer :: ntens = 3                    !! components of the host
+    integer :: block = 0                    !! points of a block of vumat, 0: through umat
+    real(wp) :: dtime = 1.0_wp              !! time increment where the file has no time
+  end type replay_type
+
+  !> A case, ready to run.
+  type, public :: case_type
+    character(len=:), allocatable :: title
+    logical :: planes = .false.                   !! columns per plane
+    real(wp), allocatable :: props(:)             !! PROPS
+    logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
+    type(interface_type) :: joint
+    type(initial_type) :: initial                 !! planes and traction of the start
+    type(state_type) :: state                     !! where the steps start
+    type(step_type), allocatable :: steps(:)      !! size 0: a replay
+    type(expect_type) :: expect
+    type(replay_type) :: replay
+    type(strains_type) :: strains                 !! of the replay
+  end type case_type
+
+contains
+
+  !> Print the format of a case file on standard output.
+  subroutine print_format()
+    character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
+    character(len=:), allocatable :: line
+    integer :: at, i, k
+    do i = 1, size(case_format)
+      line = trim(case_format(i))
+      do k = 1, size(groups)
+        at = index(line, "{" // trim(groups(k)) // "}")
+        if (at > 0) line = line(:at - 1) // prop_entries(trim(groups(k)), .true.) // line(at + len_trim(groups(k)) + 2:)
+      end do
+      write (output_unit, "(a)") line
+    end do
+  end subroutine print_format
+
+  !> Name and values of the sweep of a case; no values: the case runs once.
+  subroutine read_sweep(text, name, values, message)
+    type(text_type), intent(in) :: text                       !! the file
+    character(len=:), allocatable, intent(out) :: name        !! as it is written
+    real(wp), allocatable, intent(out) :: values(:)           !! of the name
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"
+    integer :: e, g, i, j
+
+    name = ""
+    allocate (values(0))
+    g = group_index(text, "sweep")
+    if (g == 0) return
+    do e = text%groups(g)%first, text%groups(g)%last
+      select case (text%entries(e)%name)
+      case ("name")
+        call get_string(text, e, name, message)
+        if (verify(lower(name), letters // "_0123456789") > 0 .or. scan(lower(name), letters) /= 1 &
+          .or. len(name) > name_length) then
+          call append(message, entry_where(text, e) // ": expected a name of letters, digits and _")
+        end if
+      case ("values")
+        call get_reals(text, e, values, message)
+        do i = 2, size(values)
+          do j = 1, i - 1
+            if (to_text(values(i)) == to_text(values(j))) call append(message, entry_where(text, e) // ": " // &
+              to_text(values(i)) // " is given twice")
+          end do
+        end do
+      case default
+        call unknown_name(text, e, "name, values", message)
+      end select
+    end do
+    if (len(name) == 0 .or. size(values) == 0) call append(message, group_where(text, g) // "expected name and values")
+  end subroutine read_sweep
+
+  !> A case from its file; &sweep is in force through text%variable.
+  subroutine interpret_case(text, sweep_values, case, message)
+    type(text_type), intent(in) :: text                       !! the file
+    real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
+    type(case_type), intent(out) :: case                      !! defined if nothing was appended
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer :: earlier, status
+    logical :: held(3)
+
+    earlier = len(message)
+    call check_groups(text, message)
+    call read_case_group(text, case, message)
+    call read_props(text, case%props, case%mode_2, message)
+    call read_initial(text, case%initial, message)
+    call read_state(text, case%state, message)
+    call read_steps(text, case%steps, message)
+    call read_expect(text, sweep_values, case%expect, message)
+    call read_replay(text, case%replay, message)
+    if (len(message) > earlier) return
+    call new_interface(case%props, case%joint, status)
+    if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
+    held = .true.
+    held(3) = case%replay%ntens > 2
+    call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)
+    if (case%initial%given) then
+      case%state%given = .true.
+      case%state%statev = case%initial%carried
+    end if
+    call check_state(text, case%joint, case%state, message)
+    call check_separations(text, case%steps, case%joint, message)
+    if (size(case%steps) > 0) return
+    if (case%replay%block > 0) then
+      call read_strains(case%replay%file, case%replay%ntens, vumat_map(1, case%replay%ntens - 1), 0.5_wp, &
+        case%replay%dtime, case%joint, case%strains, message)
+    else
+      call read_strains(case%replay%file, case%replay%ntens, component_map(case%replay%ntens, case%joint%map), &
+        1.0_wp, case%replay%dtime, case%joint, case%strains, message)
+    end if
+  end subroutine interpret_case
+
+  !> Every group known, and present as often as it may be.
+  subroutine check_groups(text, message)
+    type(text_type), intent(in) :: text                       !! the file
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer :: g, i, n(size(group_names))
+
+    n = 0
+    do g = 1, text%n_groups
+      i = name_index(text%groups(g)%name, group_names)
+      if (i == 0) then
+        call append(message, group_where(text, g) // "unknown group: expected " // listed(group_names, "&"))
+        cycle
+      end if
+      n(i) = n(i) + 1
+      if (n(i) == 2 .and. all(group_names(i) /= ["step  ", "expect"])) call append(message, group_where(text, g) // &
+        "given twice, first in line " // integer_text(text%groups(group_index(text, trim(group_names(i))))%line))
+    end do
+    do i = 2, 3
+      if (n(i) == 0) call append(message, text%path // ": no group &" // trim(group_names(i)))
+    end do
+    i = name_index("step", group_names)
+    g = name_index("replay", group_names)
+    if ((n(i) > 0) .eqv. (n(g) > 0)) call append(message, text%path // ": " // integer_text(n(i)) // &
+      " groups &step and " // integer_text(n(g)) // " &replay: expected one or more &step, or one &replay")
+  end subroutine check_groups
+
+  !> &case.
+  subroutine read_case_group(text, case, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(case_type), intent(inout) :: case                    !! title and planes are set
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer :: e, g
+    case%title = ""
+    g = group_index(text, "case")
+    if (g == 0) return
+    do e = text%groups(g)%first, text%groups(g)%last
+      select case (text%entries(e)%name)
+      case ("title")
+        call get_string(text, e, case%title, message)
+      case ("planes")
+        call get_logical(text, e, case%planes, message)
+      case default
+        call unknown_name(text, e, "title, planes", message)
+      end select
+    end do
+  end subroutine read_case_group
+
+  !> &expect for the value of the sweep that is in force: a group that names it by `when`, else one without.
+  subroutine read_expect(text, sweep_values, expect, message)
+    type(text_type), intent(in) :: text                       !! the file
+    real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
+    type(expect_type), intent(out) :: expect                  !! what is expected
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(expect_type) :: found
+    character(len=:), allocatable :: word
+    real(wp) :: when
+    logical :: specific, is_specific
+    integer :: e, g, i
+
+    specific = .false.
+    do g = 1, text%n_groups
+      if (text%groups(g)%name /= "expect") cycle
+      found = expect_type(line=text%groups(g)%line)
+      is_specific = .false.
+      when = 0.0_wp
+      do e = text%groups(g)%first, text%groups(g)%last
+        i = name_index(text%entries(e)%name, expect_names)
+        if (i > 0) then
+          found%given(i) = .true.
+          call get_real(text, e, found%values(i), message)
+          cycle
+        end if
+        select case (text%entries(e)%name)
+        case ("end")
+          word = ""
+          call get_string(text, e, word, message)
+          found%lost = lower(word) == "lost"
+          if (all(lower(word) /= ["lost    ", "complete"])) call append(message, entry_where(text, e) // &
+            ": expected 'complete' or 'lost'")
+        case ("tolerance")
+          call get_real(text, e, found%tolerance, message)
+          if (found%tolerance < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
+        case ("when")
+          is_specific = .true.
+          call get_real(text, e, when, message)
+          if (all(abs(sweep_values - when) > 0.0_wp)) call append(message, entry_where(text, e) // &
+            ": expected a value of &sweep")
+        case default
+          call unknown_name(text, e, "end, tolerance, when, " // listed(expect_names, ""), message)
+        end select
+      end do
+      if (any(found%given) .and. .not. found%tolerance > 0.0_wp) call append(message, group_where(text, g) // &
+        "values without a tolerance: expected tolerance > 0")
+      if (is_specific .and. abs(when - text%variable_value) > 0.0_wp) cycle
+      if (expect%line > 0 .and. (specific .eqv. is_specific)) then
+        call append(message, group_where(text, g) // "given twice for the same run, first in line " // &
+          integer_text(expect%line))
+      else if (is_specific .or. .not. specific) then
+        expect = found
+        specific = is_specific
+      end if
+    end do
+  end subroutine read_expect
+
+  !> &replay, but for what belongs to PROPS.
+  subroutine read_replay(text, replay, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(replay_type), intent(out) :: replay                  !! what to replay
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: through
+    integer :: e, g
+
+    g = group_index(text, "replay")
+    if (g == 0) return
+    through = "umat"
+    replay%file = ""
+    do e = text%groups(g)%first, text%groups(g)%last
+      select case (text%entries(e)%name)
+      case ("file")
+        call get_string(text, e, replay%file, message)
+        if (index(replay%file, "/") /= 1) replay%file = text%path(:index(text%path, "/", back=.true.)) // replay%file
+      case ("through")
+        call get_string(text, e, through, message)
+        if (all(through /= ["umat ", "vumat"])) call append(message, entry_where(text, e) // &
+          ": expected 'umat' or 'vumat'")
+      case ("block")
+        call get_integer(text, e, 1, most_points, replay%block, message)
+      case ("ntens")
+        call get_integer(text, e, 2, 6, replay%ntens, message)
+        if (all(replay%ntens /= [2, 3, 6])) call append(message, entry_where(text, e) // ": expected 2, 3 or 6")
+      case ("dtime")
+        call get_real(text, e, replay%dtime, message)
+        if (replay%dtime < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
+      case default
+        continue   ! of PROPS, or unknown: read_props tells
+      end select
+    end do
+    if (through == "vumat") then
+      if (replay%block == 0) replay%block = default_points
+      if (replay%ntens == 6) call append(message, group_where(text, g) // "ntens = 6 through vumat: expected 2 or 3")
+    else if (replay%block > 0) then
+      call append(message, group_where(text, g) // "block without through = 'vumat'")
+    end if
+    if (len(replay%file) == 0) call append(message, group_where(text, g) // &
+      "expected file = 'a CSV of recorded strains'")
+  end subroutine read_replay
+
+end module case_file

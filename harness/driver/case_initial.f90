@@ -1,0 +1,129 @@
+!> Initial state of a case: the planes a run starts with, and the traction they carry at separation zero.
+module case_initial
+  use asperity_checks, only: bounded
+  use asperity_contract, only: plane_statev, status_ok
+  use asperity_initial, only: carry_traction, explain_initial
+  use asperity_interface, only: interface_type, separation_bound, slip_factor
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
+  use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
+  use case_values, only: get_reals
+  implicit none
+  private
+  public :: read_initial, carry_initial
+
+  !> Where a run starts.
+  type, public :: initial_type
+    logical :: given = .false.                      !! false: virgin, free of traction
+    real(wp) :: traction(3) = 0.0_wp                !! (N, Tx, Ty), stress
+    real(wp), allocatable :: damage(:)              !! of all planes or of each, size 0: none
+    real(wp), allocatable :: slip(:)                !! s_dit, s_dih of all planes or of each, length, size 0: none
+    integer :: traction_entry = 0, damage_entry = 0, slip_entry = 0   !! where they stand, 0: nowhere
+    real(wp), allocatable :: planes(:)              !! STATEV as a host gives it before the first call: the planes alone
+    real(wp), allocatable :: carried(:)             !! STATEV with the offset at which they carry the traction
+  end type initial_type
+
+contains
+
+  !> &initial, if there is one.
+  subroutine read_initial(text, initial, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(initial_type), intent(out) :: initial                !! what it says
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    real(wp), allocatable :: traction(:)
+    integer :: e, g
+
+    allocate (initial%damage(0), initial%slip(0))
+    g = group_index(text, "initial")
+    if (g == 0) return
+    initial%given = .true.
+    do e = text%groups(g)%first, text%groups(g)%last
+      select case (text%entries(e)%name)
+      case ("traction")
+        initial%traction_entry = e
+        call get_reals(text, e, traction, message)
+        if (size(traction) == size(initial%traction)) then
+          initial%traction = traction
+        else if (size(traction) > 0) then
+          call append(message, entry_where(text, e) // ": " // integer_text(size(traction)) // &
+            " values: expected three (t_N, t_Tx, t_Ty)")
+        end if
+      case ("damage")
+        initial%damage_entry = e
+        call get_reals(text, e, initial%damage, message)
+        if (any(initial%damage < 0.0_wp .or. initial%damage > 1.0_wp)) call append(message, entry_where(text, e) // &
+          ": expected 0 to 1")
+      case ("slip")
+        initial%slip_entry = e
+        call get_reals(text, e, initial%slip, message)
+      case default
+        call unknown_name(text, e, "traction, damage, slip", message)
+      end select
+    end do
+    if (text%groups(g)%last < text%groups(g)%first) call append(message, group_where(text, g) // &
+      "nothing given: expected traction, damage or slip")
+    if (group_index(text, "state") > 0) call append(message, group_where(text, g) // &
+      "a run starts from &initial or from &state, in line " // &
+      integer_text(text%groups(group_index(text, "state"))%line) // ": expected the one or the other")
+  end subroutine read_initial
+
+  !> The states of &initial, without one those of a virgin point; the planes must be able to carry the traction.
+  subroutine carry_initial(text, joint, held, replays, initial, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(interface_type), intent(in) :: joint                 !! the interface
+    logical, intent(in) :: held(3)                            !! components that there are
+    logical, intent(in) :: replays                            !! whether a host adapter has to find the offset
+    type(initial_type), intent(inout) :: initial              !! planes and carried are set
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: reasons
+    real(wp) :: largest
+    integer :: e, earlier, i, k, status
+    logical :: loaded
+
+    allocate (initial%planes(joint%n_statev))
+    initial%planes = 0.0_wp
+    initial%carried = initial%planes
+    if (.not. initial%given) return
+    earlier = len(message)
+    associate (n => joint%pattern%n, damage => initial%damage, slip => initial%slip)
+      if (all(size(damage) /= [0, 1, n])) call append(message, entry_where(text, initial%damage_entry) // ": " // &
+        integer_text(size(damage)) // " values: expected " // one_or(n, 1))
+      if (all(size(slip) /= [0, 2, 2*n])) call append(message, entry_where(text, initial%slip_entry) // ": " // &
+        integer_text(size(slip)) // " values: expected " // one_or(n, 2) // ", in pairs s_dit, s_dih")
+      if (len(message) > earlier) return
+      do k = 1, n
+        i = plane_statev(k)
+        if (size(damage) > 0) initial%planes(i) = damage(min(k, size(damage)))
+        if (size(slip) > 0) initial%planes(i + 1:i + 2) = slip(min(2*k, size(slip)) - 1:min(2*k, size(slip)))
+      end do
+    end associate
+    largest = slip_factor*separation_bound(joint)
+    if (.not. all(bounded(initial%slip, largest))) call append(message, entry_where(text, initial%slip_entry) // &
+      ": expected a magnitude up to " // to_text(largest))
+    loaded = any(abs(initial%traction) > 0.0_wp)
+    if (any(abs(initial%traction) > 0.0_wp .and. .not. held)) call append(message, &
+      entry_where(text, initial%traction_entry) // ": expected t_Ty = 0 with ntens = 2")
+    if (replays .and. .not. loaded .and. size(initial%slip) > 0) call append(message, &
+      entry_where(text, initial%slip_entry) // ": expected a traction with it: a host's routine looks for the " // &
+      "separation of a slip where there is a stress only")
+    if (len(message) > earlier) return
+    initial%carried = initial%planes
+    call carry_traction(joint, initial%traction, held, initial%carried, status)
+    allocate (character(len=0) :: reasons)
+    if (status == status_ok) return
+    call explain_initial(joint, initial%traction, held, initial%planes, reasons)
+    e = initial%traction_entry
+    if (e == 0) e = initial%slip_entry
+    call append(message, entry_where(text, e) // ": " // reasons)
+  end subroutine carry_initial
+
+  !> How many values there may be: for all planes, or for each.
+  pure function one_or(n, each) result(text)
+    integer, intent(in) :: n      !! planes
+    integer, intent(in) :: each   !! values of a plane
+    character(len=:), allocatable :: text
+    text = integer_text(each) // " for all planes"
+    if (n > 1) text = text // " or " // integer_text(each*n) // " for " // integer_text(n) // " planes"
+  end function one_or
+
+end module case_initial

@@ -1,0 +1,200 @@
+!> PROPS from the groups &material, &pattern and &replay of a case file.
+module case_material
+  use asperity_checks, only: review_props
+  use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_eta, &
+    p_flat, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
+  use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
+  use case_values, only: get_integer, get_real, get_reals, get_switch
+  use text_file, only: lower
+  implicit none
+  private
+  public :: read_props, prop_entries, in_group
+
+contains
+
+  !> PROPS from &material, &pattern and &replay, every bad value reported.
+  subroutine read_props(text, props, mode_2, message)
+    type(text_type), intent(in) :: text                       !! the file
+    real(wp), allocatable, intent(out) :: props(:)            !! PROPS, admissible if nothing was appended
+    logical, intent(out) :: mode_2                            !! tangential strength or energy differ from mode I
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
+    !> Entries that are no constants: &replay itself is read elsewhere.
+    character(len=*), parameter :: of_pattern(3) = [character(len=8) :: "sides", "normals", "weights"], &
+      of_replay(5) = [character(len=8) :: "file", "through", "ntens", "dtime", "block"]
+    logical :: given(n_fixed_props)
+    real(wp), allocatable :: normals(:), weights(:)
+    character(len=:), allocatable :: known
+    integer :: e, g, i, k, sides
+
+    props = admissible_props()
+    given = .false.
+    allocate (normals(0), weights(0))
+    do k = 1, size(groups)
+      g = group_index(text, trim(groups(k)))
+      if (g == 0) cycle
+      known = prop_entries(trim(groups(k)))
+      if (groups(k) == "pattern") known = listed(of_pattern, "") // ", " // known
+      if (groups(k) == "replay") known = listed(of_replay, "") // ", " // known
+      do e = text%groups(g)%first, text%groups(g)%last
+        i = prop_index(text%entries(e)%name, trim(groups(k)))
+        if (i > 0) then
+          given(i) = .true.
+          call set_prop(text, e, i, props, message)
+        else if (groups(k) == "pattern" .and. text%entries(e)%name == "sides") then
+          given(p_m) = .true.
+          sides = 0
+          call get_integer(text, e, 0, max_inclined, sides, message)
+          if (sides > 0 .and. sides < min_inclined) call append(message, entry_where(text, e) // &
+            ": expected 0 (flat) or " // integer_text(min_inclined) // " to " // integer_text(max_inclined))
+          props(p_m) = real(sides, wp)
+        else if (groups(k) == "pattern" .and. text%entries(e)%name == "normals") then
+          call get_reals(text, e, normals, message)
+        else if (groups(k) == "pattern" .and. text%entries(e)%name == "weights") then
+          call get_reals(text, e, weights, message)
+        else if (groups(k) /= "replay" .or. all(text%entries(e)%name /= of_replay)) then
+          call unknown_name(text, e, known, message)
+        end if
+      end do
+      if (groups(k) == "material") then
+        do i = 1, n_required_props
+          if (.not. given(i)) call append(message, group_where(text, g) // trim(prop_table(i)%name) // &
+            " is missing: expected " // trim(prop_table(i)%admissible))
+        end do
+      else if (groups(k) == "pattern") then
+        call add_planes(text, g, given, normals, weights, props, message)
+      end if
+    end do
+    mode_2 = (given(p_sigma02) .and. differs(props(p_sigma02), props(p_sigma0))) .or. &
+                  (given(p_gc2) .and. differs(props(p_gc2), props(p_gc)))
+  end subroutine read_props
+
+  !> Whether a mode II value is given (not 0) and is not that of mode I.
+  pure function differs(value, mode_1) result(yes)
+    real(wp), intent(in) :: value    !! of mode II, 0: equal
+    real(wp), intent(in) :: mode_1   !! of mode I
+    logical :: yes
+    yes = value > 0.0_wp .and. abs(value - mode_1) > 0.0_wp
+  end function differs
+
+  !> PROPS that pass every test: defaults, and any value where there is none.
+  pure function admissible_props() result(props)
+    real(wp) :: props(n_fixed_props)
+    props = prop_table%default
+    props([p_sigma0, p_gc]) = 1.0_wp
+    props(p_eta) = 0.5_wp
+  end function admissible_props
+
+  !> Whether constant i has an entry of its name in a group: those of the law in &material, those of the pattern in
+  !> &pattern, those of host and numerics in &replay. The number of planes has not, &pattern says it by others.
+  pure function in_group(i, group) result(yes)
+    integer, intent(in) :: i                 !! index in PROPS
+    character(len=*), intent(in) :: group    !! name of the group
+    logical :: yes
+    select case (prop_table(i)%owner)
+    case ("law")
+      yes = group == "material"
+    case ("pattern")
+      yes = group == "pattern" .and. i /= p_m
+    case ("host", "numerics")
+      yes = group == "replay"
+    case default
+      yes = .false.
+    end select
+  end function in_group
+
+  !> Names of the constants of a group, in the order of PROPS, on request with the defaults of those that have one.
+  pure function prop_entries(group, with_defaults) result(text)
+    character(len=*), intent(in) :: group             !! name of the group
+    logical, intent(in), optional :: with_defaults    !! absent: names alone
+    character(len=:), allocatable :: text
+    logical :: defaults
+    integer :: i
+    defaults = .false.
+    if (present(with_defaults)) defaults = with_defaults
+    text = ""
+    do i = 1, n_fixed_props
+      if (.not. in_group(i, group)) cycle
+      if (len(text) > 0) text = text // ", "
+      text = text // trim(prop_table(i)%name)
+      if (defaults .and. i > n_required_props) text = text // " = " // to_text(prop_table(i)%default)
+    end do
+  end function prop_entries
+
+  !> Index in PROPS of an entry of a group; 0: none.
+  pure function prop_index(name, group) result(i)
+    character(len=*), intent(in) :: name    !! of the entry, lower case
+    character(len=*), intent(in) :: group   !! of the group
+    integer :: i
+    do i = n_fixed_props, 1, -1
+      if (in_group(i, group) .and. lower(prop_table(i)%name) == name) exit
+    end do
+  end function prop_index
+
+  !> One value of PROPS, tested by the library; a bad one is reported and left out.
+  subroutine set_prop(text, e, i, props, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: e                                  !! entry
+    integer, intent(in) :: i                                  !! index in PROPS
+    real(wp), intent(inout) :: props(:)                       !! PROPS
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: complaint
+    real(wp) :: trial(n_fixed_props)
+    integer :: status
+    trial = admissible_props()
+    if (any(i == integral_props)) then
+      call get_switch(text, e, trial(i), message)
+    else
+      call get_real(text, e, trial(i), message)
+    end if
+    complaint = ""
+    call review_props(trial, status, complaint)
+    if (status == status_ok) then
+      props(i) = trial(i)
+    else
+      call append(message, entry_where(text, e) // complaint(index(complaint, ": expected"):))
+    end if
+  end subroutine set_prop
+
+  !> Listed planes behind the other PROPS.
+  subroutine add_planes(text, g, given, normals, weights, props, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: g                                  !! group &pattern
+    logical, intent(in) :: given(:)                           !! which PROPS are given
+    real(wp), intent(in) :: normals(:)                        !! (3 k) or empty
+    real(wp), intent(in) :: weights(:)                        !! (k) or empty
+    real(wp), allocatable, intent(inout) :: props(:)          !! PROPS
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: complaints
+    integer :: first, i, k, status
+
+    k = size(weights)
+    if (size(normals) == 0 .and. k == 0) then
+      if (.not. given(p_m)) call append(message, group_where(text, g) // &
+        "expected sides (0: flat), or normals and weights")
+      return
+    end if
+    if (any(given([p_m, p_theta, p_flat, p_turn]))) call append(message, group_where(text, g) // &
+      "sides, theta, flat, turn do not go with normals and weights: expected the ones or the others")
+    if (size(normals) /= 3*k .or. k < 1 .or. k > max_inclined) then
+      call append(message, group_where(text, g) // integer_text(size(normals)) // " values of normals and " // &
+        integer_text(k) // " weights: expected three components (N, Tx, Ty) a plane, 1 to " // &
+        integer_text(max_inclined) // " planes")
+      return
+    end if
+    props(p_m) = -real(k, wp)
+    props = [props, (normals(3*i - 2:3*i), weights(i), i=1, k)]
+    complaints = ""
+    call review_props(props, status, complaints)
+    do while (len(complaints) > 0)
+      i = index(complaints // new_line("a"), new_line("a"))
+      first = 1
+      if (index(complaints, "PROPS(") == 1) first = index(complaints, ") ") + 2   ! a case file has no PROPS
+      call append(message, group_where(text, g) // complaints(first:i - 1))
+      complaints = complaints(min(i + 1, len(complaints) + 1):)
+    end do
+  end subroutine add_planes
+
+end module case_material

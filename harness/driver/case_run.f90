@@ -1,0 +1,222 @@
+!> Run of one case: rows, end as expected or not, summary.
+module case_run
+  use asperity_text, only: integer_text, to_text
+  use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
+  use asperity_kinds, only: wp
+  use block_replay, only: run_block_replay
+  use case_file, only: case_type, expect_names
+  use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
+  use asperity_equilibrium_scan, only: scan_equilibria, scan_type
+  use failed_case, only: failed_type, write_failed_case
+  use history, only: close_history, history_type, open_history, start_from
+  use load_path, only: component_names
+  use asperity_mixed_control, only: ended_limit, ended_rejected, most_updates, new_point
+  use path_run, only: run_path
+  use progress_line, only: begin_progress, clear_progress, progress_type
+  use replay_run, only: run_replay
+  implicit none
+  private
+  public :: run_case, failed_file
+
+contains
+
+  !> Run a case into a CSV and say on standard error what came out.
+  subroutine run_case(case, label, output, planes, quiet, closure, code)
+    type(case_type), intent(in) :: case         !! the case
+    character(len=*), intent(in) :: label       !! of the run in messages
+    character(len=*), intent(in) :: output      !! file, "-": standard output
+    logical, intent(in) :: planes               !! columns per plane
+    logical, intent(in) :: quiet                !! no progress line, no summary
+    real(wp), intent(out) :: closure            !! of the facing planes at the largest pressure, as a multiple of s_f
+    integer, intent(out) :: code                !! exit code
+    type(history_type) :: table
+    type(progress_type) :: progress
+    type(failed_type) :: failed
+    character(len=:), allocatable :: failure, text
+
+    closure = 0.0_wp
+    failure = ""
+    code = exit_input
+    call open_history(table, output, case%joint, planes .or. case%planes)
+    if (table%good) then
+      call begin_progress(progress, "rie_driver", "increments", quiet)
+      if (size(case%steps) > 0) then
+        call run_path(case%joint, case%state, case%steps, label, table, progress, failed)
+      else
+        if (case%initial%given) call start_from(table, case%joint, new_point(case%joint, case%initial%carried))
+        if (case%replay%block > 0) then
+          call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
+            case%strains, label, table, progress, failure)
+        else
+          call run_replay(case%joint, case%props, case%replay%ntens, case%initial, case%strains, label, table, &
+            progress, failure)
+        end if
+      end if
+      call clear_progress(progress)
+      call close_history(table)
+    end if
+    if (.not. table%good) return
+    closure = largest_closure(case, -table%least_traction)
+
+    code = exit_ok
+    text = last_row(table)
+    if (len(failure) > 0) then
+      code = exit_solve
+      call say(label // ": " // failure)
+    else if (table%last%lost .neqv. case%expect%lost) then
+      code = exit_solve
+      if (table%last%lost) then
+        call say(label // ": equilibrium lost: no solution found beyond " // text // ": " // why(case, failed))
+        call keep_failed(case, failed, label, output)
+      else
+        call say(label // ": the run ended at " // text // &
+          " where a loss of equilibrium was expected (&expect in line " // integer_text(case%expect%line) // ")")
+      end if
+    else
+      failure = unexpected(case, table)
+      if (len(failure) > 0) then
+        code = exit_solve
+        call say(label // ": unlike &expect in line " // integer_text(case%expect%line) // ": " // failure)
+      end if
+    end if
+    if (quiet) return
+    call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
+      " iterations (at most " // integer_text(table%most_iterations) // "), " // &
+      updates_and_snaps(table) // &
+      trim(merge("equilibrium lost after ", "ended at               ", table%last%lost)) // " " // text // &
+      ", written to " // output)
+  end subroutine run_case
+
+  !> Where a run ended.
+  function last_row(table) result(text)
+    type(history_type), intent(in) :: table   !! rows
+    character(len=:), allocatable :: text
+    associate (row => table%last)
+      text = "step " // integer_text(row%step) // " increment " // integer_text(row%increment) // ", s = (" // &
+        short(row%s(1)) // ", " // short(row%s(2)) // ", " // short(row%s(3)) // "), t = (" // &
+        short(row%traction(1)) // ", " // short(row%traction(2)) // ", " // short(row%traction(3)) // ")"
+    end associate
+  end function last_row
+
+  !> Updates of the law where they are counted, and snaps if there were any.
+  function updates_and_snaps(table) result(text)
+    type(history_type), intent(in) :: table   !! rows
+    character(len=:), allocatable :: text
+    text = ""
+    if (table%updates > 0) text = integer_text(table%updates) // " updates of the law, "
+    if (table%snaps > 0) text = text // integer_text(table%snaps) // &
+      trim(merge(" snap ", " snaps", table%snaps == 1)) // " that set " // short(table%released) // " free, "
+  end function updates_and_snaps
+
+  !> What is known of the equilibrium that was not found.
+  function why(case, failed) result(text)
+    type(case_type), intent(in) :: case        !! the case
+    type(failed_type), intent(in) :: failed    !! the increment
+    character(len=:), allocatable :: text
+    type(scan_type) :: scan
+    character(len=:), allocatable :: limit, name, range
+
+    allocate (character(len=0) :: limit)
+    if (failed%report%ended == ended_limit) then
+      limit = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law; "
+    else if (failed%report%ended == ended_rejected) then
+      text = "the values to reach are out of range"
+      return
+    end if
+    call scan_equilibria(case%joint, failed%control, failed%report%beyond, failed%last, scan)
+    if (scan%n == 0) then
+      text = "the separation is out of range"
+      return
+    end if
+    name = trim(component_names(scan%free))
+    range = "[" // short(scan%lower) // ", " // short(scan%upper) // "]"
+    if (scan%n == 1) then
+      text = trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
+        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over s_" // name // " in " // &
+        range // " is " // to_text(scan%extreme) // trim(merge(" <", " >", scan%short)) // " held " // &
+        to_text(failed%report%beyond(scan%free))
+      if (scan%found) then
+        text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
+          "there is one                                                     ", len(limit) == 0)) // ", near s_" // &
+          name // " = " // short(scan%place(scan%free))
+      else
+        text = "no equilibrium: " // text
+      end if
+    else if (scan%found) then
+      text = "the motion under the held tractions comes to no rest; there is an equilibrium elsewhere, at s = (" // &
+        short(scan%place(1)) // ", " // short(scan%place(2)) // ", " // short(scan%place(3)) // ")"
+    else
+      text = "no equilibrium: the motion under the held tractions comes to no rest, the smallest residual over " // &
+        integer_text(scan%samples) // " separations, each free one in " // range // ", is " // short(scan%extreme)
+    end if
+    text = limit // text
+  end function why
+
+  !> Leave the failed increment as a case of its own.
+  subroutine keep_failed(case, failed, label, output)
+    type(case_type), intent(in) :: case        !! the case
+    type(failed_type), intent(in) :: failed    !! the increment
+    character(len=*), intent(in) :: label      !! of the run
+    character(len=*), intent(in) :: output     !! file with the rows
+    character(len=:), allocatable :: path
+    logical :: written
+    if (.not. failed%happened) return
+    path = failed_file(output)
+    call write_failed_case(path, case%props, failed, written)
+    if (written) call say(label // ": that increment alone: " // path)
+  end subroutine keep_failed
+
+  !> Case that a failed increment of a run is left in.
+  pure function failed_file(output) result(path)
+    character(len=*), intent(in) :: output   !! file with the rows
+    character(len=:), allocatable :: path
+    character(len=*), parameter :: ending = ".csv"
+    path = output
+    if (output == "-") path = "rie_driver"
+    if (len(path) > len(ending)) then
+      if (path(len(path) - len(ending) + 1:) == ending) path = path(:len(path) - len(ending))
+    end if
+    path = path // ".failed.nml"
+  end function failed_file
+
+  !> Which values of the last row are not as expected; empty: none.
+  function unexpected(case, table) result(complaint)
+    type(case_type), intent(in) :: case        !! with what is expected
+    type(history_type), intent(in) :: table    !! rows
+    character(len=:), allocatable :: complaint
+    real(wp) :: values(size(expect_names))
+    integer :: i
+
+    complaint = ""
+    if (table%n_rows == 0) return
+    associate (last => table%last)
+      values = [last%s, last%traction, last%state([v_damage, v_stored, v_rupture, v_friction]), last%work, &
+                sqrt(last%s(2)**2 + last%s(3)**2)]
+    end associate
+    do i = 1, size(values)
+      if (.not. case%expect%given(i)) cycle
+      if (abs(values(i) - case%expect%values(i)) <= case%expect%tolerance) cycle
+      if (len(complaint) > 0) complaint = complaint // ", "
+      complaint = complaint // trim(expect_names(i)) // " = " // to_text(values(i)) // ", expected " // &
+        to_text(case%expect%values(i)) // " within " // to_text(case%expect%tolerance)
+    end do
+  end function unexpected
+
+  !> Elastic closure of the inclined planes that carry a pressure alone, as a multiple of s_f.
+  pure function largest_closure(case, pressure) result(closure)
+    type(case_type), intent(in) :: case    !! the case
+    real(wp), intent(in) :: pressure       !! >= 0, stress
+    real(wp) :: closure
+    real(wp) :: kc
+    integer :: k
+    closure = 0.0_wp
+    kc = merge(case%props(p_kc), 1.0_wp, case%props(p_kc) > 0.0_wp)
+    associate (pattern => case%joint%pattern)
+      do k = 1, pattern%n
+        if (pattern%sin_theta(k) > 0.0_wp) closure = max(closure, &
+          pressure*(1.0_wp - case%props(p_eta))/(pattern%gamma(k)*case%props(p_sigma0)*kc))
+      end do
+    end associate
+  end function largest_closure
+
+end module case_run

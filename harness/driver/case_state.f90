@@ -1,0 +1,78 @@
+!> State a case starts from: separation, STATEV and the work so far, as a replay file of a failed increment gives them.
+module case_state
+  use asperity_call_checks, only: explain_point, point_status
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
+  use case_text, only: group_index, group_where, text_type, unknown_name
+  use case_values, only: get_real, get_reals
+  implicit none
+  private
+  public :: read_state, check_state
+
+  !> Where a run starts.
+  type, public :: state_type
+    logical :: given = .false.              !! false: virgin and at rest
+    real(wp) :: s(3) = 0.0_wp               !! separation (N, Tx, Ty), length
+    real(wp), allocatable :: statev(:)      !! STATEV
+    logical :: has_work = .false.           !! false: the work so far is what is stored and dissipated
+    real(wp) :: work = 0.0_wp               !! of the traction on the separation so far, stress*length
+  end type state_type
+
+contains
+
+  !> &state, if there is one.
+  subroutine read_state(text, state, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(state_type), intent(out) :: state                    !! where the run starts
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    real(wp), allocatable :: s(:)
+    integer :: e, g
+
+    allocate (state%statev(0), s(0))
+    g = group_index(text, "state")
+    if (g == 0) return
+    state%given = .true.
+    do e = text%groups(g)%first, text%groups(g)%last
+      select case (text%entries(e)%name)
+      case ("separation")
+        call get_reals(text, e, s, message)
+      case ("statev")
+        call get_reals(text, e, state%statev, message)
+      case ("work")
+        state%has_work = .true.
+        call get_real(text, e, state%work, message)
+      case default
+        call unknown_name(text, e, "separation, statev, work", message)
+      end select
+    end do
+    if (size(s) == size(state%s)) then
+      state%s = s
+    else
+      call append(message, group_where(text, g) // integer_text(size(s)) // &
+        " values of separation: expected three (N, Tx, Ty)")
+    end if
+    if (group_index(text, "replay") > 0) call append(message, group_where(text, g) // &
+      "a replay starts from the virgin state: expected &state with &step only")
+  end subroutine read_state
+
+  !> The state must be one that the law takes.
+  subroutine check_state(text, joint, state, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(interface_type), intent(in) :: joint                 !! the interface
+    type(state_type), intent(in) :: state                     !! where the run starts
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: reasons
+    if (.not. state%given) return
+    if (size(state%statev) /= joint%n_statev) then
+      call append(message, group_where(text, group_index(text, "state")) // integer_text(size(state%statev)) // &
+        " values of statev: expected " // integer_text(joint%n_statev))
+    else if (point_status(joint, state%s, state%s, state%statev) /= status_ok) then
+      allocate (character(len=0) :: reasons)
+      call explain_point(joint, state%s, state%s, state%statev, reasons)
+      call append(message, group_where(text, group_index(text, "state")) // reasons)
+    end if
+  end subroutine check_state
+
+end module case_state

@@ -1,0 +1,379 @@
+!> Text of a case file: namelist groups, their entries and values, each with its line.
+!>
+!> Read here and not by the compiler's run-time library, so that every compiler names file, line, group, name and value
+!> of an error alike. Namelist syntax: `&group name = value, value, ... /`, `!` comments, quoted strings, repeat counts
+!> `3*0.0`; names in any case; no subscripts, no empty values, no text between groups.
+module case_text
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
+  use text_file, only: blanks, line_end, load_file, lower, newline, printable
+  implicit none
+  private
+  public :: read_text, group_index, name_index, group_name, group_where, entry_where, where_is, unknown_name, listed
+  public :: token_text, value_text
+
+  integer, parameter, public :: name_length = 32
+  !> A value: where it stands in the source.
+  type :: token_type
+    integer :: first, last, line
+    logical :: is_string
+  end type token_type
+
+  !> `name = values`.
+  type :: entry_type
+    character(len=name_length) :: name     !! lower case
+    character(len=name_length) :: shown    !! as it is written
+    integer :: line
+    integer :: first, last                 !! its tokens
+  end type entry_type
+
+  !> `&name entries /`.
+  type :: group_type
+    character(len=name_length) :: name     !! lower case
+    integer :: line
+    integer :: first, last                 !! its entries
+    integer :: from, to                    !! in the source, from & to /
+  end type group_type
+
+  !> A file in memory.
+  type, public :: text_type
+    character(len=:), allocatable :: path
+    character(len=:), allocatable :: source
+    type(token_type), allocatable :: tokens(:)
+    type(entry_type), allocatable :: entries(:)
+    type(group_type), allocatable :: groups(:)
+    integer :: n_tokens = 0, n_entries = 0, n_groups = 0
+    ! a name that stands for a number where values are read (&sweep)
+    character(len=name_length) :: variable = ""
+    real(wp) :: variable_value = 0.0_wp
+  end type text_type
+
+  character(len=*), parameter :: word_end = blanks // ",=/!'""&"
+
+contains
+
+  !> Read a file and split it into groups, entries and values.
+  subroutine read_text(path, text, message)
+    character(len=*), intent(in) :: path                      !! file
+    type(text_type), intent(out) :: text                      !! its contents
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+
+    text%path = path
+    text%source = ""
+    allocate (text%tokens(64), text%entries(32), text%groups(8))
+    call load_file(path, text%source, message)
+    if (len(message) == 0) call split(text, message)
+  end subroutine read_text
+
+  !> Find groups, entries and values.
+  pure subroutine split(text, message)
+    type(text_type), intent(inout) :: text                    !! source -> tokens, entries, groups
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer :: i, last, line, n
+    logical :: inside, comma
+
+    n = len(text%source)
+    i = 1
+    line = 1
+    inside = .false.
+    comma = .false.
+    do while (i <= n)
+      last = i
+      select case (text%source(i:i))
+      case (" ", achar(9), achar(13))
+      case (newline)
+        line = line + 1
+      case ("!")
+        last = line_end(text%source, i)
+      case ("&")
+        last = end_of_word(text%source, i + 1)
+        if (inside) call append(message, not_closed(text) // " before &" // text%source(i + 1:last) // " in line " // &
+          integer_text(line))
+        call add_group(text, text%source(i + 1:last), line, i)
+        inside = .true.
+        comma = .true.
+      case default
+        if (.not. inside) then
+          last = line_end(text%source, i)
+          call append(message, where_is(text, line) // """" // printable(text%source(i:last)) // &
+            """ outside a group: expected &name, or ! before a comment")
+        else
+          call split_inside(text, i, last, line, inside, comma, message)
+        end if
+      end select
+      i = last + 1
+    end do
+    if (inside) call append(message, not_closed(text) // " before the end of the file")
+  end subroutine split
+
+  !> One piece of a group that starts at i: value, name and `=`, `,` or the closing `/`.
+  pure subroutine split_inside(text, i, last, line, inside, comma, message)
+    type(text_type), intent(inout) :: text                    !! tokens, entries, groups so far
+    integer, intent(in) :: i                                  !! position in the source
+    integer, intent(out) :: last                              !! last position used
+    integer, intent(inout) :: line                            !! line number
+    logical, intent(inout) :: inside                          !! a group is open
+    logical, intent(inout) :: comma                           !! a comma would leave an empty value
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=1) :: c
+    integer :: next
+
+    c = text%source(i:i)
+    last = i
+    select case (c)
+    case ("/")
+      inside = .false.
+      text%groups(text%n_groups)%to = i
+    case (",")
+      if (comma) call append(message, where_is(text, line) // in_entry(text) // "empty value before a comma")
+      comma = .true.
+    case ("=")
+      call append(message, where_is(text, line) // in_group(text) // "= without a name before it")
+    case ("'", """")
+      do
+        next = index(text%source(last + 1:), c)
+        if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
+          call append(message, where_is(text, line) // in_group(text) // "string without its closing " // c)
+          last = line_end(text%source, i)
+          exit
+        end if
+        last = last + next
+        if (last == len(text%source)) exit
+        if (text%source(last + 1:last + 1) /= c) exit
+        last = last + 1
+      end do
+      call add_token(text, i + 1, last - 1, line, .true., message)
+      comma = .false.
+    case default
+      last = end_of_word(text%source, i)
+      next = verify(text%source(last + 1:), blanks)
+      if (next > 0) then
+        if (text%source(last + next:last + next) /= "=") next = 0
+      end if
+      if (next > 0) then
+        call add_entry(text, text%source(i:last), line, message)
+        line = line + count_lines(text%source(last + 1:last + next))
+        last = last + next
+        comma = .true.
+      else
+        call add_token(text, i, last, line, .false., message)
+        comma = .false.
+      end if
+    end select
+  end subroutine split_inside
+
+  !> Last position of the word that starts at i; i - 1 if there is none.
+  pure function end_of_word(source, i) result(last)
+    character(len=*), intent(in) :: source   !! text
+    integer, intent(in) :: i                 !! first position
+    integer :: last
+    last = scan(source(i:), word_end)
+    last = merge(len(source), i + last - 2, last == 0)
+  end function end_of_word
+
+  !> Line ends in a piece of text.
+  pure function count_lines(piece) result(n)
+    character(len=*), intent(in) :: piece   !! text
+    integer :: i, n
+    n = 0
+    do i = 1, len(piece)
+      if (piece(i:i) == newline) n = n + 1
+    end do
+  end function count_lines
+
+  !> Open a group.
+  pure subroutine add_group(text, name, line, from)
+    type(text_type), intent(inout) :: text   !! groups so far
+    character(len=*), intent(in) :: name     !! of the group
+    integer, intent(in) :: line              !! where it opens
+    integer, intent(in) :: from              !! the same in the source
+    type(group_type), allocatable :: longer(:)
+    if (text%n_groups == size(text%groups)) then
+      allocate (longer(2*text%n_groups))
+      longer(:text%n_groups) = text%groups
+      call move_alloc(longer, text%groups)
+    end if
+    text%n_groups = text%n_groups + 1
+    text%groups(text%n_groups) = group_type(lower(name), line, text%n_entries + 1, text%n_entries, from, from)
+  end subroutine add_group
+
+  !> Start an entry of the open group.
+  pure subroutine add_entry(text, name, line, message)
+    type(text_type), intent(inout) :: text                    !! entries so far
+    character(len=*), intent(in) :: name                      !! of the entry
+    integer, intent(in) :: line                               !! where it is
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(entry_type), allocatable :: longer(:)
+    integer :: i
+    if (text%n_entries == size(text%entries)) then
+      allocate (longer(2*text%n_entries))
+      longer(:text%n_entries) = text%entries
+      call move_alloc(longer, text%entries)
+    end if
+    if (index(name, "(") > 0) call append(message, where_is(text, line) // in_group(text) // name // &
+      ": subscripts are not read, expected a name and its whole list")
+    do i = text%groups(text%n_groups)%first, text%n_entries
+      if (text%entries(i)%name == lower(name)) call append(message, where_is(text, line) // in_group(text) // name // &
+        " is given twice, first in line " // integer_text(text%entries(i)%line))
+    end do
+    text%n_entries = text%n_entries + 1
+    text%entries(text%n_entries) = entry_type(lower(name), name, line, text%n_tokens + 1, text%n_tokens)
+    text%groups(text%n_groups)%last = text%n_entries
+  end subroutine add_entry
+
+  !> Add a value to the open entry.
+  pure subroutine add_token(text, first, last, line, is_string, message)
+    type(text_type), intent(inout) :: text                    !! tokens so far
+    integer, intent(in) :: first, last                        !! in the source, without quotes
+    integer, intent(in) :: line                               !! where it is
+    logical, intent(in) :: is_string                          !! in quotes
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(token_type), allocatable :: longer(:)
+    if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) then
+      call append(message, where_is(text, line) // in_group(text) // """" // printable(text%source(first:last)) // &
+        """ without a name: expected name = value")
+      return
+    end if
+    if (text%n_tokens == size(text%tokens)) then
+      allocate (longer(2*text%n_tokens))
+      longer(:text%n_tokens) = text%tokens
+      call move_alloc(longer, text%tokens)
+    end if
+    text%n_tokens = text%n_tokens + 1
+    text%tokens(text%n_tokens) = token_type(first, last, line, is_string)
+    text%entries(text%n_entries)%last = text%n_tokens
+  end subroutine add_token
+
+  !> "file:line: " for a message.
+  pure function where_is(text, line) result(place)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: line           !! in it
+    character(len=:), allocatable :: place
+    place = text%path // ":" // integer_text(line) // ": "
+  end function where_is
+
+  !> "file:line: name = value" for a message about an entry.
+  pure function entry_where(text, entry) result(place)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: entry          !! which
+    character(len=:), allocatable :: place
+    place = where_is(text, text%entries(entry)%line) // "&" // trim(group_name(text, entry)) // ": " // &
+      trim(text%entries(entry)%shown) // " = " // value_text(text, entry)
+  end function entry_where
+
+  !> Values of an entry as they were written (the first few of a long list).
+  pure function value_text(text, entry) result(values)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: entry          !! which
+    character(len=:), allocatable :: values
+    integer, parameter :: most = 6
+    integer :: i
+    associate (e => text%entries(entry))
+      values = ""
+      do i = e%first, min(e%last, e%first + most - 1)
+        if (i > e%first) values = values // ", "
+        if (text%tokens(i)%is_string) then
+          values = values // "'" // printable(token_text(text, i)) // "'"
+        else
+          values = values // printable(token_text(text, i))
+        end if
+      end do
+      if (e%last >= e%first + most) values = values // ", ..."
+    end associate
+  end function value_text
+
+  !> "&group: " of the group that was opened last.
+  pure function in_group(text) result(name)
+    type(text_type), intent(in) :: text   !! the file
+    character(len=:), allocatable :: name
+    name = "&" // trim(text%groups(text%n_groups)%name) // ": "
+  end function in_group
+
+  !> "&group: name: " of the entry that was opened last.
+  pure function in_entry(text) result(name)
+    type(text_type), intent(in) :: text   !! the file
+    character(len=:), allocatable :: name
+    name = in_group(text)
+    if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) return
+    name = name // trim(text%entries(text%n_entries)%shown) // ": "
+  end function in_entry
+
+  !> Complaint about the group that was opened last.
+  pure function not_closed(text) result(complaint)
+    type(text_type), intent(in) :: text   !! the file
+    character(len=:), allocatable :: complaint
+    complaint = where_is(text, text%groups(text%n_groups)%line) // "&" // trim(text%groups(text%n_groups)%name) // &
+      ": no closing /"
+  end function not_closed
+
+  !> Source of a value.
+  pure function token_text(text, token) result(source)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: token          !! which
+    character(len=:), allocatable :: source
+    source = text%source(text%tokens(token)%first:text%tokens(token)%last)
+  end function token_text
+
+  !> Name of the group of an entry.
+  pure function group_name(text, entry) result(name)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: entry          !! which
+    character(len=name_length) :: name
+    integer :: group
+    name = ""
+    do group = 1, text%n_groups
+      if (text%groups(group)%first <= entry .and. entry <= text%groups(group)%last) name = text%groups(group)%name
+    end do
+  end function group_name
+
+  !> First group of a name; 0: none.
+  pure function group_index(text, name) result(g)
+    type(text_type), intent(in) :: text    !! the file
+    character(len=*), intent(in) :: name   !! of the group
+    integer :: g
+    do g = 1, text%n_groups
+      if (text%groups(g)%name == name) return
+    end do
+    g = 0
+  end function group_index
+
+  !> Position of a lower-case name in a list of names; 0: none.
+  pure function name_index(name, names) result(i)
+    character(len=*), intent(in) :: name       !! lower case
+    character(len=*), intent(in) :: names(:)   !! in any case
+    integer :: i
+    do i = size(names), 1, -1
+      if (lower(names(i)) == name) exit
+    end do
+  end function name_index
+
+  !> "file:line: &group: " for a message.
+  pure function group_where(text, g) result(place)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: g              !! group
+    character(len=:), allocatable :: place
+    place = where_is(text, text%groups(g)%line) // "&" // trim(text%groups(g)%name) // ": "
+  end function group_where
+
+  !> Complaint about a name that the group does not have.
+  subroutine unknown_name(text, e, known, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: e                                  !! entry
+    character(len=*), intent(in) :: known                     !! names
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    call append(message, entry_where(text, e) // ": unknown name, expected one of " // known)
+  end subroutine unknown_name
+
+  !> Names with commas between them.
+  pure function listed(names, prefix) result(list)
+    character(len=*), intent(in) :: names(:)   !! names
+    character(len=*), intent(in) :: prefix     !! before each
+    character(len=:), allocatable :: list
+    integer :: i
+    list = prefix // trim(names(1))
+    do i = 2, size(names)
+      list = list // ", " // prefix // trim(names(i))
+    end do
+  end function listed
+
+end module case_text

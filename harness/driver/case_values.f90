@@ -1,0 +1,163 @@
+!> Values of the entries of a case file; what cannot be read is reported with file, line, group, name and value.
+module case_values
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
+  use case_text, only: entry_where, group_name, text_type, token_text, value_text, where_is
+  use text_file, only: lower, printable, to_real
+  implicit none
+  private
+  public :: get_real, get_reals, get_integer, get_integers, get_logical, get_switch, get_string
+
+contains
+
+  !> All numbers of an entry.
+  pure subroutine get_reals(text, entry, values, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    real(wp), allocatable, intent(out) :: values(:)           !! size 0 if one is bad
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer, parameter :: most_repeats = 100000
+    character(len=:), allocatable :: word
+    real(wp) :: repeats, value
+    integer :: i, star
+    logical :: good, good_count
+
+    allocate (values(0))
+    associate (e => text%entries(entry))
+      if (e%last < e%first) call append(message, entry_where(text, entry) // ": no value")
+      do i = e%first, e%last
+        word = token_text(text, i)
+        star = index(word, "*")
+        repeats = 1.0_wp
+        good_count = .true.
+        if (star > 0) then
+          call to_real(word(:star - 1), repeats, good_count)
+          if (good_count) good_count = abs(repeats - anint(repeats)) <= 0.0_wp .and. repeats >= 1.0_wp .and. &
+            repeats <= real(most_repeats, wp)
+          word = word(star + 1:)
+        end if
+        call to_real(word, value, good)
+        if (len_trim(text%variable) > 0 .and. lower(word) == text%variable) then
+          value = text%variable_value
+          good = .true.
+        end if
+        if (text%tokens(i)%is_string .or. .not. (good .and. good_count)) then
+          call append(message, where_is(text, text%tokens(i)%line) // "&" // trim(group_name(text, entry)) // ": " // &
+            trim(e%shown) // " = " // """" // printable(token_text(text, i)) // """" // ": expected a number")
+          values = [real(wp) ::]
+          return
+        end if
+        values = [values, spread(value, 1, nint(repeats))]
+      end do
+    end associate
+  end subroutine get_reals
+
+  !> The only number of an entry.
+  pure subroutine get_real(text, entry, value, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    real(wp), intent(inout) :: value                          !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    real(wp), allocatable :: values(:)
+    call get_reals(text, entry, values, message)
+    if (size(values) == 1) value = values(1)
+    if (size(values) > 1) call append(message, entry_where(text, entry) // ": expected one number")
+  end subroutine get_real
+
+  !> All whole numbers of an entry.
+  pure subroutine get_integers(text, entry, least, most, values, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    integer, intent(in) :: least, most                        !! admissible range
+    integer, allocatable, intent(out) :: values(:)            !! size 0 if one is bad
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    real(wp), allocatable :: reals(:)
+    call get_reals(text, entry, reals, message)
+    if (any(reals < real(least, wp)) .or. any(reals > real(most, wp)) .or. any(abs(reals - aint(reals)) > 0.0_wp)) then
+      call append(message, entry_where(text, entry) // ": expected a whole number from " // integer_text(least) // &
+        " to " // integer_text(most))
+      deallocate (reals)
+      allocate (reals(0))
+    end if
+    values = nint(reals)
+  end subroutine get_integers
+
+  !> The only whole number of an entry.
+  pure subroutine get_integer(text, entry, least, most, value, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    integer, intent(in) :: least, most                        !! admissible range
+    integer, intent(inout) :: value                           !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer, allocatable :: values(:)
+    call get_integers(text, entry, least, most, values, message)
+    if (size(values) == 1) value = values(1)
+    if (size(values) > 1) call append(message, entry_where(text, entry) // ": expected one number")
+  end subroutine get_integer
+
+  !> The only truth value of an entry.
+  pure subroutine get_logical(text, entry, value, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    logical, intent(inout) :: value                           !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    select case (lower(value_text(text, entry)))
+    case (".true.", ".t.", "true", "t")
+      value = .true.
+    case (".false.", ".f.", "false", "f")
+      value = .false.
+    case default
+      call append(message, entry_where(text, entry) // ": expected .true. or .false.")
+    end select
+  end subroutine get_logical
+
+  !> The only number of an entry, or its only truth value as 1 or 0.
+  pure subroutine get_switch(text, entry, value, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    real(wp), intent(inout) :: value                          !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: complaint
+    logical :: yes
+    complaint = ""
+    call get_real(text, entry, value, complaint)
+    if (len(complaint) == 0) return
+    complaint = ""
+    yes = .false.
+    call get_logical(text, entry, yes, complaint)
+    if (len(complaint) == 0) then
+      value = merge(1.0_wp, 0.0_wp, yes)
+    else
+      call append(message, entry_where(text, entry) // ": expected 0, 1, .true. or .false.")
+    end if
+  end subroutine get_switch
+
+  !> The only string of an entry.
+  pure subroutine get_string(text, entry, value, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: entry                              !! which
+    character(len=:), allocatable, intent(inout) :: value     !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=1) :: quote
+    integer :: i
+    logical :: good
+    associate (e => text%entries(entry))
+      good = e%last == e%first
+      if (good) good = text%tokens(e%first)%is_string
+      if (.not. good) then
+        call append(message, entry_where(text, entry) // ": expected one string in quotes")
+        return
+      end if
+      value = token_text(text, e%first)
+      quote = text%source(text%tokens(e%first)%first - 1:text%tokens(e%first)%first - 1)
+    end associate
+    ! a doubled quote stands for one
+    i = index(value, quote // quote)
+    do while (i > 0)
+      value = value(:i) // value(i + 2:)
+      if (index(value(i + 1:), quote // quote) == 0) exit
+      i = i + index(value(i + 1:), quote // quote)
+    end do
+  end subroutine get_string
+
+end module case_values

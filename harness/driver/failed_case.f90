@@ -1,0 +1,103 @@
+!> Case file that reproduces a failed increment alone: material, pattern, the state at its start, the values it goes to.
+module failed_case
+  use asperity_text, only: integer_text, to_text
+  use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
+  use asperity_kinds, only: wp
+  use asperity_control_point, only: control_type, point_type
+  use asperity_mixed_control, only: report_type
+  use case_material, only: in_group
+  use load_path, only: component_names
+  use row_file, only: close_file, create_file, write_line
+  implicit none
+  private
+  public :: write_failed_case
+
+  !> An increment that failed.
+  type, public :: failed_type
+    logical :: happened = .false.
+    integer :: step = 0, increment = 0   !! which
+    type(control_type) :: control        !! what is held
+    type(point_type) :: start            !! the point at its start
+    type(point_type) :: last             !! the last one found
+    real(wp) :: target(3) = 0.0_wp       !! given values at its end: separation, or traction + spring*separation
+    type(report_type) :: report          !! what happened
+  end type failed_type
+
+contains
+
+  !> Write the file; numbers read back exactly.
+  subroutine write_failed_case(path, props, failed, written)
+    character(len=*), intent(in) :: path       !! file, replaced if it exists
+    real(wp), intent(in) :: props(:)           !! PROPS
+    type(failed_type), intent(in) :: failed    !! the increment
+    logical, intent(out) :: written            !! false: the reason is on standard error
+    character(len=:), allocatable :: text
+    integer :: fd, i, k
+
+    call create_file(path, fd, written)
+    if (.not. written) return
+    call write_line(fd, path, "&case title = 'failed increment " // integer_text(failed%increment) // &
+      " of step " // integer_text(failed%step) // "' /", written)
+    if (written) call write_line(fd, path, "&material" // entries("material") // " /", written)
+    if (props(p_m) < 0.0_wp) then
+      text = ""
+      k = nint(-props(p_m))
+      associate (planes => reshape(props(n_fixed_props + 1:n_fixed_props + n_listed_values*k), [n_listed_values, k]))
+        text = entry("normals", reshape(planes(1:3, :), [3*k])) // entry("weights", planes(4, :))
+      end associate
+    else
+      text = entry("sides", props(p_m:p_m)) // entries("pattern")
+    end if
+    if (written) call write_line(fd, path, "&pattern" // text // " /", written)
+    if (written) call write_line(fd, path, "&state" // entry("separation", failed%start%s) // &
+      entry("statev", failed%start%state) // entry("work", [failed%start%work]) // " /", written)
+    text = ""
+    do i = 1, 3
+      if (failed%control%traction(i)) then
+        ! a target is counted from the spring at the start of the step
+        text = text // entry("t_" // trim(component_names(i)), &
+          [failed%target(i) - failed%control%spring(i)*failed%start%s(i)])
+        if (failed%control%spring(i) > 0.0_wp) text = text // entry("k_" // trim(component_names(i)), &
+          failed%control%spring(i:i))
+      else
+        text = text // entry("s_" // trim(component_names(i)), failed%target(i:i))
+      end if
+    end do
+    if (props(p_tau_v) > 0.0_wp) text = text // entry("time", [failed%control%dt])
+    if (written) call write_line(fd, path, "&step" // text // " increments = 1 /", written)
+    call close_file(fd, path, written)
+
+  contains
+
+    !> The constants of a group but for those that have their default.
+    pure function entries(group) result(list)
+      character(len=*), intent(in) :: group   !! name of the group
+      character(len=:), allocatable :: list
+      integer :: j
+      list = ""
+      do j = 1, n_fixed_props
+        if (.not. in_group(j, group)) cycle
+        if (j <= n_required_props .or. abs(props(j) - prop_table(j)%default) > 0.0_wp) list = list // &
+          entry(trim(prop_table(j)%name), props(j:j))
+      end do
+    end function entries
+
+    !> An entry of a group: a name and its values.
+    pure function entry(name, values) result(piece)
+      character(len=*), intent(in) :: name   !! of the entry
+      real(wp), intent(in) :: values(:)      !! any
+      character(len=:), allocatable :: piece
+      !> Values on a line.
+      integer, parameter :: width = 3
+      integer :: j
+      piece = " " // name // " ="
+      do j = 1, size(values)
+        if (j > 1) piece = piece // ","
+        if (modulo(j, width) == 1 .and. j > 1) piece = piece // new_line("a") // " "
+        piece = piece // " " // to_text(values(j))
+      end do
+    end function entry
+
+  end subroutine write_failed_case
+
+end module failed_case

@@ -1,0 +1,159 @@
+!> CSV of a run: one row per increment, in the file as soon as it is known; and what the run came to.
+!>
+!> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
+!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +: what
+!> module `asperity_events` finds, and
+!>   snap      the branch of equilibria ended, the point moved on to the next rest
+!>   substeps  the increment was solved in parts
+!>   cut       a replayed host was asked for a smaller increment
+!>   lost      no equilibrium was found beyond: the row is the last one found
+module history
+  use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, statev_table, v_damage, v_friction, &
+    v_rupture, v_stored
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
+  use asperity_control_point, only: point_type
+  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  use row_file, only: close_file, create_file, write_line
+  implicit none
+  private
+  public :: open_history, start_from, add_row, close_history
+
+  character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
+    "rupture,friction,work,iterations,event"
+
+  !> A row.
+  type, public :: row_type
+    integer :: step = 0, increment = 0
+    real(wp) :: time = 0.0_wp
+    real(wp) :: s(3) = 0.0_wp            !! separation (N, Tx, Ty)
+    real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
+    real(wp), allocatable :: state(:)    !! STATEV
+    real(wp) :: work = 0.0_wp            !! of the traction on the separation so far, stress*length
+    integer :: iterations = 0
+    integer :: updates = 0               !! of the law
+    integer :: snaps = 0
+    real(wp) :: released = 0.0_wp        !! energy set free by them, stress*length
+    logical :: substeps = .false., cut = .false., lost = .false.
+  end type row_type
+
+  !> The file and what has been written to it.
+  type, public :: history_type
+    type(row_type) :: last                 !! the last row
+    integer :: n_rows = 0
+    integer :: iterations = 0              !! of all rows
+    integer :: most_iterations = 0         !! of one row
+    integer :: updates = 0                 !! of the law, of all rows; 0: not counted
+    integer :: snaps = 0                   !! of all rows
+    real(wp) :: released = 0.0_wp          !! energy set free by them, stress*length
+    real(wp) :: least_traction = 0.0_wp    !! smallest t_N
+    logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
+    integer, private :: file = 0           !! descriptor
+    character(len=:), allocatable, private :: path
+    integer, private :: n_planes = 0       !! with columns of their own
+    type(planes_type), private :: planes   !! at the last row
+  end type history_type
+
+contains
+
+  !> Open the file ("-": standard output) and write the header.
+  subroutine open_history(table, path, joint, planes)
+    type(history_type), intent(out) :: table        !! nothing written yet
+    character(len=*), intent(in) :: path            !! file, replaced if it exists
+    type(interface_type), intent(in) :: joint       !! the interface
+    logical, intent(in) :: planes                   !! whether planes have columns
+    character(len=:), allocatable :: header
+    integer :: j, k, n
+
+    n = joint%pattern%n
+    call put_at_rest(joint, table%planes)
+    allocate (table%last%state(joint%n_statev))
+    table%last%state = 0.0_wp
+    table%path = path
+    call create_file(path, table%file, table%good)
+    if (.not. table%good) return
+    header = point_columns
+    if (planes) then
+      table%n_planes = n
+      do k = 1, n
+        do j = n_point_statev + 1, n_point_statev + n_plane_statev
+          header = header // "," // trim(statev_table(j)%name) // "_" // integer_text(k)
+        end do
+      end do
+    end if
+    call write_line(table%file, path, header, table%good)
+  end subroutine open_history
+
+  !> The run starts from a point that is not virgin: events are counted from there.
+  subroutine start_from(table, joint, point)
+    type(history_type), intent(inout) :: table      !! the file, no row yet
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(point_type), intent(in) :: point           !! where the run starts
+    character(len=event_length) :: ignored
+    call find_events(joint, point%s, point%state, point%state, table%planes, ignored)
+    table%last%s = point%s
+    table%last%traction = point%traction
+    table%last%state = point%state
+    table%last%work = point%work
+  end subroutine start_from
+
+  !> Write a row; the whole row goes out at once, so that a run that is killed leaves whole rows.
+  subroutine add_row(table, joint, row)
+    type(history_type), intent(inout) :: table      !! the file
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(row_type), intent(in) :: row               !! the row
+    character(len=event_length) :: event
+    character(len=:), allocatable :: line
+    integer :: i, k
+
+    call find_events(joint, row%s, table%last%state, row%state, table%planes, event)
+    call name_event(event, "snap", row%snaps > 0)
+    call name_event(event, "substeps", row%substeps)
+    call name_event(event, "cut", row%cut)
+    call name_event(event, "lost", row%lost)
+    line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)
+    do i = 1, 3
+      line = line // "," // number(row%s(i))
+    end do
+    do i = 1, 3
+      line = line // "," // number(row%traction(i))
+    end do
+    line = line // "," // number(row%state(v_damage)) // "," // number(row%state(v_stored)) // "," // &
+      number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%work) // &
+      "," // integer_text(row%iterations) // "," // trim(event)
+    do k = 1, table%n_planes
+      do i = plane_statev(k), plane_statev(k) + n_plane_statev - 1
+        line = line // "," // number(row%state(i))
+      end do
+    end do
+    call write_line(table%file, table%path, line, table%good)
+    if (.not. table%good) return
+    table%last = row
+    table%n_rows = table%n_rows + 1
+    table%iterations = table%iterations + row%iterations
+    table%updates = table%updates + row%updates
+    table%snaps = table%snaps + row%snaps
+    table%released = table%released + row%released
+    table%most_iterations = max(table%most_iterations, row%iterations)
+    table%least_traction = min(table%least_traction, row%traction(1))
+  end subroutine add_row
+
+  !> Close the file.
+  subroutine close_history(table)
+    type(history_type), intent(inout) :: table   !! the file
+    logical :: closed
+    call close_file(table%file, table%path, closed)
+    table%good = table%good .and. closed
+  end subroutine close_history
+
+  !> Number with the 17 digits that give it back exactly.
+  pure function number(value) result(text)
+    real(wp), intent(in) :: value   !! finite
+    character(len=:), allocatable :: text
+    character(len=26) :: buffer
+    write (buffer, "(es26.16e3)") value
+    text = trim(adjustl(buffer))
+  end function number
+
+end module history

@@ -1,0 +1,215 @@
+!> CSV of recorded strains, as an FE code would pass them to a material routine.
+!>
+!> Columns by a header line: `e_1` ... `e_<ntens>` (strains in the host's order) or `s_N`, `s_Tx`, `s_Ty` (separations;
+!> the driver's own output is such a file), and `time` if there is one; other columns are ignored. Without a header:
+!> the NTENS strains and nothing else. Time does not decrease. Lines that are blank or start with # are passed over.
+module recorded_strains
+  use asperity_checks, only: bounded
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
+  use text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
+  implicit none
+  private
+  public :: read_strains
+
+  !> A record of one point.
+  type, public :: strains_type
+    real(wp), allocatable :: strain(:, :)   !! (ntens, n) total strains
+    real(wp), allocatable :: time(:)        !! (n) times
+  end type strains_type
+
+  character(len=4), parameter :: separation_names(3) = ["s_n ", "s_tx", "s_ty"]
+
+contains
+
+  !> Read a record.
+  subroutine read_strains(path, ntens, position, shear, dtime, joint, record, message)
+    character(len=*), intent(in) :: path                      !! file
+    integer, intent(in) :: ntens                              !! components of the host
+    integer, intent(in) :: position(3)                        !! of N, Tx, Ty among them, 0: there is none
+    real(wp), intent(in) :: shear                             !! shear strain of the host per engineering shear: 1, 1/2
+    real(wp), intent(in) :: dtime                             !! time increment where there is no column `time`
+    type(interface_type), intent(in) :: joint                 !! with h of the host
+    type(strains_type), intent(out) :: record                 !! what was read
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: complaint, source, line
+    integer, allocatable :: column(:)
+    real(wp), allocatable :: numbers(:)
+    real(wp) :: bound, now
+    integer :: bad, earlier, first, i, last, n, number
+    logical :: named, separations
+
+    earlier = len(message)
+    source = ""
+    call load_file(path, source, message)
+    if (len(message) > earlier) return
+    n = count([(source(i:i) == newline, i=1, len(source))]) + 1
+    allocate (record%strain(ntens, n), record%time(n))
+    record%strain = 0.0_wp
+    bound = 0.25_wp*separation_bound(joint)/joint%h
+    separations = .false.
+    named = .false.
+    bad = 0
+    n = 0
+    number = 0
+    now = 0.0_wp
+    first = 1
+    do while (first <= len(source))
+      last = line_end(source, first)
+      line = strip(source(first:last))
+      first = last + 2
+      number = number + 1
+      if (len(line) == 0) cycle
+      if (line(1:1) == "#") cycle
+      if (.not. allocated(column)) then
+        named = has_names(line)
+        if (named) then
+          call find_columns(lower(line), path, number, ntens, column, separations, message)
+          if (len(message) > earlier) return
+          cycle
+        end if
+        column = [(i, i=1, ntens), 0]
+      end if
+      complaint = ""
+      call read_numbers(line, path, number, column, numbers, complaint)
+      if (.not. named .and. n_fields(line) > ntens) call append(complaint, path // ":" // integer_text(number) // &
+        ": " // &
+        integer_text(n_fields(line)) // " columns: expected " // integer_text(ntens) // " (ntens), or a header")
+      if (len(complaint) == 0) then
+        n = n + 1
+        record%time(n) = merge(numbers(size(numbers)), real(n, wp)*dtime, column(size(column)) > 0)
+        if (record%time(n) < now) call append(complaint, path // ":" // integer_text(number) // ": time = " // &
+          to_text(record%time(n)) // ": expected at least " // to_text(now) // ", the time before (0 at the start)")
+        now = max(now, record%time(n))
+        if (separations) then
+          if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(complaint, path // ":" // &
+            integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
+          do i = 1, 3
+            if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/joint%h)
+          end do
+        else
+          record%strain(:, n) = numbers(:ntens)
+        end if
+        if (.not. all(bounded(record%strain(:, n), bound))) call append(complaint, path // ":" // &
+          integer_text(number) // ": expected strains of a magnitude up to " // to_text(bound))
+      end if
+      if (len(complaint) == 0) cycle
+      bad = bad + 1
+      if (bad <= most_lines) call append(message, complaint)
+    end do
+    if (bad > most_lines) call append(message, path // ": ... and " // integer_text(bad - most_lines) // &
+      " more bad lines")
+    if (n == 0 .and. len(message) == earlier) call append(message, path // ": no line of numbers")
+    record%strain = record%strain(:, :n)
+    record%time = record%time(:n)
+  end subroutine read_strains
+
+  !> Without blanks at both ends.
+  pure function strip(line) result(core)
+    character(len=*), intent(in) :: line   !! text
+    character(len=:), allocatable :: core
+    integer :: first
+    first = verify(line, blanks)
+    if (first == 0) then
+      core = ""
+    else
+      core = line(first:verify(line, blanks, back=.true.))
+    end if
+  end function strip
+
+  !> Field i of a line; empty beyond the last one.
+  pure function field(line, i) result(text)
+    character(len=*), intent(in) :: line   !! fields with commas between them
+    integer, intent(in) :: i               !! which, from 1
+    character(len=:), allocatable :: text
+    integer :: comma, first, k
+    first = 1
+    do k = 1, i - 1
+      comma = index(line(first:), ",")
+      first = merge(first + comma, len(line) + 1, comma > 0)
+    end do
+    text = strip(line(first:first + index(line(first:) // ",", ",") - 2))
+  end function field
+
+  !> Number of fields of a line.
+  pure function n_fields(line) result(n)
+    character(len=*), intent(in) :: line   !! fields with commas between them
+    integer :: i, n
+    n = 1
+    do i = 1, len(line)
+      if (line(i:i) == ",") n = n + 1
+    end do
+  end function n_fields
+
+  !> Whether a line is a header: its first field is a name and not a number.
+  pure function has_names(line) result(yes)
+    character(len=*), intent(in) :: line   !! fields with commas between them
+    logical :: yes
+    yes = verify(line(1:1), "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ""'") == 0 .and. &
+      all(lower(field(line, 1)) /= ["nan     ", "inf     ", "infinity"])
+  end function has_names
+
+  !> Columns of the values by the header, time last (0: none).
+  pure subroutine find_columns(header, path, number, ntens, column, separations, message)
+    character(len=*), intent(in) :: header                    !! lower case
+    character(len=*), intent(in) :: path                      !! file
+    integer, intent(in) :: number                             !! of the line
+    integer, intent(in) :: ntens                              !! components of the host
+    integer, allocatable, intent(out) :: column(:)            !! numbers of the columns
+    logical, intent(out) :: separations                       !! s_N, s_Tx, s_Ty and not strains
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: name
+    integer :: i, k, n
+
+    n = n_fields(header)
+    separations = .false.
+    do i = 1, n
+      if (field(header, i) == separation_names(1)) separations = .true.
+    end do
+    allocate (column(merge(3, ntens, separations) + 1))
+    column = 0
+    do k = 1, size(column)
+      if (k == size(column)) then
+        name = "time"
+      else if (separations) then
+        name = trim(separation_names(k))
+      else
+        name = "e_" // integer_text(k)
+      end if
+      do i = n, 1, -1
+        if (field(header, i) == name) column(k) = i
+      end do
+      if (column(k) == 0 .and. k < size(column)) call append(message, path // ":" // integer_text(number) // &
+        ": no column " // name // ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
+    end do
+  end subroutine find_columns
+
+  !> Numbers of a line in the columns that are wanted.
+  pure subroutine read_numbers(line, path, number, column, numbers, message)
+    character(len=*), intent(in) :: line                      !! fields with commas between them
+    character(len=*), intent(in) :: path                      !! file
+    integer, intent(in) :: number                             !! of the line
+    integer, intent(in) :: column(:)                          !! wanted, 0: not there, stays 0
+    real(wp), allocatable, intent(out) :: numbers(:)          !! size 0 if one is bad
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: text
+    integer :: k
+    logical :: good
+
+    allocate (numbers(size(column)))
+    numbers = 0.0_wp
+    do k = 1, size(column)
+      if (column(k) == 0) cycle
+      text = field(line, column(k))
+      call to_real(text, numbers(k), good)
+      if (good) cycle
+      call append(message, path // ":" // integer_text(number) // ": column " // integer_text(column(k)) // " = """ // &
+        printable(text) // """: expected a number")
+      deallocate (numbers)
+      allocate (numbers(0))
+      return
+    end do
+  end subroutine read_numbers
+
+end module recorded_strains

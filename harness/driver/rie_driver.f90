@@ -1,0 +1,200 @@
+!> Driver of one interface point: runs a case file and writes its history as CSV.
+program rie_driver
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use asperity_text, only: append, to_text
+  use asperity_contract, only: version
+  use asperity_kinds, only: wp
+  use case_echo, only: echo_case
+  use case_file, only: case_type, interpret_case, print_format, read_sweep
+  use case_run, only: failed_file, run_case
+  use case_text, only: read_text, text_type
+  use driver_messages, only: exit_input, exit_ok, finish, say, short
+  use row_file, only: same_file
+  use text_file, only: lower
+  implicit none
+
+  !> Closure of the facing planes, as a multiple of s_f, beyond which a warning is given.
+  real(wp), parameter :: soft_contact = 0.1_wp
+  character(len=*), parameter :: usage(9) = [character(len=78) :: &
+    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
+    "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
+    "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
+    "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane", &
+    "  --quiet     no progress line, no summary", &
+    "  --echo      check the case and print it as JSON, with all defaults; no run", &
+    "  --version   print the version", &
+    "exit code: 0 ended as expected, 1 bad input, 2 the solve could not go on or", &
+    "ended otherwise than expected (every row that converged is in the file)"]
+  character(len=:), allocatable :: path, output, message
+  logical :: echo, planes, quiet
+
+  call read_command_line()
+  call run()
+
+contains
+
+  !> Arguments of the command.
+  subroutine read_command_line()
+    character(len=:), allocatable :: argument
+    integer :: i
+    path = ""
+    output = ""
+    planes = .false.
+    quiet = .false.
+    echo = .false.
+    i = 1
+    if (command_argument_count() == 0) call reject("no case file")
+    do while (i <= command_argument_count())
+      argument = argument_text(i)
+      select case (argument)
+      case ("-h", "--help")
+        write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage))
+        call print_format()
+        call finish(exit_ok)
+      case ("--version")
+        write (output_unit, "(2a)") "rie_driver ", version
+        call finish(exit_ok)
+      case ("--planes")
+        planes = .true.
+      case ("--quiet")
+        quiet = .true.
+      case ("--echo")
+        echo = .true.
+      case ("-o")
+        i = i + 1
+        output = argument_text(i)
+        if (len(output) == 0) call reject("-o without a file name")
+      case default
+        if (index(argument, "-") == 1) call reject(argument // ": unknown option")
+        if (len(path) > 0) call reject(argument // ": one case file at a time")
+        if (len(argument) == 0) call reject("empty name of a case file")
+        path = argument
+      end select
+      i = i + 1
+    end do
+    if (len(path) == 0) call reject("no case file")
+  end subroutine read_command_line
+
+  !> Argument i; empty beyond the last one.
+  function argument_text(i) result(text)
+    integer, intent(in) :: i   !! from 1
+    character(len=:), allocatable :: text
+    integer :: length
+    length = 0
+    if (i <= command_argument_count()) call get_command_argument(i, length=length)
+    allocate (character(len=length) :: text)
+    if (length > 0) call get_command_argument(i, text)
+  end function argument_text
+
+  !> Complain about the command and end.
+  subroutine reject(complaint)
+    character(len=*), intent(in) :: complaint   !! what is wrong
+    call say(complaint // "; rie_driver --help shows the usage")
+    call finish(exit_input)
+  end subroutine reject
+
+  !> Read and check everything, then run the case, once for every value of its sweep.
+  subroutine run()
+    type(text_type) :: text
+    type(case_type), allocatable :: cases(:)
+    character(len=:), allocatable :: variable, stem
+    real(wp), allocatable :: values(:)
+    real(wp) :: closure, largest
+    integer :: code, i, worst
+    logical :: good
+
+    message = ""
+    call read_text(path, text, message)
+    call end_on_errors()
+    call read_sweep(text, variable, values, message)
+    call end_on_errors()
+    text%variable = lower(variable)
+    allocate (cases(max(1, size(values))))
+    do i = 1, size(cases)
+      if (size(values) > 0) text%variable_value = values(i)
+      call interpret_case(text, values, cases(i), message)
+      if (len(message) > 0) exit
+    end do
+    if (echo) then
+      call end_on_errors()
+      call echo_case(text, variable, values, cases, good)
+      call finish(merge(exit_ok, exit_input, good))
+    end if
+    if (size(values) > 0 .and. output == "-") call append(message, path // &
+      ": a case with &sweep writes a file per value, not standard output")
+    if (len(output) > 0) then
+      stem = without(output, ".csv")
+    else
+      stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
+    end if
+    do i = 1, size(cases)
+      if (same_file(result_file(stem, values, i), path)) call append(message, path // ": the output " // &
+        result_file(stem, values, i) // " would replace the case file")
+      if (same_file(failed_file(result_file(stem, values, i)), path)) call append(message, path // ": " // &
+        failed_file(result_file(stem, values, i)) // ", where a failed increment is left, would replace the case " // &
+        "file: expected another -o")
+      if (.not. allocated(cases(i)%replay%file)) cycle
+      if (same_file(result_file(stem, values, i), cases(i)%replay%file)) call append(message, path // &
+        ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
+    end do
+    call end_on_errors()
+    if (cases(1)%mode_2) call say(path // ": warning: sigma02 or Gc2 differ from mode I: the thermodynamic " // &
+      "argument of the law holds for equal values only (paper, Remark 2)")
+
+    if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
+    worst = exit_ok
+    largest = 0.0_wp
+    do i = 1, size(cases)
+      if (size(values) > 0) then
+        call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
+          result_file(stem, values, i), planes, quiet, closure, code)
+      else
+        call run_case(cases(i), path, result_file(stem, values, i), planes, quiet, closure, code)
+      end if
+      worst = max(worst, code)
+      largest = max(largest, closure)
+      if (code == exit_input) exit
+    end do
+    if (largest > soft_contact) call say(path // ": warning: the contact is soft: facing planes that carry the " // &
+      "largest pressure close by " // short(largest) // " s_f (kc of &material makes it stiffer)")
+    call finish(worst)
+  end subroutine run
+
+
+  !> File with the rows of a case, of a value of its sweep if it has one.
+  pure function result_file(stem, values, i) result(name)
+    character(len=*), intent(in) :: stem   !! name without ending
+    real(wp), intent(in) :: values(:)      !! of the sweep, size 0: none
+    integer, intent(in) :: i               !! which of them
+    character(len=:), allocatable :: name
+    if (size(values) > 0) then
+      name = stem // "_" // to_text(values(i)) // ".csv"
+    else if (len(output) > 0) then
+      name = output
+    else
+      name = stem // ".csv"
+    end if
+  end function result_file
+
+  !> Name without its ending.
+  pure function without(name, ending) result(stem)
+    character(len=*), intent(in) :: name     !! of a file
+    character(len=*), intent(in) :: ending   !! to leave out
+    character(len=:), allocatable :: stem
+    stem = name
+    if (len(name) <= len(ending)) return
+    if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
+  end function without
+
+  !> End if there is a complaint about the input.
+  subroutine end_on_errors()
+    integer :: last
+    do while (len(message) > 0)
+      last = index(message // new_line("a"), new_line("a")) - 1
+      call say(message(:last))
+      message = message(min(last + 2, len(message) + 1):)
+      if (len(message) == 0) call finish(exit_input)
+    end do
+  end subroutine end_on_errors
+
+end program rie_driver

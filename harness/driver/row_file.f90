@@ -1,0 +1,128 @@
+!> Lines out to a file at once, each by one call of the system: whole lines when the run is killed, and errors noticed.
+!>
+!> The Fortran run-time libraries do not report a full disk. On a full tmpfs and on /dev/full, iostat of write, flush
+!> and close is 0 with gfortran 12, whether a unit stays open or is opened for each line; with flang 16 flush reports
+!> the error, and the close after it ends the program.
+module row_file
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
+  implicit none
+  private
+  public :: create_file, write_line, close_file, same_file
+
+  integer(c_int), parameter :: standard_output = 1_c_int, permissions = int(o"666", c_int)
+
+  interface
+    !> POSIX: create or empty a file.
+    function c_creat(path, mode) bind(c, name="creat") result(fd)
+      import :: c_char, c_int
+      implicit none
+      ! allow(C071): as C has it
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+      integer(c_int) :: fd
+    end function c_creat
+    !> POSIX: write bytes.
+    function c_write(fd, bytes, n) bind(c, name="write") result(written)
+      import :: c_char, c_int, c_intptr_t, c_size_t
+      implicit none
+      integer(c_int), value :: fd
+      ! allow(C071): as C has it
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: n
+      integer(c_intptr_t) :: written
+    end function c_write
+    !> POSIX: close a file.
+    function c_close(fd) bind(c, name="close") result(status)
+      import :: c_int
+      implicit none
+      integer(c_int), value :: fd
+      integer(c_int) :: status
+    end function c_close
+    !> POSIX: path without links and dots; NULL if there is no such file.
+    function c_realpath(path, resolved) bind(c, name="realpath") result(found)
+      import :: c_char, c_ptr
+      implicit none
+      ! allow(C071): as C has it
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C071, C072): as C has it
+      character(kind=c_char), intent(out) :: resolved(*)
+      type(c_ptr) :: found
+    end function c_realpath
+    !> Standard C: say on standard error why the last call failed.
+    subroutine c_perror(prefix) bind(c, name="perror")
+      import :: c_char
+      implicit none
+      ! allow(C071): as C has it
+      character(kind=c_char), intent(in) :: prefix(*)
+    end subroutine c_perror
+  end interface
+
+contains
+
+  !> Whether two names are those of one existing file.
+  function same_file(first, second) result(same)
+    character(len=*), intent(in) :: first, second   !! names
+    logical :: same
+    integer, parameter :: longest_path = 4096
+    character(kind=c_char) :: resolved(longest_path + 1, 2)
+    integer :: i
+    resolved = c_null_char
+    same = c_associated(c_realpath(first // c_null_char, resolved(:, 1)))
+    if (same) same = c_associated(c_realpath(second // c_null_char, resolved(:, 2)))
+    if (.not. same) return
+    ! what follows the null is undefined
+    do i = 1, size(resolved, 1)
+      same = resolved(i, 1) == resolved(i, 2)
+      if (.not. same .or. resolved(i, 1) == c_null_char) exit
+    end do
+  end function same_file
+
+  !> Open a file for writing, empty; "-" is standard output.
+  subroutine create_file(path, file, good)
+    character(len=*), intent(in) :: path   !! file
+    integer, intent(out) :: file           !! descriptor
+    logical, intent(out) :: good           !! false: the reason is on standard error
+    if (path == "-") then
+      file = standard_output
+    else
+      file = c_creat(path // c_null_char, permissions)
+    end if
+    good = file >= 0
+    if (.not. good) call tell(path)
+  end subroutine create_file
+
+  !> Write a line.
+  subroutine write_line(file, path, line, good)
+    integer, intent(in) :: file            !! descriptor
+    character(len=*), intent(in) :: path   !! its name, for a message
+    character(len=*), intent(in) :: line   !! without line end
+    logical, intent(out) :: good           !! false: the reason is on standard error
+    character(len=:), allocatable :: rest
+    integer(c_intptr_t) :: written
+    rest = line // new_line("a")
+    do while (len(rest) > 0)
+      written = c_write(int(file, c_int), rest, int(len(rest), c_size_t))
+      good = written > 0
+      if (.not. good) exit
+      rest = rest(written + 1:)
+    end do
+    if (.not. good) call tell(path)
+  end subroutine write_line
+
+  !> Close a file.
+  subroutine close_file(file, path, good)
+    integer, intent(in) :: file            !! descriptor
+    character(len=*), intent(in) :: path   !! its name, for a message
+    logical, intent(out) :: good           !! false: the reason is on standard error
+    good = .true.
+    if (file /= standard_output) good = c_close(int(file, c_int)) == 0
+    if (.not. good) call tell(path)
+  end subroutine close_file
+
+  !> Say why the last call failed.
+  subroutine tell(path)
+    character(len=*), intent(in) :: path   !! of the file
+    call c_perror("rie_driver: " // path // ": cannot be written" // c_null_char)
+  end subroutine tell
+
+end module row_file

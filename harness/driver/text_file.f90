@@ -1,0 +1,149 @@
+!> Text files and the words and numbers in them.
+module text_file
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text
+  implicit none
+  private
+  public :: load_file, line_end, lower, printable, to_real
+
+  character(len=*), parameter, public :: newline = achar(10)
+  character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
+  !> Lines of a kind of error that are shown; how many more there are is said.
+  integer, parameter, public :: most_lines = 20
+  !> Largest file that is read, bytes.
+  integer, parameter :: largest_file = 100000000
+
+contains
+
+  !> Bytes of a text file.
+  subroutine load_file(path, source, message)
+    character(len=*), intent(in) :: path                      !! file
+    character(len=:), allocatable, intent(inout) :: source    !! its bytes
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=200) :: reason
+    integer :: unit, status, bytes, i, line
+
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", status="old", &
+      iostat=status, iomsg=reason)
+    if (status /= 0) then
+      call append(message, path // ": cannot be opened: " // trim(reason))
+      return
+    end if
+    inquire (unit=unit, size=bytes)
+    if (bytes < 1 .or. bytes > largest_file) then
+      call append(message, path // ": " // integer_text(bytes) // " bytes: expected a case file of 1 to " // &
+        integer_text(largest_file) // " bytes")
+      close (unit)
+      return
+    end if
+    deallocate (source)
+    allocate (character(len=bytes) :: source)
+    read (unit, iostat=status, iomsg=reason) source
+    close (unit)
+    if (status /= 0) then
+      call append(message, path // ": cannot be read: " // trim(reason))
+      return
+    end if
+
+    line = 1
+    do i = 1, bytes
+      if (source(i:i) == newline) line = line + 1
+      if ((iachar(source(i:i)) < 32 .and. scan(source(i:i), blanks) == 0) .or. iachar(source(i:i)) == 127) then
+        call append(message, path // ":" // integer_text(line) // ": byte " // integer_text(iachar(source(i:i))) // &
+          ": expected a text file")
+        return
+      end if
+    end do
+    if (bytes >= 3) then
+      if (source(1:3) == char(239) // char(187) // char(191)) source(1:3) = ""   ! byte-order mark of an editor
+    end if
+  end subroutine load_file
+
+  !> Last position of the line that position i is in.
+  pure function line_end(source, i) result(last)
+    character(len=*), intent(in) :: source   !! text
+    integer, intent(in) :: i                 !! position
+    integer :: last
+    last = index(source(i:), newline)
+    last = merge(i + last - 2, len(source), last > 0)
+  end function line_end
+
+  !> Start of a piece of text, with a question mark for what is not ASCII.
+  pure function printable(piece) result(clean)
+    character(len=*), intent(in) :: piece   !! text
+    character(len=:), allocatable :: clean
+    integer, parameter :: most = 60
+    integer :: i
+    clean = piece(:min(len(piece), most))
+    do i = 1, len(clean)
+      if (iachar(clean(i:i)) < 32 .or. iachar(clean(i:i)) > 126) clean(i:i) = "?"
+    end do
+    clean = trim(clean)
+    if (len(piece) > most) clean = clean // "..."
+  end function printable
+
+  !> Lower case.
+  pure function lower(name) result(low)
+    character(len=*), intent(in) :: name   !! any case
+    character(len=len(name)) :: low
+    integer :: i
+    low = name
+    do i = 1, len(name)
+      if (name(i:i) >= "A" .and. name(i:i) <= "Z") low(i:i) = achar(iachar(name(i:i)) + 32)
+    end do
+  end function lower
+
+  !> Number from text: decimal, finite, with an exponent or without; anything else is refused.
+  pure subroutine to_real(word, value, good)
+    character(len=*), intent(in) :: word   !! without blanks
+    real(wp), intent(out) :: value         !! 0 if it is no number
+    logical, intent(out) :: good           !! whether it is one
+    integer, parameter :: most_digits = 60, largest_exponent = 300
+    character(len=most_digits + 8) :: mantissa
+    integer :: e, exponent, status
+    character(len=8) :: power
+
+    value = 0.0_wp
+    exponent = 0
+    power = ""
+    e = scan(word, "eEdD")
+    good = e /= 1 .and. e /= len(word) .and. len(word) > 0 .and. len(word) <= most_digits
+    if (.not. good) return
+    if (e > 0) then
+      good = len(word) - e <= 5 .and. is_digits(word(e + 1:), .false.)
+      if (.not. good) return
+      power = word(e + 1:)
+      read (power, "(i8)", iostat=status) exponent
+      good = status == 0
+      mantissa = word(:e - 1)
+    else
+      mantissa = word
+    end if
+    ! refused before it is read: an overflow would raise a floating-point exception
+    good = good .and. is_digits(trim(mantissa), .true.) .and. exponent + len_trim(mantissa) <= largest_exponent
+    if (.not. good) return
+    write (power, "(i0)") exponent
+    mantissa = trim(mantissa) // "e" // power
+    read (mantissa, "(f68.0)", iostat=status) value
+    good = status == 0
+  end subroutine to_real
+
+  !> Whether a word is a sign (or none) and digits, with one decimal point where that is allowed.
+  pure function is_digits(word, point) result(yes)
+    character(len=*), intent(in) :: word   !! text
+    logical, intent(in) :: point           !! allow a decimal point
+    logical :: yes
+    integer :: first
+    first = 1
+    if (len(word) > 0) then
+      if (scan(word(1:1), "+-") > 0) first = 2
+    end if
+    if (point) then
+      yes = verify(word(first:), "0123456789.") == 0 .and. scan(word(first:), "0123456789") > 0
+      if (yes) yes = index(word, ".") == index(word, ".", back=.true.)
+    else
+      yes = verify(word(first:), "0123456789") == 0 .and. len(word) >= first
+    end if
+  end function is_digits
+
+end module text_file

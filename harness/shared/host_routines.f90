@@ -1,0 +1,66 @@
+!> The user routines as a host declares them: the one declaration for the programs and tests here.
+!>
+!> Nothing of asperity is used. `procedure(umat)` declares a routine that is called in the same way.
+module host_routines
+  use, intrinsic :: iso_fortran_env, only: real32, real64
+  implicit none
+  private
+  public :: umat, vumat, vumat_single
+
+  interface
+    !> UMAT; hosts may leave out (pass NULL for) what is optional here.
+    subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, &
+                    temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, &
+                    celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
+      import :: real64
+      implicit none
+      integer, intent(in) :: ndi, nshr, ntens, nstatv, nprops
+      real(real64), intent(inout) :: stress(ntens), statev(nstatv), ddsdde(ntens, ntens), sse, spd, scd
+      real(real64), intent(in) :: stran(ntens), dstran(ntens), props(nprops)
+      character(len=*), intent(in) :: cmname
+      real(real64), intent(inout), optional :: pnewdt, rpl, ddsddt(*), drplde(*), drpldt
+      real(real64), intent(in), optional :: time(*), dtime, temp, dtemp, predef(*), dpred(*), coords(*), drot(*), &
+        celent, dfgrd0(*), dfgrd1(*)
+      integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
+    end subroutine umat
+
+    !> VUMAT in double precision.
+    subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
+                     coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, &
+                     defgradOld, fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, &
+                     stretchNew, defgradNew, fieldNew, stressNew, stateNew, enerInternNew, enerInelasNew)
+      import :: real64
+      implicit none
+      integer, intent(in) :: nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal
+      real(real64), intent(in) :: stepTime, totalTime, dt
+      character(len=*), intent(in) :: cmname
+      real(real64), intent(in) :: coordMp(nblock, *), charLength(nblock), props(nprops), density(nblock), &
+        strainInc(nblock, ndir + nshr), relSpinInc(nblock, *), tempOld(nblock), stretchOld(nblock, *), &
+        defgradOld(nblock, *), fieldOld(nblock, *), stressOld(nblock, ndir + nshr), stateOld(nblock, nstatev), &
+        enerInternOld(nblock), enerInelasOld(nblock), tempNew(nblock), stretchNew(nblock, *), &
+        defgradNew(nblock, *), fieldNew(nblock, *)
+      real(real64), intent(inout) :: stressNew(nblock, ndir + nshr), stateNew(nblock, nstatev), &
+        enerInternNew(nblock), enerInelasNew(nblock)
+    end subroutine vumat
+
+    !> VUMAT in single precision.
+    subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
+                            coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, &
+                            defgradOld, fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, &
+                            stretchNew, defgradNew, fieldNew, stressNew, stateNew, enerInternNew, enerInelasNew)
+      import :: real32
+      implicit none
+      integer, intent(in) :: nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal
+      real(real32), intent(in) :: stepTime, totalTime, dt
+      character(len=*), intent(in) :: cmname
+      real(real32), intent(in) :: coordMp(nblock, *), charLength(nblock), props(nprops), density(nblock), &
+        strainInc(nblock, ndir + nshr), relSpinInc(nblock, *), tempOld(nblock), stretchOld(nblock, *), &
+        defgradOld(nblock, *), fieldOld(nblock, *), stressOld(nblock, ndir + nshr), stateOld(nblock, nstatev), &
+        enerInternOld(nblock), enerInelasOld(nblock), tempNew(nblock), stretchNew(nblock, *), &
+        defgradNew(nblock, *), fieldNew(nblock, *)
+      real(real32), intent(inout) :: stressNew(nblock, ndir + nshr), stateNew(nblock, nstatev), &
+        enerInternNew(nblock), enerInelasNew(nblock)
+    end subroutine vumat_single
+  end interface
+
+end module host_routines

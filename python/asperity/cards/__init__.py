@@ -1,0 +1,1 @@
+"""Material blocks for the input of host programs, `asperity card`."""

@@ -1,0 +1,188 @@
+"""Material blocks for the input of host programs."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .. import contract
+from ..installed import library
+
+PER_LINE = 8
+"""Constants on a line of an Abaqus or CalculiX input."""
+
+CALCULIX_MAX_CONSTANTS = 21
+"""CalculiX takes no more constants, and does not check."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a material block says; props and statev as the library has them."""
+
+    name: str
+    props: contract.Floats
+    statev: tuple[str, ...]
+    remarks: Sequence[str] = ()
+    dimension: int = 3
+    explicit: bool = False
+    density: float | None = None
+
+    def prop(self, name: str) -> float:
+        """Entry of PROPS by name."""
+        return float(self.props[contract.index(name)])
+
+    def thickness(self) -> float:
+        """Thickness the host divides by; 0 means 1."""
+        return self.prop("h") or 1.0
+
+
+def card(host: str, block: Block) -> str:
+    """Text for the input of a host; raises ValueError for what it cannot take."""
+    writers = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos}
+    if host not in writers:
+        raise ValueError(f"host = {host!r}: expected one of {', '.join(writers)}")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,39}", block.name):
+        raise ValueError(
+            f"name = {block.name!r}: expected a letter, then up to 39 letters, digits or underscores"
+        )
+    if block.dimension not in (2, 3):
+        raise ValueError(f"dimension = {block.dimension}: expected 2 or 3")
+    if host != "abaqus" and (block.explicit or block.density is not None):
+        raise ValueError(f"explicit, density: expected for abaqus only, not for {host}")
+    if block.density is not None and not 0.0 < block.density < float("inf"):
+        raise ValueError(f"density = {block.density:g}: expected > 0")
+    return writers[host](block)
+
+
+def _abaqus(block: Block) -> str:
+    """Abaqus: friction needs the unsymmetric solver; the names of the state variables show in the output."""
+    if block.explicit:
+        run = "abaqus job=NAME user=asperity_abaqus.f90 double=both"
+        solver = ""
+    else:
+        run = "abaqus job=NAME user=asperity_abaqus.f90"
+        solver = ", unsymm"
+    if block.explicit and block.density is None:
+        raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
+    # a VUMAT keeps the separation there, as the host passes none
+    names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
+    element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
+    density = [] if block.density is None else ["*Density", f"{block.density!r},"]
+    return _text(
+        _comments(block, run),
+        f"*Material, name={block.name}",
+        *density,
+        f"*User Material, constants={len(block.props)}{solver}",
+        *_constants(block.props),
+        "** no DELETE: contact survives rupture, no point is ever deleted; status is 1 once it was called",
+        "** zero state variables are the virgin interface: no initial conditions are needed",
+        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION",
+        "*Depvar",
+        f"{len(block.statev)},",
+        *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),
+        f"** elements {element}; Tx is their first shear direction (an orientation turns it)",
+        f"*Cohesive Section, elset={block.name}, material={block.name}, response=TRACTION SEPARATION, "
+        "thickness=SPECIFIED",
+        f"{block.thickness()!r},",
+    )
+
+
+def _calculix(block: Block) -> str:
+    """CalculiX: a material whose name begins with ABAQUS goes to the UMAT; SDV names are comments."""
+    if len(block.props) > CALCULIX_MAX_CONSTANTS:
+        raise ValueError(
+            f"{len(block.props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
+            "which takes regular patterns only"
+        )
+    name = block.name.upper()
+    if name.startswith("NL"):
+        raise ValueError(
+            f"name = {block.name!r}: expected none that begins with NL, which selects calculix' log strains"
+        )
+    _only("calculix", "map", block.prop("map"), 0.0)
+    _only("calculix", "dimension", block.dimension, 3)
+    return _text(
+        _comments(block, "ccx with the UMAT of asperity linked in"),
+        *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
+        f"*MATERIAL, NAME=ABAQUS{name}",
+        "** all constants in full: a count of 8 or 16 would need one more line, for the temperature",
+        f"*USER MATERIAL, CONSTANTS={len(block.props)}",
+        *_constants(block.props),
+        "** zero state variables are the virgin interface: no initial conditions are needed",
+        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION, USER",
+        "*DEPVAR",
+        f"{len(block.statev)}",
+        "** one layer of C3D8 (not C3D8R, C3D8I), its normal along z, without NLGEOM, "
+        f"of thickness h = {block.thickness()!r}",
+        f"** r = {block.prop('r')!r}: 0 for a layer bonded on both faces, 1e-9 cures free stretching",
+        f"*SOLID SECTION, ELSET={name}, MATERIAL=ABAQUS{name}",
+    )
+
+
+def _kratos(block: Block) -> str:
+    """Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
+    _only("kratos' interface laws (1 is for its older elements)", "map", block.prop("map"), 0.0)
+    _only("kratos, whose interface elements pass separations", "h", block.thickness(), 1.0)
+    if block.dimension == 3:
+        law = "SmallStrainUMAT3DSurfaceInterfaceLaw"
+        elements = ["Geo_USurfaceInterfaceElement4Plus4N", "Geo_USurfaceInterfaceElement3Plus3N"]
+    else:
+        law = "SmallStrainUMAT2DLineInterfaceLaw"
+        elements = ["Geo_ULineInterfacePlaneStrainElement2Plus2N"]
+    material = {
+        "model_part_name": block.name,
+        "properties_id": 1,
+        "Material": {
+            "constitutive_law": {"name": law},
+            "Variables": {
+                "UDSM_NAME": str(library()),
+                "IS_FORTRAN_UDSM": True,
+                "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else 0/0 in the rows of the water pressure
+                "BIOT_COEFFICIENT": 0.0,  # the water pressure is coupled with nothing
+                "UMAT_PARAMETERS": block.props.tolist(),
+                "STATE_VARIABLES": [0.0] * len(block.statev),
+            },
+        },
+    }
+    names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
+    history = (
+        "UDSM_NAME: expected the commit adapter libasperity_kratos.so (-DASPERITY_HOSTS=ON) in place of this "
+        "library, which runs, but these elements commit no step: damage would heal on unloading"
+    )
+    initial = (
+        "zero STATE_VARIABLES are the virgin interface; the host passes no initial stress to a UMAT here: "
+        "give a state of Interface.initial instead of the zeros"
+    )
+    notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
+    return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
+
+
+def _only(host: str, name: str, value: float, expected: float) -> None:
+    """Refuse a value that a host cannot take."""
+    if value != expected:
+        raise ValueError(f"{name} = {value:g}: expected {expected:g} for {host}")
+
+
+def _comments(block: Block, run: str) -> str:
+    """Head of a block: who wrote it, the entries of PROPS, how to run it, what to respect."""
+    names = ", ".join(row.name for row in contract.props_table() if row.name != "reserved")
+    lines = [
+        f"asperity {contract.library_version()}: {names}",
+        "units: one consistent set, as mm, N, MPa, N/mm; theta and turn in degrees",
+        run,
+        *block.remarks,
+    ]
+    return "\n".join(f"** {line}" for line in lines)
+
+
+def _text(*lines: str) -> str:
+    """Lines, the last one ended."""
+    return "\n".join(lines) + "\n"
+
+
+def _constants(props: contract.Floats) -> list[str]:
+    """Constants in full precision, eight a line."""
+    texts = [repr(value) for value in props.tolist()]
+    return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]

@@ -1,0 +1,1 @@
+"""Parameters of the law from shear-box records, `asperity fit`."""

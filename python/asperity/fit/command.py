@@ -1,0 +1,177 @@
+"""Command `asperity fit`: parameters from shear-box records."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from tqdm import tqdm
+
+from ..remarks import shown_warnings
+from .fitting import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
+from .model import INCREMENTS, SCALES, SIDES
+from .records import read_records, unit_name
+
+PATIENCE = 2.0
+"""Seconds before progress is shown."""
+
+BAD_INPUT = 1
+
+HOSTS = ("abaqus", "calculix", "kratos")
+
+DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
+"""Where neither the record nor the user tells."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    known = ", ".join(f"{name}={value:.4g}" for name, value in DEFAULT_FIXED.items())
+    parser.add_argument(
+        "records",
+        nargs="+",
+        type=Path,
+        metavar="DATA.csv",
+        help="columns slip, tau, sigma_N and, as measured, dilation, k_N, test",
+    )
+    parser.add_argument(
+        "--free",
+        default=",".join(DEFAULT_FREE),
+        metavar="NAMES",
+        help=f"what is identified, of {','.join(SCALES)} (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help=f"what is known (default: {known})"
+    )
+    parser.add_argument(
+        "--start", action="append", default=[], metavar="NAME=VALUE", help="try this start, too"
+    )
+    parser.add_argument(
+        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="of what is free"
+    )
+    parser.add_argument(
+        "--sides",
+        type=int,
+        default=SIDES,
+        help="inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--direction", type=float, default=0.0, metavar="DEGREES", help="of the slip, from Tx"
+    )
+    parser.add_argument(
+        "--k-N", type=float, dest="k_N", metavar="STIFFNESS", help="of the box (CNS), for all tests"
+    )
+    parser.add_argument(
+        "--compression-positive", action="store_true", help="sigma_N of the record is > 0 in compression"
+    )
+    parser.add_argument(
+        "--increments",
+        type=int,
+        default=INCREMENTS,
+        help="least number along a test, refined until the parameters stay (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--starts", type=int, default=STARTS_TRIED, help="of the least squares (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the draw of starts (default: %(default)s)")
+    parser.add_argument("--confidence", type=float, default=0.95, help="of intervals (default: %(default)s)")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="record and fit, .png or .pdf")
+    parser.add_argument("--case", type=Path, metavar="CASE.nml", help="write a case for run, card and select")
+    parser.add_argument("--card", choices=HOSTS, help="print the material block of a host, too")
+    parser.add_argument(
+        "--units",
+        metavar="LENGTH,STRESS",
+        help=f"for labels (default: those of the record, or {','.join(DEFAULT_UNITS.values())})",
+    )
+    parser.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Read, fit, report."""
+    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
+        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
+    for option, path in (("--plot", options.plot), ("--case", options.case)):
+        _check_output(option, path)
+    if options.seed < 0:
+        raise ValueError(f"--seed {options.seed}: expected >= 0")
+    with shown_warnings():
+        tests = read_records(options.records, options.k_N, options.compression_positive)
+    units = _units(options.units, {kind: unit for test in tests for kind, unit in test.units.items()})
+    with tqdm(unit="evaluation", delay=PATIENCE, disable=None, leave=False) as bar:
+
+        def tick(label: str) -> None:
+            bar.set_description(label, refresh=False)
+            bar.update()
+
+        try:
+            found = fit(
+                tests,
+                [name.strip() for name in options.free.split(",") if name.strip()],
+                {name: one for name, (one,) in _numbers("--set", options.set, 1).items()},
+                {name: one for name, (one,) in _numbers("--start", options.start, 1).items()},
+                {name: (low, high) for name, (low, high) in _numbers("--bounds", options.bounds, 2).items()},
+                options.sides,
+                options.direction,
+                options.increments,
+                options.starts,
+                options.seed,
+                options.confidence,
+                tick,
+            )
+        except NoScipyError as error:
+            print(f"asperity: {error}", file=sys.stderr)
+            return BAD_INPUT
+    from .report import case_text, draw, report
+
+    print(report(found, units))
+    if options.card is not None:
+        print("\n" + found.interface.card(options.card), end="")
+    if options.plot is not None:
+        draw(found, options.plot, units)
+        print(options.plot)
+    if options.case is not None:
+        options.case.write_text(case_text(found), encoding="utf-8")
+        print(options.case)
+    return 0
+
+
+def _check_output(option: str, path: Path | None) -> None:
+    """ValueError for a file that cannot be written, told before the work and not after it."""
+    if path is None:
+        return
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
+    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ValueError(f"{option} {path}: expected a file that can be written")
+
+
+def _units(option: str | None, of_record: dict[str, str]) -> tuple[str, str]:
+    """Units of length and stress for labels."""
+    texts = [unit_name(text) for text in option.split(",")] if option is not None else []
+    if option is not None and (len(texts) != len(DEFAULT_UNITS) or not all(texts)):
+        raise ValueError(f"--units {option}: expected LENGTH,STRESS")
+    given = dict(zip(DEFAULT_UNITS, texts, strict=False))
+    for kind, unit in given.items():
+        if of_record.get(kind, unit) != unit:
+            raise ValueError(f"--units {option}: expected {of_record[kind]}, the {kind} of the record")
+    known = DEFAULT_UNITS | of_record | given
+    return known["length"], known["stress"]
+
+
+def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
+    """NAME=VALUE or NAME=LOW,HIGH of an option, which may hold several, apart by blanks."""
+    found = {}
+    for text in (one for several in texts for one in several.split()):
+        name, _, values = text.partition("=")
+        try:
+            numbers = [float(value) for value in values.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count:
+            raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
+        if name.strip() in found:
+            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected it once")
+        found[name.strip()] = numbers
+    return found

@@ -1,0 +1,494 @@
+"""Parameters of the law from shear-box records: least squares on the forward model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from .. import contract
+from ..contract import Floats
+from ..interface import Interface
+from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, each, material_of
+from .records import LARGEST_RATIO, ShearTest
+
+DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
+DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.default("kc")}
+"""What is identified and what is taken as known unless the caller says otherwise."""
+
+STARTS_TRIED = 5
+"""A small s_f, a curve that never softens, is a local minimum that one start in four ends in."""
+
+MOST_SIDES = 64
+"""Of a regular pattern, by the contract."""
+
+SAMPLES = 48
+"""Points of a Latin hypercube from which the best are taken as starts."""
+
+SAME = 1.01
+"""Ratio of sums of squares that are taken as one minimum."""
+
+COUPLED = 0.99
+"""Correlation from which on two parameters are called not separable."""
+
+REFINE = 4
+"""Parts of an increment of which the next finer model is made."""
+
+REFINEMENTS = 3
+"""Most times that the increments are refined: to 1/64, a thousandth of what a record resolves."""
+
+ENOUGH = 0.1
+"""Shift of a parameter by finer increments, in standard errors, that is accepted: it makes a 95 % interval a
+94.8 % one."""
+
+MOST_INCREMENTS = 10000
+"""Asked for along a test."""
+
+MOST_ROWS = 400000
+"""Increments of a test in the finest model: 150 MB of state of nine planes."""
+
+LEAST_ERROR = 1.0e-3
+"""Least standard error, relative, by which a shift is judged: no two boxes agree to a thousandth."""
+
+MOST_EVALUATIONS = 60
+"""Of the residuals in one least-squares solution, those of derivatives not counted."""
+
+RANK = 1.0e-10
+"""Singular values below this share of the largest one are differences that rounding makes."""
+
+Tick = Callable[[str], object]
+"""Called after every evaluation of the model."""
+
+
+class NoScipyError(ImportError):
+    """The extra is not installed."""
+
+    def __init__(self) -> None:
+        """Say what to install."""
+        super().__init__("fit needs scipy: expected it to be installed, as by pip install 'asperity[fit]'")
+
+
+BOUNDS = {
+    "eta": (0.05, 0.995),
+    "mu": (0.01, 2.0),
+    "theta": (0.5, 75.0),
+    "flat": (0.005, 0.95),
+    "kc": (0.1, 1e3),
+}
+"""Bounds; those of sigma0 and Gc go with the record."""
+
+DEGREES = " in degrees"
+"""After bounds of theta."""
+
+STARTS = {"eta": (0.4, 0.97), "mu": (0.15, 1.0), "theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+"""Ranges in which starts are drawn."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and the ends of its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What was identified.
+
+    values: parameters by name, fixed ones included.  x: transformed free ones, covariance (p, p) theirs.
+    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit, of
+    their spread (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
+    derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
+    shift: largest move of a parameter, in standard errors, if the increments were cut into REFINE parts.
+    costs: sums of squares from the starts with the increments asked for, the best first.  converged: whether
+    the least squares ended by themselves.  singular: of the Jacobian, in descending order, directions (p, p)
+    theirs, in rows.
+    """
+
+    problem: Problem
+    values: dict[str, float]
+    x: Floats
+    covariance: Floats
+    quantile: float
+    confidence: float
+    residuals: Floats
+    scatter: tuple[float, float]
+    neighbours: float
+    derivative_error: float
+    shift: float
+    converged: bool
+    costs: tuple[float, ...]
+    evaluations: int
+    singular: Floats
+    directions: Floats
+
+    @property
+    def correlation(self) -> Floats:
+        """Correlation matrix of the transformed free parameters, (p, p)."""
+        sizes = np.sqrt(np.diag(self.covariance))
+        matrix: Floats = self.covariance / np.outer(sizes, sizes)
+        return matrix
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Free parameters with their intervals, which are symmetric in the transformed ones."""
+        half = self.quantile * np.sqrt(np.diag(self.covariance))
+        return {
+            name: Estimate(self.values[name], *(SCALES[name].back(x + sign * h) for sign in (-1.0, 1.0)))
+            for name, x, h in zip(self.problem.free, self.x, half, strict=True)
+        }
+
+    @property
+    def interface(self) -> Interface:
+        """The interface with the parameters found."""
+        return self.problem.interface(self.values)
+
+    def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
+        """Interval of a positive function of the parameters, by the gradient of its logarithm."""
+
+        def log(x: Floats) -> float:
+            return float(np.log(function(self.problem.values(x))))
+
+        shifts = STEP * np.eye(self.x.size)
+        gradient = np.array([(log(self.x + d) - log(self.x - d)) / (2.0 * STEP) for d in shifts])
+        half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
+        value = log(self.x)
+        return Estimate(*(float(np.exp(v)) for v in (value, value - half, value + half)))
+
+    @property
+    def agreeing(self) -> int:
+        """Starts that reached the least sum of squares."""
+        return sum(cost <= SAME * self.costs[0] for cost in self.costs)
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Free parameters that the bounds hold."""
+        near = 1.0e-3
+        return [
+            name
+            for name, x in zip(self.problem.free, self.x, strict=True)
+            if min(abs(x - SCALES[name].to(bound)) for bound in self.problem.bounds[name]) < near
+        ]
+
+
+def residual_ratio(values: Mapping[str, float]) -> float:
+    """|tau|/|sigma_N| of a broken interface that slides up one facing plane; inf where it locks."""
+    return float(material_of(values).residual_strength(values["theta"]))
+
+
+def derived(values: Mapping[str, float]) -> dict[str, float]:
+    """s_f, s0 (length) and K (stress/length), (12)."""
+    material = material_of(values)
+    return {"s_f": material.s_f, "s0": material.s_0, "K": material.K}
+
+
+def fit(
+    tests: Sequence[ShearTest],
+    free: Sequence[str] = DEFAULT_FREE,
+    fixed: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    sides: int = SIDES,
+    direction: float = 0.0,
+    increments: int = INCREMENTS,
+    starts: int = STARTS_TRIED,
+    seed: int = 0,
+    confidence: float = 0.95,
+    tick: Tick = lambda _: None,
+) -> Fit:
+    """Least-squares parameters of a record.
+
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; what is in neither is
+    DEFAULT_FIXED.  start: a point tried besides the best of a Latin hypercube, `starts` in all, drawn by
+    `seed`.  bounds: (low, high) by name.  increments: least number along a test, to begin with; they are
+    refined until the parameters stay.  tick: told of every evaluation.  Raises ValueError for names and
+    values that are not admissible and for a record too short for what is free, NoScipyError without scipy.
+    """
+    try:
+        from scipy.optimize import OptimizeResult, least_squares
+        from scipy.special import stdtrit
+    except ImportError as error:
+        raise NoScipyError from error
+    for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
+        if not 1 <= value <= most:
+            raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
+    for name, value in (start or {}).items():
+        if name not in problem.free:
+            raise ValueError(f"start: {name}: expected one of the free ones, {', '.join(problem.free)}")
+        if not problem.bounds[name][0] <= value <= problem.bounds[name][1]:
+            ends = "{:g} to {:g}".format(*problem.bounds[name])
+            raise ValueError(
+                f"start: {name} = {value:g}: expected {ends}, its bounds{DEGREES if name == 'theta' else ''}"
+            )
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
+    low, high = (
+        np.array([SCALES[name].to(problem.bounds[name][i]) for name in problem.free]) for i in (0, 1)
+    )
+    evaluations = 0
+    label = "starts"
+
+    def residuals(x: Floats) -> Floats:
+        nonlocal evaluations
+        found = problem.residuals(x)
+        evaluations += 1
+        tick(label)
+        return found
+
+    def jacobian(x: Floats) -> Floats:
+        nonlocal evaluations
+        found = problem.jacobian(x)
+        evaluations += 2 * x.size
+        tick(label)
+        return found
+
+    def solve(x: Floats) -> OptimizeResult:
+        return least_squares(
+            residuals,
+            x,
+            jacobian,
+            bounds=(low, high),
+            x_scale=1.0,
+            ftol=1e-8,
+            xtol=1e-7,
+            gtol=1e-8,
+            max_nfev=MOST_EVALUATIONS,
+        )
+
+    ends = []
+    for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
+        label = f"start {i + 1} of {starts}"
+        ends.append(solve(x))
+    costs = tuple(sorted(2.0 * float(end.cost) for end in ends))
+    best = min(ends, key=lambda end: float(end.cost))
+    while True:
+        parts = problem.refinement * REFINE
+        label = f"1/{parts} of the increments"
+        known = _knowledge(problem, jacobian(best.x), best.fun)
+        problem, coarse = replace(problem, refinement=parts), problem
+        shift = known.shift(residuals(best.x) - best.fun)
+        longest = max(path.slips.size for path in problem.paths)
+        if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
+            problem = coarse
+            break
+        best = solve(best.x)
+    label = "intervals"
+    finer = problem.jacobian(best.x, FINER * STEP)
+    return Fit(
+        problem=problem,
+        values=problem.values(best.x),
+        x=best.x,
+        covariance=known.covariance,
+        quantile=float(stdtrit(best.fun.size - best.x.size, 0.5 + 0.5 * confidence)),
+        confidence=confidence,
+        residuals=best.fun,
+        scatter=known.scatter,
+        neighbours=_neighbours(problem, best.fun),
+        derivative_error=known.difference(finer),
+        shift=shift,
+        converged=best.status > 0,
+        costs=costs,
+        evaluations=evaluations + 2 * best.x.size,
+        singular=known.singular,
+        directions=known.directions,
+    )
+
+
+def _problem(
+    tests: Sequence[ShearTest],
+    free: Sequence[str],
+    fixed: Mapping[str, float],
+    bounds: Mapping[str, tuple[float, float]],
+    sides: int,
+    direction: float,
+    increments: int,
+) -> Problem:
+    """Names, values and bounds, checked."""
+    if not tests:
+        raise ValueError("no tests: expected one at least")
+    for what, names in (("free", free), ("set", fixed), ("bounds", bounds)):
+        unknown = [name for name in names if name not in SCALES]
+        if unknown:
+            raise ValueError(f"{what}: {unknown[0]}: expected one of {', '.join(SCALES)}")
+    if not free or len(set(free)) < len(free):
+        raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
+    both = [name for name in free if name in fixed]
+    if both:
+        raise ValueError(f"{both[0]}: expected it free or set, not both")
+    bound = [name for name in bounds if name not in free]
+    if bound:
+        raise ValueError(f"bounds: {bound[0]}: expected one of the free ones, {', '.join(free)}")
+    if sides != 0 and not 2 <= sides <= MOST_SIDES:
+        raise ValueError(f"sides = {sides}: expected 0, or 2 to {MOST_SIDES}")
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
+    known = DEFAULT_FIXED | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
+    missing = [name for name in SCALES if name not in free and name not in known]
+    if missing:
+        raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
+    if sides == 0 and {"theta", "flat"} & set(free):
+        raise ValueError("free: theta, flat: expected inclined planes, sides = 0 has none")
+    if 0.0 < known.get("theta", 0.0) < BOUNDS["theta"][0]:
+        raise ValueError(
+            f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {BOUNDS['theta'][0]:g} "
+            f"(a radian is {np.degrees(1.0):.1f})"
+        )
+    largest = max(float(np.abs(test.tau).max()) for test in tests)
+    length = max(float(np.abs(test.slip).max()) for test in tests)
+    within = dict(BOUNDS) | {
+        "sigma0": (1e-3 * largest, 30.0 * largest),
+        "Gc": (1e-6 * largest * length, 150.0 * largest * length),
+    }
+    for name, (low, high) in bounds.items():
+        if not 0.0 < low < high < SCALES[name].top:
+            raise ValueError(
+                f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {SCALES[name].top:g}"
+            )
+        within[name] = (low, high)
+    problem = Problem(
+        list(tests),
+        tuple(free),
+        {name: contract.number(name, value) for name, value in known.items() if name not in free},
+        {name: within[name] for name in free},
+        sides,
+        contract.number("direction", direction),
+        increments,
+    )
+    middle = {name: float(np.sqrt(within[name][0] * within[name][1])) for name in free}
+    problem.interface(dict(problem.fixed) | middle)
+    _check_lengths(problem, length)
+    count = problem.is_dilation.size
+    if count <= 2 * len(free):
+        raise ValueError(
+            f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice "
+            f"the {len(free)} free parameters"
+        )
+    return problem
+
+
+def _check_lengths(problem: Problem, length: float) -> None:
+    """ValueError where the slips cannot have the unit of 2 Gc/sigma0, as far as that is given."""
+    ends = [
+        [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
+        for name in ("Gc", "sigma0")
+    ]
+    shortest, longest = 2.0 * ends[0][0] / ends[1][1], 2.0 * ends[0][1] / ends[1][0]
+    if not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest:
+        raise ValueError(
+            f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
+            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})"
+        )
+
+
+def _starts(
+    problem: Problem,
+    start: Mapping[str, float],
+    low: Floats,
+    high: Floats,
+    count: int,
+    seed: int,
+    residuals: Callable[[Floats], Floats],
+) -> list[Floats]:
+    """The given start, if there is one, and the best points of a Latin hypercube."""
+    margin = 1e-6 * (high - low)
+    ranked = []
+    if set(start) != set(problem.free) or count > 1:
+        points = [np.clip(x, low + margin, high - margin) for x in _hypercube(problem, seed)]
+        costs = [float(r @ r) for r in each(residuals, points)]
+        ranked = [points[i] for i in np.argsort(costs)]
+    if start:
+        given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
+        x = np.array([SCALES[name].to(given[name]) for name in problem.free])
+        ranked.insert(0, np.clip(x, low + margin, high - margin))
+    return ranked[:count]
+
+
+def _hypercube(problem: Problem, seed: int) -> list[Floats]:
+    """Transformed parameters of SAMPLES points, Gc drawn as s_f, whose size the record shows."""
+    largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
+    length = max(float(np.abs(test.slip).max()) for test in problem.tests)
+    ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
+    rng = np.random.default_rng(seed)
+    strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
+    points = []
+    for row in (strata + rng.random(strata.shape)) / SAMPLES:
+        values = dict(problem.fixed)
+        for name, share in zip(problem.free, row, strict=True):
+            a, b = ranges["s_f" if name == "Gc" else name]
+            values[name] = float(a * (b / a) ** share)
+        if "Gc" in problem.free:
+            values["Gc"] *= 0.5 * values["sigma0"]
+        points.append(np.array([SCALES[name].to(values[name]) for name in problem.free]))
+    return points
+
+
+@dataclass(frozen=True, eq=False)
+class _Knowledge:
+    """What the residuals say of the parameters.
+
+    jacobian (n, p) and its inverse (p, n), covariance (p, p), scatter of tau and of s_N, singular values (p,)
+    and their directions (p, p), in rows.
+    """
+
+    jacobian: Floats
+    inverse: Floats
+    covariance: Floats
+    scatter: tuple[float, float]
+    singular: Floats
+    directions: Floats
+
+    def shift(self, change: Floats) -> float:
+        """Largest move of a parameter, in standard errors, by a change of the residuals (n,)."""
+        errors = np.maximum(np.sqrt(np.diag(self.covariance)), LEAST_ERROR)
+        return float(np.max(np.abs(self.inverse @ change) / errors))
+
+    def difference(self, other: Floats) -> float:
+        """Largest difference of a column from that of another Jacobian, relative."""
+        sizes = np.maximum(np.linalg.norm(self.jacobian, axis=0), np.finfo(float).tiny)
+        return float(np.max(np.linalg.norm(self.jacobian - other, axis=0) / sizes))
+
+
+def _knowledge(problem: Problem, jacobian: Floats, residuals: Floats) -> _Knowledge:
+    """(J^T J)^-1 with the scatter of tau and of s_N, each taken from its own residuals."""
+    parameters = jacobian.shape[1]
+    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
+    freedom = residuals.size - parameters
+    # parameters are shared out among the quantities by their number of rows
+    shares = [np.flatnonzero(problem.is_dilation == which) for which in (False, True)]
+    variances = np.zeros(residuals.size)
+    scatter = []
+    for rows in shares:
+        left = rows.size * freedom / residuals.size
+        scatter.append(float(np.sqrt(residuals[rows] @ residuals[rows] / left)) if rows.size else np.nan)
+        variances[rows] = scatter[-1] ** 2 if rows.size else 0.0
+    inverse = np.linalg.pinv(jacobian, rcond=RANK)
+    covariance = (inverse * variances) @ inverse.T
+    # nothing is known of directions that the record does not show
+    dark = directions[singular <= RANK * singular[0]]
+    covariance = covariance + dark.T @ dark / RANK
+    return _Knowledge(jacobian, inverse, covariance, (scatter[0], scatter[1]), singular, directions)
+
+
+def _neighbours(problem: Problem, residuals: Floats) -> float:
+    """Correlation of the residuals of neighbouring rows."""
+    ends = np.cumsum([0, *(part.size for part in _parts(problem, residuals))])
+    pairs = [(residuals[a : b - 1], residuals[a + 1 : b]) for a, b in pairwise(ends)]
+    first, second = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    size = float(residuals @ residuals)
+    return float(first @ second) / size if size > 0.0 else 0.0
+
+
+def _parts(problem: Problem, residuals: Floats) -> list[Floats]:
+    """Residuals of one quantity of one test each."""
+    cuts = []
+    at = 0
+    for test, spread in zip(problem.tests, problem.spreads, strict=True):
+        for _ in range(2 if test.s_N is not None and spread[1] > 0.0 else 1):
+            at += test.slip.size
+            cuts.append(at)
+    return np.split(residuals, cuts[:-1])

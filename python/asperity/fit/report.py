@@ -1,0 +1,338 @@
+"""What a fit says: text, picture, case file."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..contract import Floats
+from .fitting import COUPLED, ENOUGH, REFINE, Estimate, Fit, derived, residual_ratio
+from .model import FINER, SCALES, STEP
+from .records import ShearTest
+
+UNDETERMINED = 2.0
+"""Factor: a parameter whose interval is wider to either side is called not determined."""
+
+POOR = 0.2
+"""Scatter, of the range of a test, from which on residuals that go together are called a poor fit."""
+
+UNKNOWN = 1.0e6
+"""Factor between the ends of an interval that says nothing."""
+
+DEPENDENT = 0.3
+"""Correlation of neighbouring residuals from which on the intervals are called too narrow."""
+
+WIDTH = 110
+"""Characters of a line of text."""
+
+MOST_TURNS = 20
+"""Turning points that a case file repeats; noise on the slip makes more."""
+
+CASE_INCREMENTS = 100
+"""Increments of a step in the case file."""
+
+
+def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
+    """Record, assumptions, parameters with intervals, correlations, what is not determined, PROPS."""
+    problem = found.problem
+    length, stress = units
+    of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
+    of |= {"s_f": length, "s0": length}
+    lines = []
+    for test in problem.tests:
+        held = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
+        seen = "with dilation" if test.s_N is not None else "no dilation"
+        turns = len(test.turns) - 1
+        points = f"{turns} turning point{'s' * (turns != 1)}"
+        lines.append(f"test        {test.name}: {test.slip.size} rows, {seen}, {held}, {points}")
+    told = {
+        name: value
+        for name, value in problem.fixed.items()
+        if problem.sides > 0 or name not in ("theta", "flat")
+    }
+    pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
+    lines += [
+        f"assumed     {pattern}, slip along {problem.direction:g} degrees"
+        + "".join(f", {name} = {value:g}" for name, value in told.items()),
+        f"scatter     of the range of each test: tau {found.scatter[0]:.2%}"
+        + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
+        f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}; "
+        f"{found.evaluations} evaluations",
+        f"derivatives central differences, step {STEP:g}; with {FINER * STEP:g} a column changes by at most "
+        f"{found.derivative_error:.1e}",
+        f"increments  1/{problem.increments * problem.refinement} of a test or shorter; cut into {REFINE} "
+        f"they move a parameter by at most {found.shift:.1g} standard errors",
+        "",
+        f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals",
+    ]
+    lines += [_row(name, one, of.get(name, "-")) for name, one in found.estimates.items()]
+    lines += [_row(name, one, of.get(name, "-")) for name, one in _derived(found).items()]
+    lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
+    for name, row in zip(problem.free, found.correlation, strict=True):
+        lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
+    lines.append("")
+    for text in identifiability(found):
+        lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
+    lines.append("")
+    props = found.interface.props()
+    lines.append(
+        f"PROPS({len(props)})   " + ", ".join(f"{float(f'{value:.6g}')!r}" for value in props.tolist())
+    )
+    return "\n".join(lines)
+
+
+def _row(name: str, one: Estimate, unit: str) -> str:
+    return f"{name:<12}{one.value:>12.5g}{one.low:>12.5g}{one.high:>12.5g}  {unit}"
+
+
+def _derived(found: Fit) -> dict[str, Estimate]:
+    """Intervals of s_f, s0, K and of the residual ratio, where they depend on what is free."""
+    free = set(found.problem.free)
+    numbers = {}
+    for name in ("s_f", "s0", "K"):
+        needs = {"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())
+        if needs & free:
+            numbers[name] = found.of(lambda values, name=name: derived(values)[name])  # type: ignore[misc]
+    if {"mu", "theta"} & free and np.isfinite(residual_ratio(found.values)):
+        numbers["ratio"] = found.of(residual_ratio)
+    return numbers
+
+
+def identifiability(found: Fit) -> list[str]:
+    """Sentences: pairs that cannot be separated and what of them is determined, and other doubts."""
+    problem, texts = found.problem, []
+    free = problem.free
+    half = found.quantile * np.sqrt(np.diag(found.covariance))
+    poor = [value for value in found.scatter if value > POOR]
+    if poor and found.neighbours > DEPENDENT:
+        texts.append(
+            f"the fit is poor: residuals of {max(poor):.0%} of the range. Look at the plot, at the units and "
+            "at what is set; the numbers say little"
+        )
+    if {"mu", "theta"} <= set(free):
+        texts += _mu_and_theta(found)
+    if {"sigma0", "Gc"} <= set(free):
+        texts.append(_bond(found))
+    for i, first in enumerate(free):
+        for j in range(i + 1, len(free)):
+            pair = {first, free[j]}
+            if abs(found.correlation[i, j]) > COUPLED and pair not in ({"mu", "theta"}, {"sigma0", "Gc"}):
+                texts.append(_pair(found, i, j))
+    for name, size in zip(free, half, strict=True):
+        if size > np.log(UNDETERMINED):
+            one = found.estimates[name]
+            texts.append(f"{name} is not determined: {one.low:.3g} to {one.high:.3g}")
+    weak = found.directions[-1] * np.sign(found.directions[-1][np.argmax(np.abs(found.directions[-1]))])
+    size = found.quantile * float(np.sqrt(weak @ found.covariance @ weak))
+    texts.append(
+        f"weakest     {_combination(free, weak)} is known to +-{size:.2g} (singular values "
+        + ", ".join(f"{value:.3g}" for value in found.singular)
+        + ")"
+    )
+    for name in found.at_bounds:
+        low, high = problem.bounds[name]
+        texts.append(
+            f"{name} = {found.values[name]:.4g} is held by its bounds, {low:g} to {high:g}: "
+            "its interval says nothing"
+        )
+    if not found.converged:
+        texts.append("the least squares ended before they converged: give a --start, or free less")
+    if found.shift > ENOUGH:
+        texts.append(
+            f"the increments are too long: finer ones move a parameter by {found.shift:.2g} standard errors, "
+            "raise --increments"
+        )
+    if found.agreeing == 1 and len(found.costs) > 1:
+        texts.append(
+            "only one start reached the least sum of squares: there may be a lower one, raise --starts"
+        )
+    if found.neighbours > DEPENDENT:
+        factor = np.sqrt((1.0 + found.neighbours) / (1.0 - found.neighbours))
+        texts.append(
+            f"residuals of neighbouring rows go together (correlation {found.neighbours:.2f}): the model "
+            "differs from the record by more than noise, intervals are too narrow by a factor of about "
+            f"{factor:.1f}"
+        )
+    return texts
+
+
+def _mu_and_theta(found: Fit) -> list[str]:
+    """How far friction and inclination are told apart."""
+    free = found.problem.free
+    i, j = free.index("mu"), free.index("theta")
+    correlation = found.correlation[i, j]
+    ratio = found.estimates["mu"], found.estimates["theta"]
+    formula = "(mu + tan theta)/(1 - mu tan theta)"
+    if not np.isfinite(residual_ratio(found.values)):
+        return [f"mu and theta: {formula} is infinite, the planes lock; correlation {correlation:.3f}"]
+    together = found.of(residual_ratio)
+    alone = [(one.high - one.low) / (2.0 * one.value) for one in ratio]
+    width = (together.high - together.low) / (2.0 * together.value)
+    numbers = (
+        f"{formula} = {together.value:.5g} is known to +-{width:.2%}, mu to +-{alone[0]:.2%}, theta to "
+        f"+-{alone[1]:.2%} (correlation {correlation:.4f})"
+    )
+    held = [name for name in ("mu", "theta") if name in found.at_bounds]
+    if held:
+        return [f"mu and theta are not separated, {' and '.join(held)} held by bounds: {numbers}"]
+    apart = abs(correlation) <= COUPLED and max(alone) <= UNDETERMINED - 1.0
+    if found.problem.dilation:
+        verdict = "are separated by the dilation" if apart else "cannot be separated"
+        return [f"mu and theta {verdict}: {numbers}"]
+    worse = max(alone) / width if width > 0.0 else np.inf
+    verdict = (
+        "are told apart by the shape of tau alone, which rests on the pattern assumed"
+        if apart
+        else f"cannot be separated, apart they are known {worse:.0f} times worse than together"
+    )
+    return [f"no dilation: mu and theta {verdict}: {numbers}; measure the dilation or set one of them"]
+
+
+def _bond(found: Fit) -> str:
+    """How far strength, rupture energy and stiffness are told apart."""
+    free = found.problem.free
+    names = [name for name in ("sigma0", "Gc", "eta") if name in free]
+    numbers = {name: found.estimates[name] for name in names} | {
+        "K": found.of(lambda values: derived(values)["K"])
+    }
+    widths = {name: _width(one) for name, one in numbers.items()}
+    told = ", ".join(f"{name} {text}" for name, text in widths.items())
+    places = [free.index(name) for name in names]
+    block = np.abs(found.correlation[np.ix_(places, places)] - np.eye(len(places)))
+    wide = any(_is_wide(one) for one in numbers.values())
+    if not wide and block.max() <= COUPLED:
+        return f"sigma0, Gc and K are told apart: {told}"
+    sizes, vectors = np.linalg.eigh(found.covariance[np.ix_(places, places)])
+    half = found.quantile * float(np.sqrt(max(sizes[0], 0.0)))
+    best = _combination(names, vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]))
+    return (
+        f"sigma0, Gc and K cannot be separated: {told}; known best is {best}, to +-{half:.2g}. Rows before "
+        "the peak tell K, at it sigma0, beyond it Gc"
+    )
+
+
+def _is_wide(one: Estimate) -> bool:
+    """Whether an interval is wider than UNDETERMINED to either side."""
+    return one.high > UNDETERMINED**2 * one.low
+
+
+def _width(one: Estimate) -> str:
+    """Half width of an interval as a share, or the factor between its ends."""
+    if one.high > UNKNOWN * one.low:
+        return "not at all"
+    if _is_wide(one):
+        return f"within a factor of {one.high / one.low:.2g}"
+    return f"+-{(one.high - one.low) / (2.0 * one.value):.2%}"
+
+
+def _pair(found: Fit, i: int, j: int) -> str:
+    """Two parameters that go together, and their combination of the smallest variance."""
+    free = found.problem.free
+    block = found.covariance[np.ix_([i, j], [i, j])]
+    sizes, vectors = np.linalg.eigh(block)
+    vector = vectors[:, 0] / vectors[0, 0]
+    value = float(vector @ found.x[[i, j]])
+    half = found.quantile * float(np.sqrt(max(sizes[0], 0.0))) * float(np.linalg.norm(vector))
+    return (
+        f"{free[i]} and {free[j]} cannot be separated (correlation {found.correlation[i, j]:.4f}): "
+        f"{_combination((free[i], free[j]), vector)} = {value:.4g} is known to +-{half:.2g}, "
+        f"{_transformed(free[i])} to +-{found.quantile * np.sqrt(block[0, 0]):.2g}"
+    )
+
+
+def _transformed(name: str) -> str:
+    top = SCALES[name].top
+    return f"log {name}" if top == np.inf else f"logit {name}" + (f"/{top:g}" if top != 1.0 else "")
+
+
+def _combination(names: Sequence[str], weights: Floats) -> str:
+    """0.7 log mu - 0.7 logit theta/90; shares below a hundredth are left out."""
+    least = 0.01 * float(np.abs(weights).max())
+    terms = [
+        f"{'-' if weight < 0.0 else '+'} {abs(weight):.2g} {_transformed(name)}"
+        for name, weight in zip(names, weights, strict=True)
+        if abs(weight) > least
+    ]
+    return " ".join(terms).removeprefix("+ ")
+
+
+def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None:
+    """Record (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
+    from ..plots import COLOURS, LINES, plt
+
+    problem = found.problem
+    has_dilation = any(test.s_N is not None for test in problem.tests)
+    figure, axes = plt.subplots(
+        1, 1 + has_dilation, figsize=(4.5 * (1 + has_dilation), 3.6), layout="constrained", squeeze=False
+    )
+    length, stress = units
+    for i, (test, track, (tau, s_N, done)) in enumerate(
+        zip(problem.tests, problem.paths, found.problem.curves(found.values), strict=True)
+    ):
+        colour, line = COLOURS[i % len(COLOURS)], LINES[i % len(LINES)]
+        label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−") + (
+            f", $k_N$ = {test.k_N:g}" if test.k_N else ""
+        )
+        for ax, measured, model in zip(axes[0], (test.tau, test.s_N), (tau, s_N), strict=False):
+            if measured is not None:
+                ax.plot(test.slip, measured, "osD^v"[i % 5], color=colour, markersize=2.5, alpha=0.5)
+            ax.plot(track.slips[:done], model[:done], line, color=colour, linewidth=1.4, label=label)
+    labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
+    for ax, name in zip(axes[0], labels, strict=False):
+        ax.set_xlabel(f"slip [{length}]")
+        ax.set_ylabel(name)
+        ax.grid(alpha=0.3)
+    handles, texts = axes[0, 0].get_legend_handles_labels()
+    title = f"points: record, lines: fit; stresses in {stress}"
+    figure.legend(
+        handles,
+        texts,
+        loc="outside upper center",
+        ncols=min(4, len(texts)),
+        fontsize="small",
+        title=title,
+        title_fontsize="small",
+    )
+    figure.savefig(path, dpi=150, metadata={"Software": None} if path.suffix == ".png" else None)
+    plt.close(figure)
+
+
+def case_text(found: Fit) -> str:
+    """Case of the driver: the interface found, and the tests of the record, without its springs, as a sweep.
+
+    `asperity card`, `select` and `run` read it.
+    """
+    problem = found.problem
+    values = {name: f"{value:.6g}" for name, value in found.values.items()}
+    longest = max(problem.tests, key=lambda test: float(np.abs(np.diff([0.0, *test.turns])).sum()))
+    turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
+    held = sorted({float(f"{test.sigma_N:.4g}") for test in problem.tests}, reverse=True)
+    several = len(held) > 1
+    material = ", ".join(f"{name} = {values[name]}" for name in ("sigma0", "Gc", "eta", "mu", "kc"))
+    pattern = f"sides = {problem.sides}"
+    if problem.sides > 0:
+        pattern += f", theta = {values['theta']}, flat = {values['flat']}"
+    slips = ", ".join(f"{slip:.6g}" for slip in turns)
+    increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
+    lines = ["! Identified by asperity fit."]
+    if any(test.k_N > 0.0 for test in problem.tests):
+        lines.append(
+            "! The record has a normal stiffness k_N, this case holds the normal traction of its start."
+        )
+    lines += ["&case title = 'Shear box' /", f"&material {material} /", f"&pattern {pattern} /"]
+    if several:
+        lines.append(f"&sweep name = 'sigma_N', values = {', '.join(map(str, held))} /")
+    lines += [
+        f"&step t_N = {'sigma_N' if several else held[0]}, increments = {CASE_INCREMENTS} /",
+        f"&step slip = {slips}, direction = {problem.direction:g}, increments = {increments} /",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _ends(test: ShearTest) -> list[float]:
+    """Largest and smallest slip of a path, in their order, without those at its start."""
+    ends = sorted({int(np.argmax(test.slip)), int(np.argmin(test.slip))})
+    return [float(test.slip[i]) for i in ends if i > 0 or len(ends) == 1]

@@ -1,0 +1,1 @@
+"""Independent writings of the law that the library is compared with; they use nothing of it."""

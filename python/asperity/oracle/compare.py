@@ -1,0 +1,197 @@
+"""The driver against the NumPy reference and the 2D law, on the cases of the paper's figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import contract
+from ..case_files import SlipTest, read_case, slip_tests
+from ..contract import Floats
+from ..installed import cases
+from ..interface import work_along
+from ..results import ENERGIES, Rows, drive
+from . import planar, reference
+
+LAW_TOLERANCE = 1.0e-12
+"""Difference along given separations, relative to the scales of `Difference`: rounding of sums."""
+
+TEST_TOLERANCE = 1.0e-10
+"""Difference where each implementation solves for s_N itself: its residual over the smallest slope met."""
+
+OPENING_TOLERANCE = 1.0e-9
+"""Difference of the s_N that was solved for: t_N hardly depends on it before equilibrium is lost."""
+
+
+class Difference(NamedTuple):
+    """Largest differences over rows and curves, each relative to a scale that grows along the history.
+
+    traction: K |s|, |s| the largest so far.  opening (s_N): |s|.  damage: 1.  energy, the largest of stored,
+    rupture, friction and work: K |s| times the length of the path.
+    """
+
+    traction: float
+    opening: float
+    damage: float
+    energy: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Largest differences of the driver on a case, by whom it is compared with, "law/NumPy" and so on.
+
+    law: along the driver's separations.  test: each implementation follows the equilibrium itself.  2D: the
+    law of planar.py, where the pattern and the slip have its plane of symmetry.
+    """
+
+    case: str
+    curves: int
+    rows: int
+    differences: Mapping[str, Difference]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether there is something to compare with, and every difference is within its tolerance."""
+        return bool(self.rows > 0 and self.differences) and all(
+            within(name, found) for name, found in self.differences.items()
+        )
+
+
+def within(name: str, difference: Difference) -> bool:
+    """Whether a difference is within the tolerance of its kind; NaN is not."""
+    if name.startswith("law"):
+        tolerances = Difference(*(4 * [LAW_TOLERANCE]))
+    else:
+        tolerances = Difference(*(4 * [TEST_TOLERANCE]))._replace(opening=OPENING_TOLERANCE)
+    return all(value <= most for value, most in zip(difference, tolerances, strict=True))
+
+
+def find(figure: str) -> list[Path]:
+    """Cases that belong to a figure, "5b" or "5"; raises ValueError for one that has none."""
+    known = {path: _figures(path) for path in cases()}
+    wanted = figure.strip().lower()
+    found = [
+        path for path, names in known.items() if wanted in names or wanted in (n.rstrip("ab") for n in names)
+    ]
+    if not found:
+        names = dict.fromkeys(name for names in known.values() for name in names)
+        raise ValueError(f"figure {figure}: expected one of {', '.join(names)}")
+    return found
+
+
+def _figures(path: Path) -> list[str]:
+    """Figures of figure09a_10b.nml; later parts without a letter are none, as in figure13a_45.nml."""
+    first, *others = path.stem.removeprefix("figure").split("_")
+    return [name.lstrip("0") for name in [first, *others] if name == first or not name.isdigit()]
+
+
+def compare(case: Path) -> Comparison:
+    """Run a case by the driver and compare; raises ValueError with the driver's message if it fails."""
+    results = drive(case)
+    differences: dict[str, Difference] = {}
+    curves = rows = 0
+    for test in slip_tests(read_case(case)):
+        curves += 1
+        rows += len(results[test.value])
+        for name, found in _differences(test, results[test.value]):
+            worst = differences.get(name, found)
+            differences[name] = Difference(*np.maximum(worst, found).tolist())  # a NaN stays
+    return Comparison(case.stem, curves, rows, differences)
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """What is compared: separation and traction (T, 2 or 3), damage (T,), energies (T, 4)."""
+
+    separation: Floats
+    traction: Floats
+    damage: Floats
+    energies: Floats
+
+    def __getitem__(self, rows: slice) -> _Curve:
+        return _Curve(self.separation[rows], self.traction[rows], self.damage[rows], self.energies[rows])
+
+
+def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
+    """Law and test against the reference, law and test against the 2D law."""
+    m, p = test.material, test.pattern
+    if m.tau_v > 0.0 or m.guard:
+        raise ValueError("tau_v, guard: expected a case without viscous damage and without the guard")
+    parameters = reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
+    pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
+    # a lost equilibrium, which may only be the end, is a part of an increment
+    whole = len(rows) - ("lost" in rows.events[-1])
+    if any("substeps" in event for event in rows.events[:whole]):
+        raise ValueError("an increment was solved in parts: expected a case with smaller increments")
+    ours = _Curve(rows.separation, rows.traction, rows.damage, rows.energies)[:whole]
+    slipping = slice(test.preload, whole)
+    preload = max(test.preload, 1)
+    s = ours.separation
+
+    law = reference.replay(parameters, pattern, s)
+    theirs = _Curve(s, law.traction, law.state[:, 0], _energies(law.state, work_along(s, law.traction)))
+    yield "law/NumPy", _difference(parameters, ours, theirs, slice(None))
+    if len(test.slips) > 0:
+        history = reference.confined_slip(
+            parameters, pattern, test.direction, test.slips, test.sigma_N, preload
+        )
+        energies = _energies(history.state, history.work)
+        solved = _Curve(history.separation, history.traction, history.damage, energies)
+        solved = solved[: int(np.isfinite(solved.damage).sum())]
+        yield "test/NumPy", _difference(parameters, ours, solved, slipping)
+
+    if p.m not in (0, 2) or test.direction != 0.0 or (p.m == 2 and p.turn % planar.HALF_TURN != 0.0):
+        return
+    planes = [(0.0, 1.0)] if p.m == 0 else planar.trapezoid(p.theta, p.flat, p.turn)
+    flat = _Curve(s[:, :2], ours.traction[:, :2], ours.damage, ours.energies)
+    path = [(float(s_N), float(s_T)) for s_N, s_T in s[:, :2]]
+    theirs = _planar(planar.replay(parameters, planes, path))
+    yield "law/2D", _difference(parameters, flat, theirs, slice(None))
+    if len(test.slips) > 0:
+        slips = test.slips[: whole - test.preload].tolist()
+        solved = _planar(planar.confined_slip(parameters, planes, slips, test.sigma_N, preload))
+        yield "test/2D", _difference(parameters, flat, solved, slipping)
+
+
+def _energies(state: Floats, work: Floats) -> Floats:
+    """Energies (T, 4) of the columns of a result."""
+    return np.column_stack([*(state[:, contract.statev_index(name)] for name in ENERGIES[:-1]), work])
+
+
+def _planar(responses: Sequence[planar.PlanarResponse]) -> _Curve:
+    """Curve of the 2D law."""
+    histories = [response.history for response in responses]
+    return _Curve(
+        np.array([history.separation for history in histories]),
+        np.array([response.traction for response in responses]),
+        np.array([history.damage for history in histories]),
+        np.array([history.energies for history in histories]),
+    )
+
+
+def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, rows: slice) -> Difference:
+    """Largest differences of some rows of ours, whose whole history gives the scales, from theirs."""
+    largest = np.maximum.accumulate(np.linalg.norm(ours.separation, axis=1))
+    steps = np.diff(ours.separation, axis=0, prepend=0.0)
+    path = np.cumsum(np.linalg.norm(steps, axis=1))[rows]
+    largest, ours = largest[rows], ours[rows]
+    if len(ours.damage) != len(theirs.damage):  # the equilibrium was lost elsewhere
+        return Difference(*(4 * [math.inf]))
+    stiffest = max(parameters.Kn, parameters.Kt) * max(1.0, parameters.kc)
+    return Difference(
+        _largest(ours.traction - theirs.traction, stiffest * largest),
+        _largest(ours.separation[:, :1] - theirs.separation[:, :1], largest),
+        float(np.abs(ours.damage - theirs.damage).max()),
+        _largest(ours.energies - theirs.energies, stiffest * largest * path),
+    )
+
+
+def _largest(difference: Floats, scale: Floats) -> float:
+    """Largest ratio of rows (T, n) to a scale (T,); a row whose scale is 0 is taken as it is."""
+    size = np.abs(difference).max(axis=1)
+    return float(np.divide(size, scale, out=size.copy(), where=scale > 0.0).max())

@@ -1,0 +1,1 @@
+"""The pattern that a load case needs, `asperity select`."""

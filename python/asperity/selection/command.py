@@ -1,0 +1,313 @@
+"""Command `asperity select`: the pattern that a scene needs, and the map of the planes needed."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from ..case_files import SlipTest, read_case, slip_tests
+from ..material import Material, ModelWarning
+from ..remarks import shown_warnings, warn_if_soft
+from ..studies.speed_charts import Timing, measure, read_timings
+from .search import (
+    REFERENCE_SIDES,
+    Candidate,
+    Errors,
+    NoPatternError,
+    Scene,
+    Search,
+    Selection,
+    patterns,
+    planes_of,
+    select,
+)
+
+PATIENCE = 2.0
+"""Seconds before progress is shown."""
+
+BAD_INPUT = 1
+
+FEW_PLANES = 5
+"""Patterns that missed the tolerance are shown up to so many planes, and the last of them."""
+
+KERNELS = (("UMAT", "umat", True), ("VUMAT", "block", False))
+"""Costs that are told: host, kernel of the benchmark, whether with tangent."""
+
+MAP_TOLERANCES = (0.01, 0.001)
+MAP_MU = (0.0, 0.25, 0.5, 0.75)
+MAP_THETA = (10.0, 20.0, 30.0, 40.0)
+MAP_SIGMA_N = (0.0, -1.0, -5.0, -10.0)
+"""Grid of the map: friction, inclination (degrees), normal traction (MPa) at Table 2."""
+
+MAP_TURNS = (0.6,)
+"""Slip path of the map, mm."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.add_argument(
+        "case",
+        nargs="?",
+        type=Path,
+        metavar="SCENE.nml",
+        help="case of the driver: t_N, then slip under it; a sweep gives the stress range",
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=0.01,
+        metavar="SHARE",
+        help="largest error of traction, dilation and residual strength (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--planar",
+        action="store_true",
+        help="the surface is a ridge and slips across it, along the case's direction only",
+    )
+    parser.add_argument(
+        "--bench",
+        type=Path,
+        metavar="BENCH.csv",
+        help="costs as written by bench --csv (default: a quick run now)",
+    )
+    parser.add_argument(
+        "--map", action="store_true", help="instead of a case: planes needed over mu, theta and sigma_N"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="of the map, .png or .pdf; a CSV goes beside it"
+    )
+    parser.set_defaults(action=_run)
+
+
+def read_scene(path: Path, planar: bool = False) -> Scene:
+    """Scene of a case of the driver; a sweep may give several sigma_N or directions.
+
+    Raises ValueError with the driver's messages, and for a case that is no slip under a held t_N; a
+    ModelWarning tells of a soft contact.
+    """
+    tests = list(slip_tests(read_case(path)))
+    first = tests[0]
+    if any((test.material, test.pattern) != (first.material, first.pattern) for test in tests):
+        raise ValueError(
+            f"{path}: &sweep: expected one over sigma_N or direction, of one surface and material"
+        )
+    if first.pattern.m < 0:
+        raise ValueError(
+            f"{path}: &pattern: expected sides, theta and flat, listed planes are a choice already"
+        )
+    turns = _turns(first)
+    if len(turns) == 0 or any(_turns(test) != turns for test in tests):
+        raise ValueError(f"{path}: expected &step with t_N, then with slip, the same path in every run")
+    if planar and any(test.direction != first.direction for test in tests):
+        raise ValueError(f"{path}: expected one direction for a planar scene")
+    warn_if_soft(first.material, first.pattern, min(test.sigma_N for test in tests))
+    return Scene(
+        first.material,
+        first.pattern.theta if first.pattern.m else 0.0,
+        tuple(dict.fromkeys(test.sigma_N for test in tests)),
+        turns,
+        first.pattern.flat,
+        planar,
+        first.direction,
+    )
+
+
+def _turns(test: SlipTest) -> tuple[float, ...]:
+    """Slips at which a path turns round, and its last one."""
+    path = np.concatenate([[0.0], test.slips])
+    path = path[np.concatenate([[True], np.diff(path) != 0.0])]
+    ways = np.sign(np.diff(path))
+    last = np.append(ways[1:] != ways[:-1], True) if len(ways) else np.array([], dtype=bool)
+    return tuple(path[1:][last].tolist())
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Nanoseconds per point and update over the number of planes: a straight line through the benchmark."""
+
+    lines: dict[str, tuple[float, float]]
+
+    def of(self, host: str, planes: int) -> float:
+        """Cost of a pattern, ns."""
+        constant, slope = self.lines[host]
+        return constant + slope * planes
+
+
+def read_costs(path: Path | None) -> Costs:
+    """Costs from a CSV of the benchmark, or from a quick run; raises ValueError where kernels are missing."""
+    timings = measure("--quick", "--costs", quiet=True) if path is None else read_timings(path)
+    source = str(path or "bench")
+    return Costs({host: _line(timings, kernel, tangent, source) for host, kernel, tangent in KERNELS})
+
+
+def _line(timings: list[Timing], kernel: str, tangent: bool, source: str) -> tuple[float, float]:
+    """Least relative squares of a constant and a slope."""
+    rows = [
+        (t.planes, t.ns_per_point)
+        for t in timings
+        if (t.kernel, t.precision, t.tangent, t.scene) == (kernel, "double", tangent, "slip")
+    ]
+    if len({planes for planes, _ in rows}) < 2:
+        raise ValueError(f"{source}: expected rows of the kernel {kernel} for two patterns")
+    planes, times = np.array(rows).T
+    slope, constant = np.polyfit(planes, times, 1, w=1.0 / times)
+    return float(constant), float(slope)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """A scene or the map."""
+    if options.map:
+        if options.case is not None:
+            raise ValueError(f"--map: expected without {options.case}")
+        return _map(options.output or Path("select.png"))
+    if options.case is None:
+        raise ValueError("expected SCENE.nml or --map")
+    if options.output is not None:
+        raise ValueError(f"-o {options.output}: expected with --map only")
+    with shown_warnings():
+        scene = read_scene(options.case, options.planar)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # told already
+        costs = read_costs(options.bench)
+        with _progress("pattern", REFERENCE_SIDES) as bar:
+            try:
+                answer = select(
+                    scene, options.tolerance, lambda name: (bar.update(), bar.set_postfix_str(name))
+                )
+            except NoPatternError as error:
+                bar.close()
+                print(f"asperity: {options.case}: {error}", file=sys.stderr)
+                return BAD_INPUT
+    print(report(answer, costs))
+    return 0
+
+
+def report(answer: Selection, costs: Costs) -> str:
+    """What was asked, tried and found, and the line to paste."""
+    scene = answer.scene
+    path = " to ".join(f"{slip:g}" for slip in (0.0, *scene.turns))
+    where = f"along {scene.direction:g} degrees, across a ridge" if scene.planar else "in any direction"
+    lines = [
+        f"scene      sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
+        f"surface    theta {scene.theta:g} degrees, flat share {scene.flat:g}, mu {scene.material.mu:g}",
+        f"reference  {answer.reference}, good to {answer.uncertainty:.1e}; tolerance {answer.tolerance:g}",
+        *(
+            f"lost       sigma_N {held:g}: no equilibrium beyond a path of {length:.3g}, compared up to there"
+            for held, length in answer.lost
+        ),
+        "",
+        f"{'pattern':<10}{'planes':>6}" + "".join(f"{field.name:>12}" for field in fields(Errors)),
+    ]
+    *missed, _ = answer.tried
+    shown = [one for one in missed if one.planes <= FEW_PLANES or one is missed[-1]]
+    lines += [_row(one.name, one.planes, one.errors) for one in shown]
+    lines += [_row(answer.name, answer.planes, answer.errors) + "  meets it, checked", ""]
+    for host, _, _ in KERNELS:
+        mine, dense = costs.of(host, answer.planes), costs.of(host, REFERENCE_SIDES + 1)
+        lines.append(
+            f"{host:<11}{mine:.0f} ns per point, {dense / mine:.1f} times less than RP-{REFERENCE_SIDES}"
+        )
+    props = answer.props()
+    return "\n".join(
+        [*lines, f"PROPS({len(props)})   " + ", ".join(f"{value!r}" for value in props.tolist())]
+    )
+
+
+def _row(name: str, planes: int, errors: Errors) -> str:
+    values = (getattr(errors, field.name) for field in fields(errors))
+    texts = ("-" if np.isnan(value) else f"{value:.1e}" for value in values)
+    return f"{name:<10}{planes:>6}" + "".join(f"{text:>12}" for text in texts)
+
+
+@contextmanager
+def _progress(unit: str, total: int) -> Iterator[tqdm]:
+    """A progress bar on what takes longer than PATIENCE, on a terminal."""
+    bar = tqdm(total=total, unit=unit, delay=PATIENCE, disable=None, leave=False)
+    try:
+        yield bar
+    finally:
+        bar.close()
+
+
+def planes_needed(scene: Scene, tolerances: tuple[float, ...]) -> list[Candidate | None]:
+    """First candidate that meets each tolerance in search and check; None: none does."""
+    search = Search(scene)
+    found: list[Candidate | None] = [None] * len(tolerances)
+    for name, sides, pattern in patterns(scene):
+        open_ones = [i for i, one in enumerate(found) if one is None]
+        loosest = max(tolerances[i] for i in open_ones)
+        candidate = search.candidate(name, sides, pattern, loosest)
+        if candidate.errors.worst > loosest:
+            continue
+        errors = search.checked(candidate, sides)
+        for i in open_ones:
+            if errors.worst + search.uncertainty <= tolerances[i]:
+                found[i] = Candidate(name, pattern, planes_of(pattern), errors)
+        if None not in found:
+            break
+    return found
+
+
+def _map(output: Path) -> int:
+    """Picture and CSV over mu, theta and sigma_N."""
+    if output.suffix not in (".png", ".pdf"):
+        raise ValueError(f"{output}: expected a name that ends in .png or .pdf")
+    rows = []
+    grid = [(s, m, t) for s in MAP_SIGMA_N for m in MAP_MU for t in MAP_THETA]
+    with _progress("scene", len(grid)) as bar:
+        for sigma_N, mu, theta in grid:
+            scene = Scene(Material(3.0, 0.3, 0.9, mu), theta, (sigma_N,), MAP_TURNS)
+            rows.append((sigma_N, mu, theta, planes_needed(scene, MAP_TOLERANCES)))
+            bar.update()
+    with output.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["sigma_N", "mu", "theta", "tolerance", "pattern", "planes", "error"])
+        for sigma_N, mu, theta, found in rows:
+            for tolerance, one in zip(MAP_TOLERANCES, found, strict=True):
+                cells = (one.name, one.planes, f"{one.errors.worst:.2e}") if one else ("none", "", "")
+                writer.writerow([sigma_N, mu, theta, tolerance, *cells])
+    _draw_map(rows, output)
+    print(f"{output}\n{output.with_suffix('.csv')}")
+    return 0
+
+
+def _draw_map(rows: list[tuple[float, float, float, list[Candidate | None]]], output: Path) -> None:
+    """Planes needed as numbers on colours; a row of panels for each tolerance."""
+    from ..plots import plt
+
+    most = REFERENCE_SIDES + 1
+    shape = (len(MAP_TOLERANCES), len(MAP_SIGMA_N))
+    figure, axes = plt.subplots(
+        *shape, figsize=(10.0, 5.6), layout="constrained", sharex=True, sharey=True, squeeze=False
+    )
+    for i, tolerance in enumerate(MAP_TOLERANCES):
+        for j, sigma_N in enumerate(MAP_SIGMA_N):
+            planes = np.full((len(MAP_MU), len(MAP_THETA)), most)
+            for held, mu, theta, found in rows:
+                if held == sigma_N and found[i] is not None:
+                    planes[MAP_MU.index(mu), MAP_THETA.index(theta)] = found[i].planes
+            ax = axes[i, j]
+            picture = ax.imshow(planes, origin="lower", cmap="cividis", vmin=1, vmax=most, aspect="auto")
+            for (row, column), value in np.ndenumerate(planes):
+                text = f"> {most - 1}" if value == most else str(value)
+                dark = value < most / 2
+                ax.text(column, row, text, ha="center", va="center", color="white" if dark else "black")
+            ax.set_xticks(range(len(MAP_THETA)), [f"{value:g}" for value in MAP_THETA])
+            ax.set_yticks(range(len(MAP_MU)), [f"{value:g}" for value in MAP_MU])
+            ax.set_title(rf"$\sigma_N$ = {sigma_N:g} MPa, {100 * tolerance:g} %", fontsize="medium")
+            if i == shape[0] - 1:
+                ax.set_xlabel(r"inclination $\theta$ [°]")
+            if j == 0:
+                ax.set_ylabel(r"friction $\mu$ [-]")
+    figure.colorbar(picture, ax=axes, label="planes needed [-]")
+    figure.savefig(output, dpi=150)
+    plt.close(figure)

@@ -1,0 +1,429 @@
+"""The cheapest pattern that a scene needs: regular patterns against a dense one of the same surface.
+
+A scene is a range of normal tractions and a slip path on a surface.  The surface is isotropic (planes of one
+inclination in every azimuth, slip in any direction) or planar: a ridge that slips across.  The page is
+docs/how-to/select.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import contract
+from ..contract import Floats
+from ..interface import Interface
+from ..material import Material
+from ..oracle import planar
+from ..oracle.reference import Parameters
+from ..pattern import Pattern, direction_vector
+from ..slip_curves import slip_curves
+
+REFERENCE_SIDES = 64
+"""Sides of the dense pattern; its mean over directions is the reference."""
+
+SEARCH_AVERAGE = (1.0 / 12.0, 3.0 / 12.0, 5.0 / 12.0)
+CHECK_AVERAGE = (1.0 / 16.0, 3.0 / 16.0, 5.0 / 16.0, 7.0 / 16.0)
+"""Directions of the reference as shares of the angle between two planes, of which half is all there is: the
+midpoint rule for the mean over all directions, for the search and the check."""
+
+SEARCH = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Directions of the search as shares of the way from a plane of symmetry of the pattern to the next."""
+
+CHECK = (0.0, 0.09, 0.19, 0.31, 0.42, 0.58, 0.69, 0.81, 0.91, 1.0)
+"""Directions of the check, others but for the ends."""
+
+STEP = 1.0 / 80.0
+"""Increment of the search as a multiple of s_f (the paper's at Table 2)."""
+
+FINER = 1.7
+"""The check has so many times the increments."""
+
+LEAST_ROWS, MOST_ROWS = 60, 4000
+"""Increments of a path."""
+
+PRELOAD = 50
+"""Increments of the preload."""
+
+DEAD = 1.0 - 1.0e-9
+"""Damage of the reference at the end from which on the residual strength counts."""
+
+Tick = Callable[[str], object]
+"""Called with the name of a pattern before it is run, for a progress bar."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Where an interface is used: material, surface, stress range and slip path.
+
+    theta, flat: inclination (degrees) and flat share of the surface; sigma_N: normal tractions that are held,
+    stress; turns: slips in turn from 0, length (one: monotonic).  planar: the surface is a ridge that slips
+    along `direction` (degrees) alone, else it slips in any direction.  Raises ValueError naming what is bad.
+    """
+
+    material: Material
+    theta: float
+    sigma_N: tuple[float, ...]
+    turns: tuple[float, ...]
+    flat: float = contract.default("flat")
+    planar: bool = False
+    direction: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check what pattern and material do not."""
+        self.regular(REFERENCE_SIDES)
+        if self.material.tau_v > 0.0:
+            raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, a scene has no rate")
+        if not np.isfinite(self.direction):
+            raise ValueError(f"direction = {self.direction!r}: expected a finite angle")
+        for name, values in (("sigma_N", self.sigma_N), ("turns", self.turns)):
+            if len(values) == 0 or not np.all(np.isfinite(values)):
+                raise ValueError(f"{name} = {values}: expected one or more finite numbers")
+        if not np.any(np.diff([0.0, *self.turns])):
+            raise ValueError(f"turns = {self.turns}: expected a path of some length")
+
+    @property
+    def cyclic(self) -> bool:
+        """Whether the slip turns round."""
+        return len(self.turns) > 1
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the surface is a plane."""
+        return self.theta == 0.0 or self.flat == 1.0
+
+    def regular(self, sides: int, turn: float = 0.0) -> Pattern:
+        """Regular pattern of the surface, 0 sides: the flat plane."""
+        return Pattern.regular(sides, self.theta if sides else 0.0, self.flat, turn)
+
+    def slips(self, finer: float = 1.0) -> Floats:
+        """Path in even increments of at most STEP s_f, within LEAST_ROWS and MOST_ROWS."""
+        ways = np.diff([0.0, *self.turns])
+        length = np.abs(ways).sum()
+        rows = finer * np.clip(length / (STEP * self.material.s_f), LEAST_ROWS, MOST_ROWS)
+        parts = np.maximum(1, np.ceil(rows * np.abs(ways) / length)).astype(int)
+        starts = [0.0, *self.turns[:-1]]
+        return np.concatenate(
+            [a + w * np.arange(1, n + 1) / n for a, w, n in zip(starts, ways, parts, strict=True)]
+        )
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Largest errors over directions and normal tractions, relative to the reference.
+
+    tau_L, transverse: L2 over the path of the traction along the slip less the reference's, and of the one
+    across, over that of the reference's along it.  s_N: L2 of the dilation less the reference's over the
+    larger of the reference's and s0.  residual: of the strength of the dead interface (closed form), 0 where
+    the scene does not come to it.  NaN: not run, as another one was too large.
+    """
+
+    tau_L: float = 0.0
+    transverse: float = 0.0
+    s_N: float = 0.0
+    residual: float = 0.0
+
+    @property
+    def worst(self) -> float:
+        """Largest of them."""
+        return float(np.nanmax([getattr(self, field.name) for field in fields(self)]))
+
+    def joined(self, other: Errors) -> Errors:
+        """The larger of each."""
+        return Errors(*(float(np.fmax(getattr(self, f.name), getattr(other, f.name))) for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A pattern and its errors in the search."""
+
+    name: str
+    pattern: Pattern
+    planes: int
+    errors: Errors
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The cheapest pattern that meets a tolerance.
+
+    errors: the larger of those of the search and of the independent check.  uncertainty: how far the
+    reference is from its mean over other directions (planar: from the 2D law), part of what was held against
+    the tolerance.  tried: the candidates in their order.
+    """
+
+    scene: Scene
+    tolerance: float
+    name: str
+    pattern: Pattern
+    planes: int
+    errors: Errors
+    uncertainty: float
+    reference: str
+    tried: tuple[Candidate, ...]
+    lost: tuple[tuple[float, float], ...] = ()
+    """sigma_N and length of path at which the reference loses equilibrium; nothing beyond counts."""
+
+    @property
+    def interface(self) -> Interface:
+        """The law to use."""
+        return Interface(self.scene.material, self.pattern)
+
+    def props(self) -> Floats:
+        """PROPS up to the last one that is not its default."""
+        props = self.interface.props()
+        defaults = [row.default for row in contract.props_table()]
+        last = max(i for i, value in enumerate(props) if defaults[i] is None or value != defaults[i])
+        return props[: last + 1]
+
+
+class NoPatternError(ValueError):
+    """No candidate meets the tolerance; `best` has the smallest error."""
+
+    def __init__(self, message: str, best: Candidate) -> None:
+        """Message and the best candidate."""
+        super().__init__(message)
+        self.best = best
+
+
+class Curves(NamedTuple):
+    """Curves of a pattern under one normal traction: directions, then slips; rows: that converged."""
+
+    tau_L: Floats
+    tau_across: Floats
+    s_N: Floats
+    damage: Floats
+    rows: NDArray[np.int32]
+
+
+class DenseRun:
+    """The dense pattern along a path: mean curves over directions; planar: the three planes themselves."""
+
+    def __init__(self, scene: Scene, finer: float = 1.0, average: Sequence[float] = SEARCH_AVERAGE) -> None:
+        """Run it in increments so many times finer, in directions that are shares of its pitch."""
+        self.scene = scene
+        self.slips = scene.slips(finer)
+        if scene.planar:
+            angles = np.array([scene.direction])
+            interface = Interface(scene.material, scene.regular(2, scene.direction))
+        else:
+            pitch = 360.0 / REFERENCE_SIDES
+            angles = pitch * np.array(average)
+            interface = Interface(scene.material, scene.regular(REFERENCE_SIDES))
+        self.interface = interface
+        runs = self._run(interface, angles)
+        self.rows = [int(run.rows.min()) for run in runs]
+        for held, rows in zip(scene.sigma_N, self.rows, strict=True):
+            if rows < 1:
+                raise ValueError(
+                    f"sigma_N = {held:g}: expected a normal traction under which the surface can slip, "
+                    f"the reference has no equilibrium"
+                )
+        self.tau_L = np.array([run.tau_L.mean(axis=0) for run in runs])
+        self.s_N = np.array([run.s_N.mean(axis=0) for run in runs])
+        self.dead = any(
+            held < 0.0 and run.damage[:, -1].min() >= DEAD
+            for held, run in zip(scene.sigma_N, runs, strict=True)
+        )
+
+    @property
+    def lost(self) -> tuple[tuple[float, float], ...]:
+        """sigma_N and length of path at which equilibrium ends before the path does."""
+        length = np.cumsum(np.abs(np.diff(self.slips, prepend=0.0)))
+        return tuple(
+            (held, float(length[rows - 1]))
+            for held, rows in zip(self.scene.sigma_N, self.rows, strict=True)
+            if rows < self.slips.size
+        )
+
+    def mean_error(self, other: DenseRun) -> float:
+        """Distance from another one's mean curves, of the same increments."""
+        zero = np.zeros((1, self.slips.size))
+        means = [
+            Curves(tau[None], zero, s_N[None], zero, np.array([n], dtype=np.int32))
+            for tau, s_N, n in zip(other.tau_L, other.s_N, other.rows, strict=True)
+        ]
+        return self._compare(means).worst
+
+    def errors(self, pattern: Pattern, angles: Floats) -> Errors:
+        """Errors of a pattern in directions (degrees), without the residual strength."""
+        return self._compare(self._run(Interface(self.scene.material, pattern), angles))
+
+    def _run(self, interface: Interface, angles: Floats) -> list[Curves]:
+        """Curves in all directions for each normal traction, on all processors."""
+        held = np.repeat(self.scene.sigma_N, len(angles))
+        run = slip_curves(interface, np.tile(angles, len(self.scene.sigma_N)), self.slips, held, PRELOAD)
+        parts = [slice(i, i + len(angles)) for i in range(0, len(held), len(angles))]
+        return [
+            Curves(run.tau_L[p], run.tau_across[p], run.s_N[p], run.damage[p], run.rows[p]) for p in parts
+        ]
+
+    def _compare(self, runs: Sequence[Curves]) -> Errors:
+        s_0 = self.scene.material.s_0
+        total = Errors()
+        for k, run in enumerate(runs):
+            n = self.rows[k]
+            # an equilibrium that ends elsewhere is no small error
+            if np.any(np.abs(run.rows - n) > max(1, 0.01 * self.slips.size)):
+                return Errors(1.0, 1.0, 1.0)
+            n = min(n, run.rows.min())
+            if n < 1:
+                return Errors(1.0, 1.0, 1.0)
+            tau, s_N = self.tau_L[k, :n], self.s_N[k, :n]
+            along = np.sqrt(np.sum(tau**2)) or 1.0
+            dilation = max(np.sqrt(np.sum(s_N**2)), np.sqrt(n) * s_0)
+            total = total.joined(
+                Errors(
+                    _largest(run.tau_L[:, :n] - tau) / float(along),
+                    _largest(run.tau_across[:, :n]) / float(along),
+                    _largest(run.s_N[:, :n] - s_N) / float(dilation),
+                )
+            )
+        return total
+
+
+def residual_error(scene: Scene, sides: int) -> float:
+    """Residual strength between two planes of a regular pattern, less that up a plane, relative to this."""
+    if scene.smooth:
+        return 0.0
+    material = scene.material
+    dense = float(material.residual_strength(scene.theta))
+    weakest = float(material.residual_strength(scene.theta, 180.0 / sides)) if sides else material.mu
+    if dense == np.inf:
+        return 0.0 if weakest == np.inf else 1.0
+    return abs(1.0 - weakest / dense) if dense > 0.0 else 0.0
+
+
+def patterns(scene: Scene) -> Iterator[tuple[str, int, Pattern]]:
+    """Candidates in the order of their planes: name, sides, pattern."""
+    yield "flat", 0, scene.regular(0)
+    if scene.smooth:
+        return
+    yield "RT", 2, scene.regular(2, scene.direction if scene.planar else 0.0)
+    if not scene.planar:
+        for sides in range(3, REFERENCE_SIDES):
+            yield f"RP-{sides}", sides, scene.regular(sides)
+
+
+def planes_of(pattern: Pattern) -> int:
+    """Number of planes."""
+    return len(pattern.weights)
+
+
+def directions(scene: Scene, sides: int, shares: Sequence[float]) -> Floats:
+    """Directions to run a pattern in, degrees: from a plane of symmetry to the next, where all differ."""
+    if scene.planar:
+        return np.array([scene.direction])
+    return np.array([0.0]) if sides == 0 else 180.0 / sides * np.array(shares)
+
+
+class Search:
+    """Errors of the candidates of a scene: reference and check are run once."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Run the reference."""
+        self.scene = scene
+        self.dense = DenseRun(scene)
+
+    @cached_property
+    def check(self) -> DenseRun:
+        """The reference of the check: finer increments, other directions."""
+        return DenseRun(self.scene, FINER, CHECK_AVERAGE)
+
+    @cached_property
+    def uncertainty(self) -> float:
+        """How far the reference is from its mean over other directions; planar scenes: from the 2D law."""
+        if self.scene.planar:
+            return max(_distance_from_2d_law(self.check, k) for k in range(len(self.scene.sigma_N)))
+        return self.dense.mean_error(DenseRun(self.scene, 1.0, CHECK_AVERAGE))
+
+    def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
+        """Errors of a pattern; those of its curves are NaN if the residual strength is off by over `most`."""
+        exact = self.scene.planar and sides == 2
+        left = residual_error(self.scene, sides) if self.dense.dead and not exact else 0.0
+        if self.scene.planar and sides == 0 and self.dense.dead:
+            left = residual_error(self.scene, 0)
+        errors = Errors(np.nan, np.nan, np.nan, left)
+        if left <= most:
+            errors = errors.joined(self.dense.errors(pattern, directions(self.scene, sides, SEARCH)))
+        return Candidate(name, pattern, planes_of(pattern), errors)
+
+    def checked(self, candidate: Candidate, sides: int) -> Errors:
+        """Errors of a candidate in search and check."""
+        angles = directions(self.scene, sides, CHECK)
+        return candidate.errors.joined(self.check.errors(candidate.pattern, angles))
+
+
+def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Selection:
+    """The pattern with the fewest planes whose errors, with the reference's uncertainty, meet the tolerance.
+
+    Every answer has met it in a second run in other directions with finer increments.  tolerance: relative,
+    0 < tolerance < 1.  Raises ValueError for another one, and NoPatternError where no candidate meets it.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
+    search = Search(scene)
+    tried = []
+    for name, sides, pattern in patterns(scene):
+        tick(name)
+        candidate = search.candidate(name, sides, pattern, tolerance)
+        tried.append(candidate)
+        if candidate.errors.worst > tolerance:
+            continue
+        errors = search.checked(candidate, sides)
+        if errors.worst + search.uncertainty > tolerance:
+            tried[-1] = Candidate(name, pattern, candidate.planes, errors)
+            continue
+        reference = "2D law" if scene.planar else f"RP-{REFERENCE_SIDES}"
+        return Selection(
+            scene,
+            tolerance,
+            name,
+            pattern,
+            candidate.planes,
+            errors,
+            search.uncertainty,
+            reference,
+            tuple(tried),
+            search.dense.lost,
+        )
+    # where the residual strength ruled patterns out their curves were not run
+    finest = search.candidate(*list(patterns(scene))[-1])
+    best = min(
+        [one for one in tried if one.errors.worst <= tolerance] + [finest], key=lambda one: one.errors.worst
+    )
+    raise NoPatternError(
+        f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
+        f"{best.errors.worst:.2g}, the reference one of {search.uncertainty:.2g}",
+        best,
+    )
+
+
+def _largest(curves: Floats) -> float:
+    """Largest L2 norm of the rows."""
+    return float(np.sqrt(np.sum(curves**2, axis=-1)).max())
+
+
+def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
+    """Largest distance of the three-plane pattern's tractions from the 2D law's along its separations.
+
+    Relative to the largest of them; each follows the equilibrium itself.
+    """
+    scene = dense.scene
+    m = scene.material
+    n, held = dense.rows[k], scene.sigma_N[k]
+    if n < 1:
+        return 0.0
+    parameters = Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc or 1.0)
+    history = dense.interface.confined_slip(scene.direction, dense.slips[:n], held, PRELOAD)
+    e = direction_vector(scene.direction)
+    slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
+    planes = planar.trapezoid(scene.theta, scene.flat)
+    rows = planar.confined_slip(parameters, planes, slip.tolist(), held, PRELOAD)
+    other = np.array([row.traction[1] for row in rows])
+    return float(np.abs(other - tau).max() / np.abs(tau).max())

@@ -1,0 +1,1 @@
+"""Studies with the law: the paper, accuracy, speed, stability, and the pictures of the docs."""

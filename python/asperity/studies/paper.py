@@ -1,0 +1,128 @@
+"""Command `asperity paper`: the figures and tables of the paper as pictures, numbers and one page."""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import re
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from tqdm import tqdm
+
+from .gallery import ENTRIES, Entry
+
+DPI = 100
+"""Resolution of the PNG files: small files, readable on a page."""
+
+PAGE = "README.md"
+
+HEAD = """# The paper, recomputed
+
+Albarella, Serpieri, Alfano, Sacco, *A 3D multiscale cohesive zone model for quasi-brittle materials
+accounting for friction, damage and interlocking* (2015). This page is written by
+`asperity paper -o docs/gallery`; every number on it is computed by that command, with the library through
+the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. Material of
+Table 2 unless stated: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm, $\\eta$ = 0.9, $\\mu$ = 0.5. Corrections
+to the printed text: [theory, section 7](../theory.md#7-corrections-to-the-printed-text).
+
+Load programmes that the text leaves open are assumed; each entry says which. The pictures of the paper were
+not at hand, only its text: "the paper says" is what text, captions and tables say. A CSV holds about 100
+rows of each curve. A cross in a picture marks the end of equilibrium.
+"""
+
+
+def add_arguments(paper: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    paper.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("gallery"),
+        metavar="DIR",
+        help="folder of pictures, numbers and page (default: %(default)s)",
+    )
+    paper.add_argument("--pdf", action="store_true", help="vector pictures (PDF) besides PNG")
+    paper.add_argument(
+        "--figure",
+        nargs="+",
+        metavar="NUMBER",
+        help="these only, 4a or 4 or table5; no page then (default: all, and the page)",
+    )
+    paper.set_defaults(action=_action)
+
+
+def _action(options: argparse.Namespace) -> int:
+    wanted = select(options.figure) if options.figure else ENTRIES
+    texts = write(wanted, options.output, options.pdf)
+    if not options.figure:
+        (options.output / PAGE).write_text(HEAD + "".join(texts), encoding="utf-8")
+    print(options.output)
+    return 0
+
+
+def select(numbers: Sequence[str]) -> tuple[Entry, ...]:
+    """Entries by their numbers, "4" for 4a and 4b; raises ValueError for one that does not exist."""
+    wanted = [number.lower().replace(" ", "") for number in numbers]
+    known = {entry: _names(entry) for entry in ENTRIES}
+    for number, name in zip(numbers, wanted, strict=True):
+        if not any(name in names for names in known.values()):
+            expected = ", ".join(entry.number for entry in ENTRIES)
+            raise ValueError(f"--figure {number}: expected one of {expected}")
+    return tuple(entry for entry, names in known.items() if names.intersection(wanted))
+
+
+def _names(entry: Entry) -> set[str]:
+    name = entry.number.lower().replace(" ", "")
+    return {name, re.sub(r"(?<=\d)[ab]$", "", name)}
+
+
+def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str]:
+    """Pictures and numbers of entries into a folder, on all processors; their parts of the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    workers = min(os.cpu_count() or 1, len(entries))
+    numbers = [(ENTRIES.index(entry), folder, pdf) for entry in entries]
+    # disable=None: no bar where nobody looks
+    bar = tqdm(total=len(entries), unit="figure", disable=None)
+    if workers == 1:
+        texts = []
+        for job in numbers:
+            texts.append(_write_one(job))
+            bar.update()
+    else:
+        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+            # the last ones take longest and go first
+            futures = [pool.submit(_write_one, job) for job in reversed(numbers)][::-1]
+            for future in futures:
+                future.add_done_callback(lambda _: bar.update())
+            texts = [future.result() for future in futures]
+    bar.close()
+    return texts
+
+
+def _write_one(job: tuple[int, Path, bool]) -> str:
+    """Picture and numbers of one entry; its part of the page."""
+    number, folder, pdf = job
+    entry = ENTRIES[number]
+    outcome = entry.run()
+    png, csv = folder / f"{entry.stem}.png", folder / f"{entry.stem}.csv"
+    outcome.figure.savefig(png, dpi=DPI, metadata={"Software": None})
+    if pdf:
+        outcome.figure.savefig(png.with_suffix(".pdf"), metadata={"CreationDate": None, "Producer": None})
+    csv.write_text("\n".join([outcome.header, *outcome.lines, ""]), encoding="utf-8")
+    name = entry.number if entry.number.startswith("Table") else f"Figure {entry.number}"
+    parts = [f"\n## {name}: {entry.title}\n", f"![{name}]({png.name})\n"]
+    parts.append(f"**The paper says:** {entry.says}")
+    parts.append("\n**What came out:**" + "".join(_item(text) for text in outcome.came_out))
+    parts.append(f"\n**Difference:** {outcome.differs}")
+    if entry.assumed:
+        parts.append(f"\n**Assumed:** {entry.assumed}")
+    cases = ", ".join(f"[`{stem}.nml`](../../harness/cases/{stem}.nml)" for stem in entry.cases)
+    parts.append(f"\nNumbers: [{csv.name}]({csv.name})." + (f" Cases: {cases}." if cases else ""))
+    return "\n".join(parts) + "\n"
+
+
+def _item(text: str) -> str:
+    return f"\n{text}" if text.startswith("\n") else f"\n- {text}"

@@ -1,0 +1,61 @@
+"""The catalogue of failures: its entries, how they are run and told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from ...tables import markdown
+from . import law_edges, solver_edges
+from .edges import Edge, Trial
+
+EDGES: tuple[Edge, ...] = solver_edges.EDGES + law_edges.EDGES
+"""Entries in the order of the page."""
+
+
+def find(names: Iterable[str]) -> list[Edge]:
+    """Entries by name, `all` for every one; raises ValueError for an unknown name."""
+    known = {edge.name: edge for edge in EDGES}
+    wanted = list(names)
+    unknown = [name for name in wanted if name != "all" and name not in known]
+    if unknown:
+        raise ValueError(f"{', '.join(unknown)}: expected all or names of {', '.join(known)}")
+    return list(EDGES) if "all" in wanted else [known[name] for name in wanted]
+
+
+def shown(trials: Sequence[Trial]) -> bool:
+    """Whether an entry shows what it says: a failure and a survival, each as expected."""
+    return all(trial.holds for trial in trials) and len({trial.expected for trial in trials}) == 2
+
+
+def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
+    """Body of docs/results/stability.md: what happens at each edge, what to do, what was measured."""
+    return "\n\n".join(_section(edge, trials) for edge, trials in results)
+
+
+def _section(edge: Edge, trials: Sequence[Trial]) -> str:
+    lines = [f"### {edge.name}", "", f"**{edge.title}.** {edge.happens}", ""]
+    lines += [f"*What to do.* {edge.advice}", ""]
+    rows = [(t.method, "survives" if t.survives else "**fails**", t.measured) for t in trials]
+    return "\n".join([*lines, markdown(("method", "", "measured"), rows)])
+
+
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+"""A number in a table."""
+
+NOISE = 1e-9
+"""Numbers below are rounding."""
+
+
+def agree(one: str, other: str) -> bool:
+    """Whether two tables tell the same: their words, and numbers within a factor of 2 or both rounding.
+
+    Compilers round differently, which counts of iterations and errors show.
+    """
+    if NUMBER.sub("#", one) != NUMBER.sub("#", other):
+        return False
+    pairs = zip(*(map(float, NUMBER.findall(text)) for text in (one, other)), strict=True)
+    return all(
+        max(abs(a), abs(b)) < NOISE or (a * b >= 0.0 and 0.5 <= abs(a) / abs(b) <= 2.0 if a * b else a == b)
+        for a, b in pairs
+    )

@@ -1,0 +1,115 @@
+"""Command `asperity stability`."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+from ... import tables
+from .catalogue import EDGES, agree, find, shown, table
+
+NOT_SHOWN = 1
+"""Exit code of an entry that did not go as it says, and of a table that is not up to date."""
+
+
+def add_arguments(stability: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    actions = stability.add_subparsers(required=True, metavar="ACTION")
+
+    listed = actions.add_parser("list", help="the catalogue: what happens at each edge, what to do")
+    listed.set_defaults(action=_list)
+
+    run = actions.add_parser("run", help="run entries: the method that fails, the one that survives")
+    run.add_argument("names", nargs="+", metavar="NAME", help="of `asperity stability list`, or all")
+    run.add_argument("--table", action="store_true", help="print the body of docs/results/stability.md")
+    run.add_argument(
+        "--fill",
+        type=Path,
+        metavar="FILE.md",
+        help="fill what stands between <!-- stability --> markers instead of printing it",
+    )
+    run.add_argument("--check", action="store_true", help="with --fill: change nothing, exit 1 if it differs")
+    run.set_defaults(action=_run)
+
+    maps = actions.add_parser("map", help="draw where methods converge, from real runs")
+    maps.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("stability"),
+        metavar="DIR",
+        help="folder (default: %(default)s)",
+    )
+    maps.add_argument(
+        "--size", type=int, default=24, metavar="N", help="cells along an axis (default: %(default)s)"
+    )
+    maps.add_argument("--pdf", action="store_true", help="PDF beside PNG")
+    maps.set_defaults(action=_map)
+
+
+def _list(options: argparse.Namespace) -> int:
+    """What happens and what to do."""
+    del options
+    for edge in EDGES:
+        print(f"{edge.name}: {edge.title}")
+        for text in (edge.happens, f"-> {edge.advice}"):
+            print(textwrap.fill(text, 100, initial_indent="  ", subsequent_indent="  "))
+    return 0
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Run, tell each entry as it is done."""
+    if options.check and options.fill is None:
+        raise ValueError("--check: expected with --fill FILE.md")
+    quiet = options.table or options.fill is not None
+    results, bad = [], []
+    for edge in find(options.names):
+        start = time.monotonic()
+        trials = edge.run()
+        results.append((edge, trials))
+        if not shown(trials):
+            bad.append(edge.name)
+        file = sys.stderr if quiet else sys.stdout
+        print(f"{edge.name}: {edge.title} ({time.monotonic() - start:.1f} s)", file=file, flush=True)
+        for trial in trials:
+            if quiet and trial.holds:
+                continue
+            verdict = "survives" if trial.survives else "fails"
+            unexpected = "" if trial.holds else "  NOT AS EXPECTED"
+            print(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file, flush=True)
+    text = table(results)
+    if options.fill is not None:
+        bad += _fill(options.fill, text, options.check)
+    elif options.table:
+        print(text)
+    return NOT_SHOWN if bad else 0
+
+
+def _fill(path: Path, text: str, check: bool) -> list[str]:
+    """Fill the table of a file or compare it; what is wrong with it."""
+    if not check:
+        if not tables.refresh(path, False, {"stability": lambda: text}):
+            print(f"{path}: table filled")
+        return []
+    found = re.search(
+        r"<!-- stability -->\n(.*?)\n<!-- /stability -->", path.read_text(encoding="utf-8"), re.DOTALL
+    )
+    if found and agree(found[1], text):
+        return []
+    print(f"{path}: the table is not up to date")
+    return ["table"]
+
+
+def _map(options: argparse.Namespace) -> int:
+    """Compute and draw."""
+    from .maps import draw_maps
+
+    if options.size < 2:
+        raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
+    for written in draw_maps(options.output, options.size, options.pdf):
+        print(written)
+    return 0

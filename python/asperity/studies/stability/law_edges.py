@@ -1,0 +1,439 @@
+"""Edges of the law and its arithmetic: large steps, locking, second law, units, precision, time step."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ... import contract
+from ...contract import Floats
+from ...interface import EquilibriumLost, Interface, work_along
+from ...material import Material, ModelWarning
+from ...pattern import Pattern, direction_vector
+from ..newton import NewtonStudy, newton_study
+from .edges import S_F, TABLE_2, Edge, K, Trial
+from .explicit import Flight, Vumat, fly
+from .solver_edges import ramp
+
+S_0 = TABLE_2.s_0
+"""Separation at the onset of damage, mm."""
+
+# --- steps --------------------------------------------------------------------------------------------------
+
+ACCEPTED = 0.01
+"""Error that a trial of accuracy accepts."""
+
+
+RUPTURE = contract.statev_index("rupture")
+LEDGER = [contract.statev_index(name) for name in ("stored", "rupture", "friction")]
+"""What the work becomes, in STATEV."""
+
+
+def ledger_error(study: NewtonStudy) -> float:
+    """Work that is neither stored nor dissipated at the end, over the work."""
+    work = work_along(study.separation, study.traction)[-1]
+    return float(abs(work - study.state[-1, LEDGER].sum()) / abs(work))
+
+
+def steps() -> list[Trial]:
+    """One step of 10 s_f against 1000, and paths by separations in a few steps."""
+    rough = Interface(replace(TABLE_2, kc=20.0), Pattern.regular(4, 30.0))
+    trials = []
+    exact = newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=1000), -1.0)
+    for n, energies in ((1, False), (10, False), (100, True), (1000, True)):
+        study = newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=n), -1.0)
+        off = np.abs(study.traction[-1] - exact.traction[-1]).max() / np.abs(exact.traction[-1]).max()
+        error, rupture = ledger_error(study), study.state[-1, RUPTURE]
+        label = f"slip of 10 s_f under -1 MPa in {n} step{'s' * (n > 1)}"
+        if n == 1:
+            found = f"{max(study.iterations)} iterations; off by {off:.1g} from 1000 steps"
+            trials.append(Trial(f"{label}: traction", True, off < ACCEPTED, found))
+        found = f"work - stored - rupture - friction = {error:.3g} of the work; rupture {rupture:.4g} N/mm"
+        trials.append(Trial(f"{label}: energies", energies, error < ACCEPTED, found))
+    for name, corners in (
+        ("closing from 10 s_f", [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [-0.01, 0.0, 0.0]]),
+        ("slip of 10 s_f and back, clamped", [[0, 0, 0], [-0.01, 0, 0], [-0.01, 2, 0], [-0.01, -2, 0]]),
+    ):
+        for n, survives in ((1, False), (1000, True)):
+            ends = [rough.replay(path(corners, steps)).traction[-1] for steps in (n, 2000)]
+            off = np.abs(ends[0] - ends[1]).max() / np.abs(ends[1]).max()
+            label = f"{name}, {n} step{'s' * (n > 1)} a leg: traction"
+            trials.append(Trial(label, survives, off < ACCEPTED, f"off by {off:.2g} from 2000 steps"))
+    return trials
+
+
+def path(corners: ArrayLike, steps: int) -> Floats:
+    """Straight legs from corner to corner, `steps` each."""
+    corners = np.asarray(corners, dtype=float)
+    share = np.linspace(0.0, 1.0, steps + 1)[1:, None]
+    return np.concatenate([a + share * (b - a) for a, b in pairwise(corners)])
+
+
+STEPS = Edge(
+    "steps",
+    "Large steps",
+    "The return mapping is implicit: a step of 10 s_f through onset, rupture and sliding converges and, "
+    "under a held pressure, ends at the right traction. The energies are sums over the path and do not; nor "
+    "do tractions where the path turns while planes slide.",
+    "Limit the growth of damage in an increment (PROPS 14) where energies matter; resolve reversals. The "
+    "ledger work = stored + rupture + friction shows the error.",
+    steps,
+)
+
+# --- locking ------------------------------------------------------------------------------------------------
+
+
+FAR = 1e12
+"""Residual strength, of |sigma_N|, beyond which it is infinite but for rounding."""
+
+
+def facing_angle(sides: int, direction: ArrayLike) -> Floats:
+    """Angle between a slip direction and the nearest facing plane of a regular pattern, degrees."""
+    planes = 360.0 * np.arange(sides) / sides
+    away = (np.asarray(direction)[..., None] - planes + 180.0) % 360.0 - 180.0
+    result: Floats = np.abs(away).min(axis=-1)
+    return result
+
+
+def locks(interface: Interface, direction: float) -> bool:
+    """Whether the traction of the dead interface grows with the slip, far out, instead of staying."""
+    far = 1e4 * S_F
+    # one step of 10 s_f breaks every plane
+    study = newton_study(interface, direction, [10 * S_F, 0.5 * far, far], -0.01, preload=1, tolerance=1e-6)
+    if not study.converged:
+        raise RuntimeError(f"slip at {direction:g} degrees: {study.end}")
+    before, after = study.traction[-2:, 1:] @ direction_vector(direction)
+    return bool(after > 1.5 * before)  # 2 if it grows with the slip, 1 if it stays
+
+
+def locking() -> list[Trial]:
+    """The closed form as a coefficient of friction, and the law in all directions."""
+    theta = 30.0
+    slope = np.tan(np.radians(theta))
+    trials = []
+    for ratio, survives in ((0.9, True), (1.1, False)):
+        mu = ratio / slope
+        value = (mu + slope) / (1.0 - mu * slope)
+        found = f"residual strength {value:.3g} |sigma_N|"
+        label = f"closed form as friction of a smooth interface, mu tan(theta) = {ratio}"
+        trials.append(Trial(label, survives, value > 0.0, found))
+    patterns, ratios, directions = (
+        (2, 3, 4, 6, 16),
+        (0.5, 0.9, 0.99, 1.0, 1.01, 1.1, 2.0),
+        np.arange(0.0, 360.0, 5.0),
+    )
+    agree = locked = 0
+    for sides in patterns:
+        for ratio in ratios:
+            rough = Interface(replace(TABLE_2, mu=ratio / slope), Pattern.regular(sides, theta))
+            strength = rough.material.residual_strength(theta, facing_angle(sides, directions))
+            predicted = strength > FAR
+            found = np.array([locks(rough, direction) for direction in directions])
+            agree += int(np.sum(found == predicted))
+            locked += int(np.sum(found))
+    total = len(patterns) * len(ratios) * len(directions)
+    names = "RT, RP-3, RP-4, RP-6, RP-16"
+    trials.append(
+        Trial(
+            f"the law, {names}, mu tan(theta) = 0.5 to 2, every 5°",
+            True,
+            agree == total,
+            f"{agree} of {total} runs lock where the closed form says so ({locked} lock)",
+        )
+    )
+    return trials
+
+
+LOCKING = Edge(
+    "locking",
+    "Locking at mu tan(theta) = 1",
+    "Up a steep, rough plane friction holds whatever the slip: the traction grows like a spring. With no "
+    "wear in the law nothing ends that.",
+    "Keep mu tan(theta) below 1 in every direction, or expect forces limited by the bulk only. A lower "
+    "theta stands for worn asperities.",
+    locking,
+)
+
+# --- second law ---------------------------------------------------------------------------------------------
+
+
+def clamped_reversal(
+    flat: Interface, clamp: ArrayLike, back: ArrayLike, slip: float, steps: int = 400
+) -> Floats:
+    """Rupture given back, stress*length, by a flat plane slid to `slip`, clamped, and slid the other way.
+
+    clamp, back (n,): closure and slip at the end of each path, both counted positive, length.  The result
+    (n,) is the largest fall of the rupture below a value it had, >= 0.
+    """
+    clamp, back = np.asarray(clamp, dtype=float), np.asarray(back, dtype=float)
+    zero = np.zeros(len(clamp))
+    corners = [
+        np.column_stack([zero, zero, zero]),
+        np.column_stack([zero, zero + slip, zero]),
+        np.column_stack([-clamp, zero + slip, zero]),
+        np.column_stack([-clamp, -back, zero]),
+    ]
+    state: Floats = np.zeros((len(clamp), flat.nstatv))
+    highest = fall = zero
+    s = corners[0]
+    for a, b in pairwise(corners):
+        for i in range(1, steps + 1):
+            s, before = a + (i / steps) * (b - a), s
+            state = flat.update(s, state, before).state
+            highest = np.maximum(highest, state[:, RUPTURE])
+            fall = np.maximum(fall, highest - state[:, RUPTURE])
+    return fall
+
+
+def second_law() -> list[Trial]:
+    """Damage with clamped slip: the law as printed, the closed region, the guard."""
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
+    state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
+    trials = [
+        Trial(
+            "the law as printed: slid open to 0.03, clamped to -0.2, back to -0.05 mm",
+            False,
+            bool(np.diff(state).min() >= -1e-12),
+            f"rupture {state[1999]:.4f}, then {state[-1]:.4f} N/mm, without friction",
+        )
+    ]
+    guarded = Interface(replace(TABLE_2, guard=True), Pattern.regular(0, 0.0))
+    kept = guarded.replay(path(corners, 1000)).state[:, RUPTURE]
+    found = f"rupture {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
+    trials.append(Trial("the same with guard = True", True, bool(np.diff(kept).min() >= -1e-12), found))
+    clamp, back = (
+        axis.ravel() for axis in np.meshgrid(np.linspace(0.005, 0.2, 14), np.linspace(0.005, 0.1, 14))
+    )
+    fall = clamped_reversal(flat, clamp, back, 0.03, steps=200)
+    predicted = (TABLE_2.mu * clamp > 0.03) & (back > 0.03)
+    agree = int(np.sum((fall > 1e-9) == predicted))
+    trials.append(
+        Trial(
+            "where it happens: mu |s_N| > s_1 and reversal beyond s_1 (closed form)",
+            True,
+            agree == len(fall),
+            f"{agree} of {len(fall)} paths as predicted ({int(predicted.sum())} fall, by up to "
+            f"{fall.max():.3f} N/mm)",
+        )
+    )
+    fall = clamped_reversal(guarded, clamp, back, 0.03, steps=200)
+    found = f"largest fall {fall.max():.1g} N/mm"
+    trials.append(Trial(f"these {len(fall)} paths, with the guard", True, bool(fall.max() <= 1e-12), found))
+    return trials
+
+
+SECOND_LAW = Edge(
+    "second-law",
+    "Damage with clamped slip",
+    "A plane is slid open to s_1, clamped to s_N and slid back to -r. Beyond r = s_1 it damages on; its "
+    "broken part is then strained by up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2 and damage "
+    "releases energy where q > r. It begins for mu |s_N| > s_1.",
+    "Watch STATEV 3 (rupture): where it falls the law is outside its ground (CNS, seismic paths). The guard "
+    "(PROPS 17) holds the damage back there.",
+    second_law,
+)
+
+# --- stiffness ----------------------------------------------------------------------------------------------
+
+
+def held_error(material: Material, slips: Floats, sigma_N: float) -> float:
+    """Largest error of the held normal traction over sigma0 along a slip test; inf: equilibrium lost."""
+    rough = Interface(material, Pattern.regular(4, 30.0))
+    try:
+        history = rough.confined_slip(20.0, slips, sigma_N, preload=10)
+    except EquilibriumLost:
+        return np.inf
+    return float(np.abs(history.traction[:, 0] - sigma_N).max() / material.sigma0)
+
+
+def stiffness() -> list[Trial]:
+    """Contact against bond, and mode II against mode I, from 1e-9 to 1e9."""
+    ratios = 10.0 ** np.arange(-9, 10, 3)
+    slips = ramp(0.0, 2.0 * S_F, steps=100)
+    closing, shear, plain_closing, plain_shear = [], [], [], []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        for ratio in ratios:
+            contact, sigma_N = replace(TABLE_2, kc=ratio), -min(1.0, 0.1 * ratio * K * S_F)
+            closing.append(held_error(contact, slips, sigma_N))
+            rough = Interface(contact, Pattern.regular(4, 30.0))
+            plain_closing.append(newton_study(rough, 20.0, slips, sigma_N, 10).converged)
+            mode_2, reach = (
+                replace(TABLE_2, sigma02=TABLE_2.sigma0, Gc2=TABLE_2.Gc / ratio),
+                max(1.0, 1.0 / ratio),
+            )
+            shear.append(held_error(mode_2, slips * reach, -1.0))
+            rough = Interface(mode_2, Pattern.regular(4, 30.0))
+            plain_shear.append(newton_study(rough, 20.0, slips * reach, -1.0, 10).converged)
+        stiff = newton_study(
+            Interface(replace(TABLE_2, kc=1e3), Pattern.regular(4, 30.0)), 20.0, slips, -1.0, 10, "elastic"
+        )
+    trials = [
+        Trial(
+            "elastic tangent, kc = 1e3",
+            False,
+            stiff.converged,
+            f"increment {len(stiff.iterations)}: {stiff.end}",
+        )
+    ]
+    for name, errors, good in (("kc", closing, plain_closing), ("K_t/K_n", shear, plain_shear)):
+        listed = ", ".join(f"{ratio:.0e}" for ratio, yes in zip(ratios, good, strict=True) if not yes)
+        trials.append(Trial(f"plain Newton, {name} from 1e-9 to 1e9", False, all(good), f"fails at {listed}"))
+        worst = max(errors[:-1])
+        found = f"t_N held to {worst:.0e} sigma0"
+        trials.append(Trial(f"solver, {name} from 1e-9 to 1e6", True, worst < 1e-6, found))
+        found = f"t_N held to {errors[-1]:.0e} sigma0: some hundred roundings of s times the stiffness"
+        trials.append(Trial(f"solver, {name} = 1e9", False, errors[-1] < 1e-9, found))
+    return trials
+
+
+STIFFNESS = Edge(
+    "stiffness",
+    "Stiffness ratios",
+    "A separation is known to 16 digits: times a stiffness 1e9 that of the bond, the traction has seven "
+    "left. An elastic tangent diverges as soon as the contact is more than twice as stiff as the bond.",
+    "kc of 10 to 1e4 makes the contact stiff enough. Consistent tangent.",
+    stiffness,
+)
+
+# --- units --------------------------------------------------------------------------------------------------
+
+
+def units() -> list[Trial]:
+    """The same slip test in units of 1e-9 to 1e9."""
+    slips = ramp(0.0, 2.0 * S_F, steps=100)
+
+    def scaled(length: float, stress: float) -> Interface:
+        material = Material(3.0 * stress, 0.3 * length * stress, 0.9, 0.5, kc=20.0)
+        return Interface(material, Pattern.regular(4, 30.0))
+
+    def run(length: float, stress: float) -> Floats:
+        history = scaled(length, stress).confined_slip(20.0, slips * length, -stress, preload=10)
+        energies = np.column_stack([history.state[:, LEDGER], history.work]) / (length * stress)
+        return np.hstack([history.separation / length, history.traction / stress, energies])
+
+    one = run(1.0, 1.0)
+    factors = 10.0 ** np.arange(-9, 10, 3)
+    worst = max(np.abs(run(a, b) - one).max() for a in factors for b in factors) / np.abs(one).max()
+    trials = []
+    for stress, survives in ((1e-9, False), (1.0, True), (1e9, False)):
+        # 1e-6 in the units of the user, over the scale of the residuals
+        study = newton_study(scaled(1.0, stress), 20.0, slips, -stress, 10, tolerance=1e-6 / (4.0 * stress))
+        off = np.abs(study.traction[-1] / stress - one[len(study.iterations) - 11, 3:6]).max() / 3.0
+        good = study.converged and off < ACCEPTED
+        found = f"{study.end}, off by {off:.2g} sigma0" if study.converged else study.end
+        label = f"plain Newton to 1e-6, absolute, sigma0 = {3.0 * stress:g}"
+        trials.append(Trial(label, survives, good, found))
+    trials.append(
+        Trial(
+            f"relative tolerance, {len(factors) ** 2} units of length and stress",
+            True,
+            bool(worst < 1e-12),
+            f"the same numbers to {worst:.0e}",
+        )
+    )
+    return trials
+
+
+UNITS = Edge(
+    "units",
+    "Units",
+    "The law has no constant with a unit. A tolerance with one accepts anything, or nothing.",
+    "Tolerances relative to sigma0 or to the loads.",
+    units,
+)
+
+# --- single precision ---------------------------------------------------------------------------------------
+
+
+def single() -> list[Trial]:
+    """The VUMATs of both precisions: a long slip, then small increments back, elastic."""
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    back, n = 2e-3, 1000
+    trials = []
+    for far, is_single, survives in ((1.0, True, True), (100.0, True, False), (100.0, False, True)):
+        point = Vumat(flat, is_single)
+        point.step(np.array([-1.0 / K, 0.0, 0.0]))
+        for _ in range(200):
+            before = point.step(np.array([0.0, far / 200, 0.0]))
+        for _ in range(n):
+            after = point.step(np.array([0.0, -back / n, 0.0]))
+        change, exact = float(before[1]) - float(after[1]), K * back
+        found = f"traction falls by {change:.4f} instead of {exact:.4f} MPa"
+        kind = "single" if is_single else "double"
+        label = f"{kind}, slip of {far:g} mm, back {back:g} mm by {back / n:g} mm a step"
+        trials.append(Trial(label, survives, abs(change - exact) < 0.1 * exact, found))
+    return trials
+
+
+SINGLE = Edge(
+    "single",
+    "Single precision",
+    "An explicit code gives increments; the separation is their sum. In single precision increments below "
+    "6e-8 of the separation are lost, and s_T - s_di has an error of 6e-8 K |s_T|.",
+    "double=both in Abaqus/Explicit where slips exceed 1e3 s_0 or increments fall below 1e-6 of the slip.",
+    single,
+)
+
+# --- explicit -----------------------------------------------------------------------------------------------
+
+
+def explicit() -> list[Trial]:
+    """A mass on the bond and on a stiff contact, time steps around the critical one."""
+    mass = 1.0
+    omega = np.sqrt(K / mass)
+    velocity = 0.05 * S_0 * omega
+    energy = 0.5 * mass * velocity**2
+    trials = []
+
+    def judge(label: str, flight: Flight, scale: float, share: float, survives: bool) -> None:
+        # of a linear oscillator with the mean of the velocities: 1 - share^2 to 1 of its amplitude
+        bound = 1.0 / (1.0 - share**2) if share < 1.0 else np.inf
+        growth = np.abs(flight.energy).max() / scale
+        reach = np.abs(flight.separation).max() / S_0
+        found = (
+            f"energy up to {growth:.3g} of the start's, damage {flight.damage:.2g}, reaches {reach:.2g} s_0"
+        )
+        found += f"; closed form of the energy {bound:.3g}" if share < 1.0 else ""
+        good = growth < (1.0 + ACCEPTED) * bound and flight.damage == 0.0
+        trials.append(Trial(label, survives, bool(good), found))
+
+    bond = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    for share, survives in ((0.99, True), (1.01, False)):
+        start = np.array([velocity, 0.0, 0.0])
+        flight = fly(bond, mass, share * 2.0 / omega, 400, start, np.zeros(3))
+        judge(f"bond, dt = {share:g} x 2/omega", flight, energy, share, survives)
+    # pressed shut and pushed: it oscillates about its closure and never opens
+    kc, pressure = 100.0, 0.3
+    stiff = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
+    closed, push = -pressure / (kc * K), 0.05 * pressure / np.sqrt(kc * K * mass)
+    probe = np.array([1e-6 * S_0, 0.0, 0.0])
+    stiffest = float(Vumat(stiff).step(probe, time=0.0)[0]) / probe[0]
+    for label, dt, survives in (
+        ("0.99 x 2/omega of the bond", 0.99 * 2.0 / omega, False),
+        ("0.99 x 2/omega of the VUMAT's probe", 0.99 * 2.0 * np.sqrt(mass / stiffest), True),
+    ):
+        vectors = ([value, 0.0, 0.0] for value in (push, -pressure, closed))
+        flight = fly(stiff, mass, dt, 400, *map(np.array, vectors))
+        own = dt * np.sqrt(kc) * omega / 2.0
+        judge(f"contact, kc = {kc:g}, dt = {label}", flight, 0.5 * mass * push**2, own, survives)
+    return trials
+
+
+EXPLICIT = Edge(
+    "explicit",
+    "Time step of an explicit code",
+    "Central differences are stable below dt = 2/omega, omega^2 = K/m for the bond and kc K/m for the "
+    "contact. Above, the interface breaks by itself.",
+    "Leave the increment to the host: the VUMAT answers the packager's probe with the stiffer of bond and "
+    "contact. kc costs a factor sqrt(kc) in the increment.",
+    explicit,
+)
+
+EDGES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, UNITS, SINGLE, EXPLICIT)
+"""Entries of this file."""

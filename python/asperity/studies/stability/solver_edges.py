@@ -1,0 +1,342 @@
+"""Edges at which the search for equilibrium fails: snaps, chatter, dead interfaces, softening, tangents."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from ...contract import Floats
+from ...interface import Interface, work_along
+from ...material import Material
+from ...pattern import Pattern, direction_vector
+from ..newton import NewtonStudy, newton_path, newton_study
+from .edges import S_F, TABLE_2, Edge, K, Trial, drive, plain
+
+SPRING = 0.3
+"""Stiffness of the springs that shear the point of `pulled`, over K."""
+
+
+def ramp(*corners: float, steps: int) -> Floats:
+    """Values from the first corner, which is left out, to the last, `steps` for each leg."""
+    return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)])
+
+
+def period(residuals: Floats, most: int = 6) -> int:
+    """Period with which the last residuals repeat, 0: they do not."""
+    tail = residuals[-2 * most :]
+    for n in range(1, most + 1):
+        if len(tail) == 2 * most and np.allclose(tail[n:], tail[:-n], rtol=1e-6, atol=0.0):
+            return n
+    return 0
+
+
+def pulled(
+    mu: float, theta: float, tangent: str, steps: int = 10, most: int = 25, direction: float = 20.0
+) -> NewtonStudy:
+    """RP-4 under 1 MPa, sheared at `direction` by springs of 0.3 K: three unknowns, as in an FE code."""
+    rough = Interface(
+        Material(TABLE_2.sigma0, TABLE_2.Gc, TABLE_2.eta, mu, kc=20.0), Pattern.regular(4, theta)
+    )
+    k = SPRING * K
+    ends = np.linspace(0.0, S_F + TABLE_2.sigma0 / k, steps + 1)
+    targets = np.outer(ends, [0.0, *(k * direction_vector(direction))])
+    targets[:, 0] = -1.0
+    return newton_path(rough, targets, (True, True, True), tangent, most=most, spring=(0.0, k, k))
+
+
+# --- snap ---------------------------------------------------------------------------------------------------
+
+
+def snap() -> list[Trial]:
+    """Plain Newton against the solver at the fold."""
+    trials = []
+    for sides, steps, survives in (
+        (16, 100, False), (16, 400, False), (16, 2000, False),
+        (32, 100, True), (32, 400, True), (32, 2000, False),
+    ):  # fmt: skip
+        rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
+        study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
+        leap = "it leaps over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
+        trials.append(plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, leap))
+    run = drive("snap")
+    row = run.rows_with("snap")[-1]
+    s_n, stored = run.columns["s_N"], run.columns["stored"]
+    measured = (
+        f"event snap at s_L = {run.columns['s_Tx'][row]:.4f} mm: s_N {s_n[row - 1]:.4f} to {s_n[row]:.4f} "
+        f"mm; the stored energy falls by {stored[row - 1] - stored[row]:.1e} N/mm"
+    )
+    trials.append(Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured))
+    viscous = Interface(replace(TABLE_2, tau_v=0.003), Pattern.regular(16, 30.0))
+    for steps in (100, 2000):
+        study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
+        work = work_along(study.separation, study.traction)[-1]
+        more = 100.0 * (work / run.last("work") - 1.0)
+        label = f"plain Newton, RP-16, {steps} steps, tau_v = 0.003 of the test's time"
+        trials.append(plain(label, study, True, f"{more:.1f} % more work"))
+    return trials
+
+
+SNAP = Edge(
+    "snap",
+    "Fold of the slip path at low pressure",
+    "Fine patterns (m >= 13 at 30°) and steep ones lose the neighbouring equilibrium where their last "
+    "planes open: the next one is a jump away. Small steps meet the fold, large ones leap over it by luck.",
+    "Small steps do not help. Viscous damage, an implicit dynamic step, or a solver that goes on to the next "
+    "equilibrium; look for the event snap.",
+    snap,
+)
+
+# --- chatter ------------------------------------------------------------------------------------------------
+
+
+def chatter() -> list[Trial]:
+    """Iterates that go to and fro across s_n = 0."""
+    steep = Interface(Material(3.0, 0.3, 0.9, 0.6), Pattern.regular(6, 50.0))
+    study = newton_study(steep, 0.0, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
+    tail = study.residuals[-1]
+
+    def closing(kc: float, tangent: str) -> NewtonStudy:
+        flat = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
+        return newton_path(flat, [[-1.0, 0.0, 0.0]], tangent=tangent, most=400)
+
+    run = drive("chatter")
+    row = run.rows_with("snap")[-1]
+    s_n = run.columns["s_N"]
+    return [
+        Trial(
+            "plain Newton, RP-6, 50°, -0.05 MPa",
+            False,
+            study.converged,
+            f"s_L = {study.separation[-1, 1]:.3f} mm: residuals of {tail[-2]:.1e} and {tail[-1]:.1e} of the "
+            f"stress scale return with period {period(tail)}",
+        ),
+        plain("elastic tangent, closing with kc = 1.9, 400 iterations", closing(1.9, "elastic"), True),
+        plain("elastic tangent, closing with kc = 2.1, 400 iterations", closing(2.1, "elastic"), False),
+        plain("consistent tangent, closing with kc = 1e4", closing(1e4, "consistent"), True),
+        Trial(
+            "solver, RP-6, 50°, -0.05 MPa",
+            True,
+            run.code == 0,
+            f"event snap, s_N {s_n[row - 1]:.3f} to {s_n[row]:.3f} mm, and on to s_L = {run.last('s_Tx'):g} "
+            "mm",
+        ),
+    ]
+
+
+CHATTER = Edge(
+    "chatter",
+    "To and fro across s_n = 0",
+    "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes: at a "
+    "fold, or with a tangent that does not know the contact.",
+    "Consistent tangent. Where it alternates too there is no equilibrium near by: treat it as a snap.",
+    chatter,
+)
+
+# --- dead ---------------------------------------------------------------------------------------------------
+
+
+def dead() -> list[Trial]:
+    """Tension and pressure on an interface without bond."""
+    rough = Interface(TABLE_2, Pattern.regular(4, 30.0))
+    broken = rough.update([[1.0, 0.0, 0.0]]).state
+    openings = np.concatenate([np.linspace(-10.0, 10.0, 20001), np.geomspace(10.0, 1e4, 1000)])
+    s = np.column_stack([openings, np.zeros((len(openings), 2))])
+    best = rough.update(s, np.repeat(broken, len(s), axis=0)).traction[:, 0].max()
+    climbed = np.column_stack([np.zeros(110), ramp(0.0, 0.4, 0.3, steps=55), np.zeros(110)])
+    pressed = newton_path(rough, np.vstack([climbed, [[-1.0, 0.3, 0.0]]]))
+    lost, closes = drive("dead"), drive("dead_closes")
+    return [
+        Trial(
+            "any method, t_N = +0.1 MPa",
+            False,
+            best >= 0.1,
+            f"no solution: the largest t_N over {len(s)} openings from -10 to 10^4 mm is {best:g} MPa",
+        ),
+        plain("plain Newton, -1 MPa on the open, dead interface", pressed, False),
+        Trial(
+            "solver, t_N = +0.1 MPa",
+            False,
+            "lost" not in lost.events[-1],
+            f"says so: event lost, all {len(lost.events)} rows kept",
+        ),
+        Trial(
+            "solver, t_N = -1 MPa from s_N = 1 mm",
+            True,
+            closes.code == 0,
+            f"closes: s_N = {closes.last('s_N'):.5f} mm, t_N = {closes.last('t_N'):.6f} MPa",
+        ),
+    ]
+
+
+DEAD = Edge(
+    "dead",
+    "Dead interface under a given traction",
+    "Open and dead, the interface has no stiffness. Under tension there is no solution at all; under "
+    "pressure there is one, but no tangent leads to it.",
+    "Separation control, or stiffness around the point (the adjacent bodies, or a weak spring). Never "
+    "delete the point: contact must survive.",
+    dead,
+)
+
+# --- unloading ----------------------------------------------------------------------------------------------
+
+
+def unloading() -> list[Trial]:
+    """Slip back after a climb, contact stiffer than the bond."""
+    rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0), Pattern.regular(4, 30.0))
+
+    def back(steps: int, spring: float = 0.0) -> NewtonStudy:
+        slips = np.concatenate([ramp(0.0, 0.8, steps=100), ramp(0.8, 0.4, steps=steps)])
+        targets = np.column_stack([np.full(len(slips), -1.0), slips, np.zeros(len(slips))])
+        targets = np.vstack([np.outer(ramp(0.0, -1.0, steps=10), [1.0, 0.0, 0.0]), targets])
+        return newton_path(rough, targets, spring=(spring, 0.0, 0.0))
+
+    crest = back(1).separation[109]
+    facing = np.array([np.cos(np.radians(30.0)), -np.sin(np.radians(30.0)), 0.0])
+    limit = -float(facing @ crest) / np.sin(np.radians(30.0))
+    trials = [
+        plain(
+            f"plain Newton, slip back by {0.4 / n:g} mm a step",
+            back(n),
+            ok,
+            f"limit {limit:.4f} mm" * (n == 100),
+        )
+        for n, ok in ((100, False), (400, False), (1000, True))
+    ]
+    soft = back(100, 1e-6 * K)
+    error = abs(float(soft.traction[-1, 0]) + 1.0)
+    trials.append(
+        plain("with a spring of 1e-6 K beside it, 0.004 mm a step", soft, True, f"t_N off by {error:.0e} MPa")
+    )
+    run = drive("unloading")
+    measured = f"exit code {run.code}, t_N = {run.last('t_N'):.6f} MPa at s_L = {run.last('s_Tx'):g} mm"
+    trials.append(Trial("solver, 0.004 mm a step", True, run.code == 0, measured))
+    return trials
+
+
+UNLOADING = Edge(
+    "unloading",
+    "Slip back from a climb",
+    "At the crest only the facing planes touch. The first slip back by more than |s_n|/sin(theta), the "
+    "closure of the facing plane over the sine of the slope, lifts them off before s_N has followed: no "
+    "stiffness is left.",
+    "Steps below |s_n|/sin(theta) on reversals, or a weak spring in the normal direction.",
+    unloading,
+)
+
+# --- softening ----------------------------------------------------------------------------------------------
+
+
+def softening() -> list[Trial]:
+    """Tension through the peak: by traction, through springs around the critical stiffness, by separation."""
+    critical = K * (1.0 - TABLE_2.eta) / TABLE_2.eta
+
+    def through(share: float, steps: int, tau_v: float = 0.0) -> NewtonStudy:
+        flat = Interface(replace(TABLE_2, tau_v=tau_v), Pattern.regular(0, 0.0))
+        k = share * critical
+        targets = np.zeros((steps, 3))
+        targets[:, 0] = k * ramp(0.0, 1.5 * S_F + TABLE_2.sigma0 / k, steps=steps)
+        return newton_path(flat, targets, spring=(k, 0.0, 0.0), dt=1.0 / steps)
+
+    run = drive("softening_traction")
+    trials = [
+        Trial(
+            "traction control to 1.1 sigma0",
+            False,
+            "lost" not in run.events[-1],
+            f"event lost at t_N = {run.last('t_N'):.3f} MPa, the strength",
+        )
+    ]
+    for share, steps, survives in ((0.9, 20, False), (0.9, 2000, False), (1.1, 20, True), (1.1, 2000, True)):
+        study = through(share, steps)
+        trials.append(plain(f"plain Newton, spring of {share:g} K_s, {steps} steps", study, survives))
+    study = through(0.9, 20, tau_v=0.01)
+    peak = f"peak {study.traction[:, 0].max():.2f} MPa"
+    label = "plain Newton, spring of 0.9 K_s, 20 steps, tau_v = 0.01 of the test's time"
+    trials.append(plain(label, study, True, peak))
+    run = drive("softening_separation")
+    measured = f"rupture {run.last('rupture'):.5f} N/mm, Gc = {TABLE_2.Gc:g}"
+    trials.append(Trial("separation control", True, run.code == 0, measured))
+    return trials
+
+
+SOFTENING = Edge(
+    "softening",
+    "Past the peak",
+    "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
+    "surroundings softer than K_s snap back, whatever the step.",
+    "Separation control, or arc length. Refine until the bulk beside the interface is stiffer than K_s, or "
+    "damp.",
+    softening,
+)
+
+# --- tangents -----------------------------------------------------------------------------------------------
+
+FRICTIONS, SLOPES = (0.1, 0.5, 0.9, 1.3), (0.0, 10.0, 30.0, 45.0)
+"""mu and theta of the tangents' trials."""
+
+
+def tangents() -> list[Trial]:
+    """Every tangent on 16 interfaces."""
+    trials = []
+    for tangent, increments, most, survives in (
+        ("consistent", 10, 25, True), ("numerical", 10, 25, True), ("symmetrised", 10, 25, False),
+        ("symmetrised", 1000, 100, False), ("transposed", 10, 25, False), ("secant", 10, 25, False),
+        ("secant", 10, 100, False), ("start", 10, 100, False), ("elastic", 10, 100, False),
+    ):  # fmt: skip
+        studies = [pulled(mu, theta, tangent, increments, most) for mu in FRICTIONS for theta in SLOPES]
+        good = [study for study in studies if study.converged]
+        found = f"{len(good)} of {len(studies)} paths"
+        if good:
+            cost = np.mean([np.mean(study.iterations) for study in good])
+            updates = np.mean([np.mean(study.updates) for study in good])
+            found += f"; {cost:.1f} iterations and {updates:.1f} updates an increment"
+        name = {
+            "start": "modified Newton: tangent at the start of the increment",
+            "elastic": "tangent at rest",
+        }
+        label = (
+            f"{name.get(tangent, f'{tangent} tangent')}, {increments} increments of at most {most} iterations"
+        )
+        trials.append(Trial(label, survives, len(good) == len(studies), found))
+    return trials
+
+
+TANGENTS = Edge(
+    "tangents",
+    "Symmetric and elastic tangents",
+    "Friction makes the tangent unsymmetric, softening indefinite. RP-4 pressed by 1 MPa and sheared "
+    "through springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°.",
+    "The unsymmetric solver (UNSYMM) and DDSDDE as it comes. Where a host symmetrises it (CalculiX), "
+    "smaller steps do not help: keep friction low, or use an explicit code.",
+    tangents,
+)
+
+# --- wrong --------------------------------------------------------------------------------------------------
+
+
+def wrong() -> list[Trial]:
+    """Tangents that a user routine got wrong."""
+    return [
+        plain(f"{name} tangent", pulled(0.5, 30.0, tangent), survives)
+        for name, tangent, survives in (
+            ("zero", "zero", False),
+            ("wrong-signed", "reversed", False),
+            ("consistent", "consistent", True),
+        )
+    ]
+
+
+WRONG = Edge(
+    "wrong",
+    "Zero and wrong-signed tangents",
+    "A user routine that leaves DDSDDE at zero, or takes opening for closing.",
+    "Compare DDSDDE with differences of the traction before the first run (`newton_path(..., "
+    "tangent='numerical')`).",
+    wrong,
+)
+
+EDGES = (SNAP, CHATTER, DEAD, UNLOADING, SOFTENING, TANGENTS, WRONG)
+"""Entries of this file."""

@@ -1,0 +1,1 @@
+"""Planes of a scanned surface, `asperity surface`."""

@@ -1,0 +1,222 @@
+"""Picture of a scanned surface: classified facets, normals, slopes over the scale, residual strength."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.ticker import MaxNLocator
+
+from ..contract import Floats
+from ..pattern import Pattern, unit_vector
+from ..plots import COLOURS, plt
+from .slopes import Facets, Planes, Scan, Slips
+
+MOST_CELLS = 600
+"""Cells of a map along a side that are drawn."""
+
+AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
+"""Colours of slopes that rise towards Tx, Ty, -Tx, -Ty, mixed in between (Okabe and Ito)."""
+
+GREY = 0.85
+"""Shade of a flat facet."""
+
+
+def draw(
+    scan: Scan,
+    found: Facets,
+    patterns: tuple[Pattern, Pattern],
+    chosen: Pattern,
+    label: np.ndarray,
+    slips: Slips,
+    scales: Floats,
+    png: Path,
+    title: str,
+) -> None:
+    """Facets, normals, slopes over the scale; of a map the residual strength, too.
+
+    patterns: listed and regular; label: plane of the chosen one, for every facet; scales (n, 3 or more):
+    sampling length, mean and rms slope.
+    """
+    planes = Planes.of(chosen)
+    listed, regular = map(Planes.of, patterns)
+    figure = plt.figure(figsize=(9.0, 6.5 if scan.is_profile else 7.5), layout="constrained")
+    if scan.is_profile:
+        grid = figure.add_gridspec(2, 2)
+        _profile(figure.add_subplot(grid[0, :]), scan, found, planes, label)
+        _inclinations(figure.add_subplot(grid[1, 0]), found, listed, regular, slips.angles[0])
+        _scales(figure.add_subplot(grid[1, 1]), scan, scales)
+    else:
+        grid = figure.add_gridspec(2, 2)
+        _map(figure.add_subplot(grid[0, 0]), scan, planes, label)
+        _normals(figure.add_subplot(grid[0, 1], projection="polar"), found, listed, regular)
+        _scales(figure.add_subplot(grid[1, 0]), scan, scales)
+        _strengths(figure.add_subplot(grid[1, 1]), listed, regular, slips)
+    figure.suptitle(title, fontsize="medium")
+    figure.savefig(png, dpi=120, metadata={"Software": None})
+    plt.close(figure)
+
+
+def _colours(planes: Planes) -> Floats:
+    """Colour of every plane: by azimuth, stronger where steeper."""
+    depth = planes.slopes / max(planes.slopes.max(), 1.0e-12)
+    azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
+    knots = np.array([to_rgb(colour) for colour in (*AROUND, AROUND[0])])
+    at = azimuth % (2.0 * np.pi) / (0.5 * np.pi)
+    base = np.column_stack([np.interp(at, np.arange(5), channel) for channel in knots.T])
+    share = (0.3 + 0.7 * depth)[:, None] * (depth > 0.0)[:, None]
+    colours: Floats = share * base + (1.0 - share) * GREY
+    return colours
+
+
+def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndarray) -> None:
+    """Heights above the average plane, each segment in the colour of its plane."""
+    z = scan.heights()[0]
+    points = np.column_stack([scan.x, z])
+    segments = np.stack([points[:-1], points[1:]], axis=1)
+    along = _signed(planes, _axis(found))
+    steepest = max(np.abs(along).max(), 1.0e-12)
+    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0, zorder=3)
+    lines.set_clim(-steepest, steepest)
+    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # an outline: flat facets are pale
+    ax.add_collection(lines)
+    ax.autoscale_view()
+    bar = ax.figure.colorbar(lines, ax=ax)
+    bar.set_label("inclination of the plane [degrees]")
+    ax.set_xlabel(f"x [{scan.unit}]")
+    ax.set_ylabel(f"height [{scan.unit}]")
+    ax.set_title(f"facets in {len(planes.gamma)} planes, heights not to scale", fontsize="medium")
+
+
+def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
+    """Cells in the colour of their first facet's plane, with contours of the height."""
+    z = scan.heights()
+    cells = label.reshape(z.shape[0] - 1, z.shape[1] - 1, 4)[:, :, 0]
+    step = max(1, max(cells.shape) // MOST_CELLS)
+    y = scan.y if scan.y is not None else np.zeros(1)
+    extent = (scan.x[0], scan.x[-1], y[0], y[-1])
+    ax.imshow(_colours(planes)[cells[::step, ::step]], origin="lower", extent=extent, interpolation="nearest")
+    if np.ptp(z) > 0.0:
+        ax.contour(scan.x, y, z, 5, colors="black", linewidths=0.5)
+    ax.set_xlabel(f"x [{scan.unit}]")
+    ax.set_ylabel(f"y [{scan.unit}]")
+    ax.set_title(f"facets in {len(planes.gamma)} planes, heights as lines", fontsize="medium")
+
+
+def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
+    """Facets as a density over azimuth and inclination, planes by the area of their marks."""
+    incl = np.degrees(np.arctan(found.slopes))
+    azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) % (2.0 * np.pi)
+    top = max(incl.max() * 1.02, 1.0e-3)
+    density, a, r = np.histogram2d(
+        azimuth, incl, bins=(72, 30), range=((0.0, 2.0 * np.pi), (0.0, top)), weights=found.gamma
+    )
+    density /= np.diff(a)[:, None] * np.diff(r**2)  # per area of the plot
+    shown = np.ma.masked_where(density == 0.0, density).T
+    ax.pcolormesh(a, r, shown, cmap="Greys", vmin=0.0, vmax=2.0 * np.percentile(density[density > 0.0], 90.0))
+    _marks(ax, planes, "o", COLOURS[3], "listed planes")
+    _marks(ax, regular, "s", COLOURS[0], "nearest regular")
+    ax.set_ylim(0.0, top)
+    ax.set_rlabel_position(22.5)
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.yaxis.set_major_formatter("{x:g}°")
+    ax.set_title("up-slope azimuth and inclination", fontsize="medium")
+    ax.legend(fontsize="small", loc="upper right", bbox_to_anchor=(1.25, 1.1))
+
+
+def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None:
+    azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
+    ax.scatter(
+        azimuth,
+        np.degrees(np.arctan(planes.slopes)),
+        s=10.0 + 600.0 * planes.gamma,
+        marker=mark,
+        facecolors=_colours(planes),
+        edgecolors=colour,
+        linewidths=1.4,
+        label=label,
+    )
+
+
+def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, start: float) -> None:
+    """Facets of a profile as a histogram of the signed inclination, planes as sticks."""
+    e = unit_vector(start)
+    incl = _signed(found, e)
+    top = max(np.abs(incl).max() * 1.05, 1.0e-3)
+    ax.hist(
+        incl,
+        bins=41,
+        range=(-top, top),
+        weights=100.0 * found.gamma,
+        color="#BBBBBB",
+        label="facets",
+    )
+    for one, mark, colour, label in (
+        (planes, "o-", COLOURS[1], "listed planes"),
+        (regular, "s--", COLOURS[0], "nearest regular"),
+    ):
+        for i, (at, share) in enumerate(zip(_signed(one, e), one.gamma, strict=True)):
+            ax.plot(
+                [at, at],
+                [0.0, 100.0 * share],
+                mark,
+                color=colour,
+                markevery=[1],
+                markerfacecolor="none",
+                label=None if i else label,
+            )
+    ax.set_xlabel("inclination, + rises along the profile [degrees]")
+    ax.set_ylabel("share of the true area [%]")
+    ax.grid(alpha=0.3)
+    ax.legend(fontsize="small")
+
+
+def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
+    """Mean and rms slope over the sampling length."""
+    ax.semilogx(scales[:, 0], scales[:, 1], "o-", color=COLOURS[0], label="mean")
+    ax.semilogx(scales[:, 0], scales[:, 2], "s--", color=COLOURS[1], label="rms")
+    ax.axvline(scan.spacing, color=COLOURS[3], linestyle=":", label="in use")
+    ax.set_ylim(0.0, 1.05 * scales[:, 1:3].max() or 1.0)
+    ax.set_xticks(scales[:, 0], [f"{length:.3g}" for length in scales[:, 0]])
+    ax.minorticks_off()
+    ax.set_xlabel(f"sampling length [{scan.unit}]")
+    ax.set_ylabel("slope, tangent [-]")
+    ax.grid(alpha=0.3, which="both")
+    ax.legend(fontsize="small")
+
+
+def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
+    """Residual strength over the direction of slip; where it locks there is no line."""
+    angles, mu = slips.angles, slips.mu
+    degrees = np.degrees(np.append(angles, angles[0] + 2.0 * np.pi))
+    for values, style, colour, label in (
+        (slips.residual, "-", COLOURS[3], "facets"),
+        (planes.residual(angles, mu), "-", COLOURS[1], "listed planes"),
+        (regular.residual(angles, mu), "--", COLOURS[0], "nearest regular"),
+    ):
+        shown = np.where(np.isinf(values), np.nan, values)
+        ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
+    if np.isfinite(slips.residual).any():
+        ax.set_ylim(bottom=0.0)
+    ax.set_xlabel("direction of slip, from Tx [degrees]")
+    ax.set_ylabel(r"residual $\tau_L / |\sigma_N|$ [-]")
+    ax.set_title(f"$\\mu$ = {mu:g}", fontsize="medium")
+    ax.grid(alpha=0.3)
+    ax.legend(fontsize="small")
+
+
+def _axis(found: Facets) -> Floats:
+    """Unit vector along a profile."""
+    g = found.gradients[found.slopes.argmax()]
+    size = float(np.hypot(*g))
+    e = g / size if size > 0.0 else np.array([1.0, 0.0])
+    return e if e[0] > 0.0 or (e[0] == 0.0 and e[1] > 0.0) else -e
+
+
+def _signed(planes: Planes, e: Floats) -> Floats:
+    """Inclination along e, degrees."""
+    found: Floats = np.degrees(np.arctan(planes.gradients @ e))
+    return found

@@ -1,0 +1,544 @@
+"""Slopes of a scanned surface: facets, listed planes, nearest regular pattern, and what they differ by.
+
+A facet is a piece of the scan with a vector, area times unit normal, components (N, Tx, Ty).  The average
+plane is the one that their sum stands on.  With the weights gamma the law sums tractions on planes (3), so
+gamma is a share of the true area: then a uniform pressure on all planes adds up to one along N.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import contract
+from ..contract import Floats
+from ..pattern import Pattern, direction_vector, unit_vector
+
+LEAST_POINTS = 8
+"""Points along a direction of a scan below which there is no statistics of slopes."""
+
+LEAST_SHARE = 0.005
+"""Share of the nominal area below which a bin joins the nearest: a plane has to carry what slides on it."""
+
+FLATNESS = 1.0e-6
+"""Slope (tangent) that is rounding of the heights: of the flat plane, and between slopes that are equal."""
+
+SAME = 1.0e-3
+"""Bins whose slopes (tangents) are nearer to each other than this are one plane."""
+
+TIE = 1.0e-9
+"""Slopes along a slip that differ by less carry together."""
+
+EVEN = 0.05
+"""Points within this share of the spacing of even places are evenly spaced: files round coordinates."""
+
+AS_GOOD = 0.01
+"""The fewest sides are taken whose error is at most this above the smallest."""
+
+GAUSS = float(np.sqrt(np.log(2.0) / np.pi))
+"""Constant alpha of the Gaussian filter, which halves a wave of the cut-off length (ISO 16610-21)."""
+
+Tick = Callable[[], object]
+"""Called once for every direction that is done."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Heights z (ny, nx) over x (nx,) and y (ny,), all of one unit; a profile has no y and ny = 1."""
+
+    x: Floats
+    y: Floats | None
+    z: Floats
+    unit: str = "mm"
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether it is a profile."""
+        return self.y is None
+
+    @property
+    def spacing(self) -> float:
+        """Largest distance of neighbouring points along an axis, length."""
+        return max(float(np.diff(axis).max()) for axis in self._axes())
+
+    @property
+    def extent(self) -> float:
+        """Shortest side, length."""
+        return min(float(axis[-1] - axis[0]) for axis in self._axes())
+
+    def steps(self) -> tuple[float, float]:
+        """Smallest and largest distance of neighbouring points along an axis, length."""
+        return min(float(np.diff(axis).min()) for axis in self._axes()), self.spacing
+
+    def sampled(self, length: float) -> Scan:
+        """Heights at points `length` apart, by straight lines between the given ones.
+
+        Raises ValueError for a length shorter than the spacing or one that leaves too few points.
+        """
+        if not length >= self.spacing * (1.0 - 1.0e-9):
+            raise ValueError(f"sampling length {length:g}: expected at least the spacing, {self.spacing:g}")
+        if not length <= longest(self):
+            raise ValueError(
+                f"sampling length {length:g}: expected at most {longest(self):g}, for {LEAST_POINTS} points"
+            )
+        x, z = _interpolated(self.x, self.z, length)
+        if self.y is None:
+            return Scan(x, None, z, self.unit)
+        y, z = _interpolated(self.y, z.T, length)
+        return Scan(x, y, z.T, self.unit)
+
+    def smoothed(self, cut_off: float) -> Scan:
+        """Heights after a Gaussian filter of this cut-off length; the mean plane is kept.
+
+        Raises ValueError where the points are not evenly spaced or the length is not above the spacing.
+        """
+        if not self.spacing < cut_off <= self.extent:
+            raise ValueError(
+                f"smoothing length {cut_off:g}: expected more than the spacing, {self.spacing:g}, "
+                f"and at most {self.extent:g}"
+            )
+        plane = _mean_plane(self)
+        z = _filtered(self.x, self.z - plane, cut_off)
+        if self.y is not None:
+            z = _filtered(self.y, z.T, cut_off).T
+        return Scan(self.x, self.y, z + plane, self.unit)
+
+    def heights(self) -> Floats:
+        """Distances (ny, nx) from the average plane, perpendicular to it, mean 0."""
+        z = self.z - _mean_plane(self)
+        levelled: Floats = (z - z.mean()) / np.hypot(1.0, np.hypot(*_mean_gradient(self)))
+        return levelled
+
+    def lean(self) -> float:
+        """Angle of the average plane to that of least squares, degrees: what the ends of the scan do."""
+        a = _least_squares(self.x, self.z.mean(axis=0))
+        b = 0.0 if self.y is None else _least_squares(self.y, self.z.mean(axis=1))
+        fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
+        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, average)), fitted @ average)))
+
+    def _axes(self) -> tuple[Floats, ...]:
+        return (self.x,) if self.y is None else (self.x, self.y)
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Unit normals (n, 3) with n_N > 0 and shares (n,) of the true area, sum 1: facets or a pattern."""
+
+    normals: Floats
+    gamma: Floats
+
+    @classmethod
+    def of(cls, pattern: Pattern) -> Planes:
+        """Planes of a pattern."""
+        return cls(pattern.normals, pattern.weights)
+
+    @cached_property
+    def gradients(self) -> Floats:
+        """Slope vectors (n, 2): up the slope, as long as its tangent."""
+        found: Floats = -self.normals[:, 1:] / self.normals[:, :1]
+        return found
+
+    @cached_property
+    def slopes(self) -> Floats:
+        """Tangent of the inclination, (n,)."""
+        return np.hypot(*self.gradients.T)
+
+    @cached_property
+    def nominal(self) -> Floats:
+        """Shares of the area projected on the average plane, (n,), with sum 1."""
+        share = self.gamma * self.normals[:, 0]
+        return share / share.sum()
+
+    @cached_property
+    def mean_slope(self) -> float:
+        """Mean of tan(inclination) over the nominal area."""
+        return float(self.nominal @ self.slopes)
+
+    @cached_property
+    def rms_slope(self) -> float:
+        """Root mean square of tan(inclination) over the nominal area: Z2 of a profile, Sdq of a map."""
+        return float(np.sqrt(self.nominal @ self.slopes**2))
+
+    @property
+    def fabric(self) -> Floats:
+        """Second moment of the slope vectors over the nominal area, (2, 2)."""
+        found: Floats = self.gradients.T @ (self.nominal[:, None] * self.gradients)
+        return found
+
+    def uphill(self, angles: Floats, tick: Tick | None = None) -> tuple[Floats, Floats]:
+        """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
+        mean, square = np.empty(len(angles)), np.empty(len(angles))
+        for i, angle in enumerate(angles):  # one at a time: a map has millions of facets
+            up = np.maximum(self.gradients @ unit_vector(angle), 0.0)
+            mean[i] = self.nominal @ up
+            up *= up
+            square[i] = self.nominal @ up
+            if tick is not None:
+                tick()
+        return mean, np.sqrt(square)
+
+    def residual(self, angles: Floats, mu: float, tick: Tick | None = None) -> Floats:
+        """Strength over |sigma_N| of the dead interface that slips along each angle (radians); inf: locks.
+
+        Only the planes that are steepest along the slip touch.  Each closes by n_N times the same, so they
+        share the load by gamma n_N; a single one gives the closed form of docs/theory.md, section 8.
+        """
+        found = np.empty(len(angles))
+        for i, angle in enumerate(angles):
+            along = self.gradients @ unit_vector(angle)
+            top = along.max()
+            touching = along >= top - TIE * (1.0 + abs(top))
+            n_N = self.normals[touching, 0]
+            load = self.gamma[touching] * n_N
+            w = np.hypot(1.0, top)
+            pressed = load @ (n_N - mu * top / w)
+            found[i] = load @ (n_N * along[touching] + mu / w) / pressed if pressed > 0.0 else np.inf
+            if tick is not None:
+                tick()
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Facets(Planes):
+    """Facets of a scan in the frame of its average plane.
+
+    ratio: true area over nominal area.  tilt: inclination of the average plane in the scan, degrees.
+    profile: they lie along one direction.
+    """
+
+    ratio: float = 1.0
+    tilt: float = 0.0
+    profile: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Slips:
+    """What facets do under slips along angles (n,), radians, with friction mu.
+
+    uphill: mean and root mean square of the slope that faces each slip, (n,) each.  residual: strength of the
+    dead interface over |sigma_N|, (n,).
+    """
+
+    angles: Floats
+    mu: float
+    uphill: tuple[Floats, Floats]
+    residual: Floats
+
+    @classmethod
+    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick | None = None) -> Slips:
+        """Slips of facets or planes; tick is called twice an angle."""
+        return cls(angles, mu, found.uphill(angles, tick), found.residual(angles, mu, tick))
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What a pattern differs by from the facets.
+
+    mean_slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
+    the mean or rms slope that faces a slip, over its largest value.  residual: largest relative difference of
+    the residual strength; inf where just one of the two locks.  listed: the same, from the listed planes.
+    """
+
+    mean_slope: float
+    fabric: float
+    uphill: float
+    residual: float
+    listed: float
+
+
+def facets(scan: Scan, direction: float = 0.0) -> Facets:
+    """Facets of a scan: segments of a profile, or four triangles a cell of a map.
+
+    direction: of a profile's x in the Tx-Ty plane, degrees.  The triangles of a cell are those of both its
+    diagonals, so that neither is favoured.  Raises ValueError where a facet overhangs.
+    """
+    rise = np.diff(scan.z) / np.diff(scan.x)
+    if scan.y is None:
+        dx = np.diff(scan.x)
+        vectors = np.column_stack([dx, -rise[0] * dx, np.zeros(len(dx))])
+    else:
+        climb = np.diff(scan.z, axis=0) / np.diff(scan.y)[:, None]
+        cells = np.outer(np.diff(scan.y), np.diff(scan.x))
+        pairs = [(gx, gy) for gx in (rise[:-1], rise[1:]) for gy in (climb[:, :-1], climb[:, 1:])]
+        corners = [
+            np.stack([np.ones_like(cells), -gx, -gy], axis=-1) * cells[..., None] / 4 for gx, gy in pairs
+        ]
+        vectors = np.stack(corners, axis=-2).reshape(-1, 3)
+    total = vectors.sum(axis=0)
+    nominal = float(np.linalg.norm(total))
+    vectors = vectors @ _rotation(total / nominal).T
+    if scan.is_profile and direction != 0.0:
+        c, s = direction_vector(direction)
+        vectors[:, 1:] = np.outer(vectors[:, 1], (c, s))
+    area = np.linalg.norm(vectors, axis=1)
+    over = vectors[:, 0] <= FLATNESS * area
+    if over.any():
+        raise ValueError(
+            f"{np.count_nonzero(over)} facets, the first at {_place(scan, int(over.argmax()))}, overhang the "
+            f"average plane, which is tilted by {np.degrees(np.arccos(total[0] / nominal)):.3g} degrees: "
+            "expected n_N > 0; is z in the unit of x, is there a step that a longer sampling would bridge?"
+        )
+    normals = vectors / area[:, None]
+    flat = np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]
+    normals[flat] = (1.0, 0.0, 0.0)
+    tilt = float(np.degrees(np.arctan2(np.hypot(*total[1:]), total[0])))
+    return Facets(normals, area / area.sum(), float(area.sum() / nominal), tilt, scan.is_profile)
+
+
+def bin_facets(
+    found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0, most: int = 0
+) -> tuple[Pattern, np.ndarray]:
+    """Listed planes of facets, and the plane of every facet (n,), a flat plane first.
+
+    Facets inclined by at most `flat` (degrees) are the first bin; the others fall into `directions` sectors
+    of azimuth, the first one centred at `start` (degrees), and in each into up to `bins` classes of
+    inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest.  The vector area of a plane
+    is that of its facets.  Raises ValueError for more planes than the library takes, or than `most`.
+    """
+    limit = most or contract.MAX_INCLINED
+    if not (directions >= 1 and bins >= 1):
+        raise ValueError(f"{directions} directions, {bins} bins: expected at least 1")
+    sector = 2.0 * np.pi / directions
+    azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) - np.radians(start)
+    part = np.floor(azimuth / sector + 0.5 + FLATNESS).astype(int) % directions
+    part[found.slopes <= max(np.tan(np.radians(flat)), FLATNESS)] = -1
+    label = np.full(len(part), -1)
+    for k in range(directions):
+        inside = np.flatnonzero(part == k)
+        share = found.nominal[inside].sum()
+        if share > 0.0:
+            classes = min(bins, int(np.ceil(bins * directions * share)))
+            ranks = _ranks(found.slopes[inside], found.nominal[inside])
+            label[inside] = k * bins + np.floor(ranks * classes).astype(int)
+    label = np.unique(label, return_inverse=True)[1].ravel()
+    vectors, label = _merged(found, label)
+    n = len(vectors)
+    if n > limit:
+        raise ValueError(f"{n} planes: expected at most {limit}, fewer bins or directions")
+    area = np.linalg.norm(vectors, axis=1)
+    normals = vectors / area[:, None]
+    normals[np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]] = (1.0, 0.0, 0.0)
+    azimuth = np.arctan2(-normals[:, 2], -normals[:, 1]) - np.radians(start) + FLATNESS
+    place = np.floor(azimuth / sector + 0.5) % directions
+    place[normals[:, 0] == 1.0] = -1
+    order = np.lexsort((-normals[:, 0], place))
+    return Pattern.planes(normals[order], (area / area.sum())[order]), np.argsort(order)[label]
+
+
+def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, start: float = 0.0) -> Pattern:
+    """Regular pattern of the same mean and mean square slope over the nominal area.
+
+    tan(theta) = mean square / mean, and the inclined planes have mean^2 / mean square of the nominal area.
+    turn: of the planes that agree best with the azimuths, arg(sum of slope^2 exp(i sides azimuth)) / sides.
+    sides: 0 for the fewest whose mean and rms uphill slopes under the slips are within AS_GOOD of the best.
+    Two sides have the moments of the slopes along their direction alone.  A profile has two, turned to
+    `start` (degrees).
+    """
+    if found.rms_slope <= FLATNESS:
+        return Pattern.regular(0, 0.0)
+    if found.profile:
+        return _of_moments(found, 2, start)
+    if sides:
+        return _of_moments(found, sides, _turns(found, [sides])[sides])
+    if slips is None:
+        raise ValueError("sides = 0: expected the slips under which sides are compared")
+    turns = _turns(found, range(2, contract.MAX_INCLINED + 1))
+    tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
+    errors = [_difference(Planes.of(pattern).uphill(slips.angles), slips.uphill) for pattern in tried]
+    return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
+
+
+def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) -> Errors:
+    """What a pattern differs by from the facets, which do what is given under slips.
+
+    of_listed: residual strength of the listed planes under the same.
+    """
+    planes = Planes.of(pattern)
+    own = Slips.of(planes, slips.angles, slips.mu)
+    return Errors(
+        _relative(planes.mean_slope, found.mean_slope),
+        _relative(planes.fabric, found.fabric),
+        _difference(own.uphill, slips.uphill),
+        _of_strength(own.residual, slips.residual),
+        _of_strength(own.residual, of_listed),
+    )
+
+
+def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
+    """Slips (radians) that are looked at: both ways of a profile, `count` ways of a map."""
+    turn = 2 if found.profile else count
+    angles: Floats = np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
+    return angles
+
+
+def even(axis: Floats) -> Floats:
+    """As many places from the first to the last, evenly spaced."""
+    places: Floats = np.linspace(axis[0], axis[-1], len(axis))
+    return places
+
+
+def longest(scan: Scan) -> float:
+    """Longest sampling length, which leaves LEAST_POINTS; rounding allowed for."""
+    return scan.extent / (LEAST_POINTS - 1) * (1.0 + 1.0e-9)
+
+
+def lengths_of(scan: Scan) -> Floats:
+    """Sampling lengths: the spacing, its double, and so on."""
+    count = int(np.floor(np.log2(longest(scan) / scan.spacing))) + 1
+    lengths: Floats = scan.spacing * 2.0 ** np.arange(max(count, 1))
+    return lengths
+
+
+def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
+    """Turn (degrees) of the planes that agree best with the azimuths, for increasing numbers of sides."""
+    share = found.nominal * found.slopes**2
+    once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
+    wave, power = np.ones_like(once), 0
+    turns = {}
+    for sides in numbers:
+        wave *= once ** (sides - power) if sides - power > 1 else once
+        power = sides
+        total = share @ wave
+        # where no azimuth is preferred rounding must not choose one
+        turn = np.degrees(np.angle(total)) / sides if abs(total) > TIE * share.sum() else 0.0
+        turns[sides] = 0.0 if abs(turn) < TIE else float(turn)
+    return turns
+
+
+def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
+    """Regular pattern of the facets' mean and mean square slope; for two sides, of that along its profile."""
+    slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
+    mean, square = found.nominal @ slopes, found.nominal @ slopes**2
+    if mean <= FLATNESS:
+        return Pattern.regular(0, 0.0)
+    tangent, inclined = square / mean, min(1.0, mean**2 / square)
+    true = inclined * np.hypot(1.0, tangent)
+    flat = (1.0 - inclined) / (1.0 - inclined + true)
+    flat = 0.0 if flat < TIE else flat
+    return Pattern.regular(sides, float(np.degrees(np.arctan(tangent))), float(flat), turn)
+
+
+def _merged(found: Facets, label: np.ndarray) -> tuple[Floats, np.ndarray]:
+    """Vector areas and labels of bins; those below LEAST_SHARE join the nearest, those of a slope are one."""
+    facet = found.gamma[:, None] * found.normals
+    vectors = np.column_stack([np.bincount(label, facet[:, i]) for i in range(3)])
+    target = np.arange(len(vectors))
+    total = vectors[:, 0].sum()
+    while len(alive := np.unique(target)) > 1:
+        slope = vectors[alive, 1:] / vectors[alive, :1]
+        apart = np.hypot(*(slope[:, None] - slope[None, :]).transpose(2, 0, 1))
+        np.fill_diagonal(apart, np.inf)
+        least = vectors[alive, 0].argmin()
+        if vectors[alive[least], 0] >= LEAST_SHARE * total:
+            least = apart.min(axis=0).argmin()
+            if apart[least].min() >= SAME:
+                break
+        nearest = alive[apart[least].argmin()]
+        vectors[nearest] += vectors[alive[least]]
+        target[target == alive[least]] = nearest
+    alive, target = np.unique(target, return_inverse=True)
+    return vectors[alive], target.ravel()[label]
+
+
+def _ranks(values: Floats, weights: Floats) -> Floats:
+    """Share of the weight below each value, half its own included; equal values have the same."""
+    _, group = np.unique(np.round(values / FLATNESS), return_inverse=True)
+    group = group.ravel()
+    of_group = np.bincount(group, weights)
+    below = (np.cumsum(of_group) - 0.5 * of_group) / of_group.sum()
+    ranks: Floats = below[group]
+    return ranks
+
+
+def _difference(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> float:
+    """Largest difference of the first or the second over the largest value of the other."""
+    parts = zip(one, other, strict=True)
+    return max(
+        float(np.abs(a - b).max() / b.max()) if b.max() > 0.0 else float(a.max() > 0.0) for a, b in parts
+    )
+
+
+def _of_strength(values: Floats, expected: Floats) -> float:
+    """Largest relative difference; none where both are infinite, inf where one is."""
+    finite = np.isfinite(values) & np.isfinite(expected)
+    if (np.isfinite(values) != np.isfinite(expected)).any():
+        return np.inf
+    both = finite & (expected > 0.0)
+    return float(np.max(np.abs(values[both] / expected[both] - 1.0), initial=0.0))
+
+
+def _relative(value: Floats | float, expected: Floats | float) -> float:
+    """Norm of the difference over that of what is expected; 0 for 0 of 0."""
+    size = np.linalg.norm(expected)
+    difference = np.linalg.norm(np.subtract(value, expected))
+    return float(difference / size) if size > 0.0 else float(difference > 0.0)
+
+
+def _rotation(n: Floats) -> Floats:
+    """Smallest rotation that takes the unit vector n (n_N > 0) to N = (1, 0, 0)."""
+    v = np.cross(n, (1.0, 0.0, 0.0))
+    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    rotation: Floats = np.eye(3) + cross + cross @ cross / (1.0 + n[0])
+    return rotation
+
+
+def _place(scan: Scan, facet: int) -> str:
+    """Where a facet begins."""
+    if scan.y is None:
+        return f"x = {scan.x[facet]:g}"
+    j, i = divmod(facet // 4, len(scan.x) - 1)
+    return f"x = {scan.x[i]:g}, y = {scan.y[j]:g}"
+
+
+def _mean_gradient(scan: Scan) -> tuple[float, float]:
+    """Slopes of the average plane along x and y."""
+    total = (scan.z[:, -1] - scan.z[:, 0]) / (scan.x[-1] - scan.x[0])
+    if scan.y is None:
+        return float(total[0]), 0.0
+    # over a side the mean is that of the trapezoid rule, as for the facets
+    sides = (scan.z[-1] - scan.z[0]) / (scan.y[-1] - scan.y[0])
+    return _mean(scan.y, total), _mean(scan.x, sides)
+
+
+def _mean_plane(scan: Scan) -> Floats:
+    """Heights of the average plane, zero at the first point, (ny, nx)."""
+    a, b = _mean_gradient(scan)
+    y = np.zeros(1) if scan.y is None else scan.y - scan.y[0]
+    plane: Floats = np.add.outer(b * y, a * (scan.x - scan.x[0]))
+    return plane
+
+
+def _least_squares(x: Floats, z: Floats) -> float:
+    """Slope of the straight line of least squares."""
+    away = x - x.mean()
+    return float(away @ (z - z.mean()) / (away @ away))
+
+
+def _mean(x: Floats, values: Floats) -> float:
+    """Mean over x by the trapezoid rule."""
+    return float(np.diff(x) @ (values[1:] + values[:-1]) / (2.0 * (x[-1] - x[0])))
+
+
+def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
+    """Points `length` apart and the heights (..., n) there."""
+    at = x[0] + length * np.arange(int(np.floor((x[-1] - x[0]) / length + 1.0e-9)) + 1)
+    i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    w = np.clip((at - x[i]) / (x[i + 1] - x[i]), 0.0, 1.0)
+    return at, z[:, i] * (1.0 - w) + z[:, i + 1] * w
+
+
+def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
+    """Gaussian mean along the rows; at the ends over what there is."""
+    steps = np.diff(x)
+    if np.abs(x - even(x)).max() > EVEN * steps.mean():
+        raise ValueError(
+            f"smoothing: the points are {steps.min():g} to {steps.max():g} apart: expected even spacing"
+        )
+    reach = min(int(np.ceil(cut_off / steps.mean())), len(x) - 1)
+    kernel = np.exp(-np.pi * (np.arange(-reach, reach + 1) * steps.mean() / (GAUSS * cut_off)) ** 2)
+    part = slice(reach, reach + len(x))
+    norm = np.convolve(np.ones(len(x)), kernel)[part]
+    return np.array([np.convolve(row, kernel)[part] / norm for row in z])

@@ -1,0 +1,57 @@
+!> Rejected calls of the UMAT inside Abaqus/Standard: its message routine, then the end of the analysis.
+module asperity_report_umat
+  use asperity_kinds, only: wp
+  use asperity_text, only: piece_end
+  implicit none
+  private
+  public :: report_umat
+
+  !> Abaqus/Standard: an error message, the analysis goes on (it is ended below, after the last line).
+  integer, parameter :: error_message = -2
+  !> Characters Abaqus prints of a message.
+  integer, parameter :: text_length = 500
+
+  interface
+    !> Message of Abaqus/Standard; %I, %R and %S in the text stand for the values.
+    subroutine stdb_abqerr(lop, string, intv, realv, charv)
+      import :: wp
+      implicit none
+      integer, intent(in) :: lop                   !! 1 information, -1 warning, -2 error, -3 error and end
+      character(len=*), intent(in) :: string       !! text
+      integer, intent(in) :: intv(*)               !! integers
+      real(wp), intent(in) :: realv(*)             !! reals
+      character(len=8), intent(in) :: charv(*)     !! texts
+    end subroutine stdb_abqerr
+
+    !> End of the analysis; files are closed, all processes stop.
+    subroutine xit()
+      implicit none
+    end subroutine xit
+  end interface
+
+contains
+
+  !> Tell in the files of the analysis why a call was rejected, a message for each line, and end the analysis.
+  !>
+  !> The values are part of the text: those of Abaqus' formats lose digits, and texts have eight characters. No text of
+  !> the library has a percent sign.
+  subroutine report_umat(message)
+    character(len=*), intent(in) :: message   !! lines that name the values and what was expected
+    character(len=*), parameter :: head = "asperity umat: "
+    character(len=text_length) :: text
+    integer, parameter :: no_integers(1) = 0
+    real(wp), parameter :: no_reals(1) = 0.0_wp
+    character(len=8), parameter :: no_texts(1) = " "
+    integer :: first, last
+    first = 1
+    do while (first <= len(message))
+      last = piece_end(message, first, text_length - len(head))
+      text = head // message(first:last)
+      call stdb_abqerr(error_message, text, no_integers, no_reals, no_texts)
+      first = last + 1
+      if (index(message(first:), new_line("a")) == 1) first = first + 1
+    end do
+    call xit()
+  end subroutine report_umat
+
+end module asperity_report_umat

@@ -1,0 +1,59 @@
+!> Rejected calls of the VUMAT inside Abaqus/Explicit: its message routine, then the end of the analysis.
+module asperity_report_vumat
+  use asperity_kinds, only: wp
+  use asperity_text, only: piece_end
+  implicit none
+  private
+  public :: report_vumat
+
+  !> Abaqus/Explicit: an error message, the analysis goes on (it is ended below, after the last line).
+  integer, parameter :: error_message = -2
+  !> Characters Abaqus prints of a message.
+  integer, parameter :: text_length = 500
+
+  interface
+    !> Message of Abaqus/Explicit; %I, %R and %S in the text stand for the values.
+    subroutine xplb_abqerr(lop, string, intv, realv, charv)
+      import :: wp
+      implicit none
+      integer, intent(in) :: lop                   !! 1 information, -1 warning, -2 error, -3 error and end
+      character(len=*), intent(in) :: string       !! text
+      integer, intent(in) :: intv(*)               !! integers
+      real(wp), intent(in) :: realv(*)             !! reals
+      character(len=8), intent(in) :: charv(*)     !! texts
+    end subroutine xplb_abqerr
+
+    !> End of the analysis; files are closed, all processes stop.
+    subroutine xplb_exit()
+      implicit none
+    end subroutine xplb_exit
+  end interface
+
+contains
+
+  !> Tell in the files of the analysis why a call was rejected, a message for each line, and end the analysis.
+  !>
+  !> The values are part of the text: those of Abaqus' formats lose digits, and texts have eight characters. No text of
+  !> the library has a percent sign.
+  subroutine report_vumat(routine, message)
+    character(len=*), intent(in) :: routine   !! name of the user routine
+    character(len=*), intent(in) :: message   !! lines that name the values and what was expected
+    character(len=text_length) :: text
+    integer, parameter :: no_integers(1) = 0
+    real(wp), parameter :: no_reals(1) = 0.0_wp
+    character(len=8), parameter :: no_texts(1) = " "
+    character(len=len(routine) + 11) :: head
+    integer :: first, last
+    head = "asperity " // routine // ": "
+    first = 1
+    do while (first <= len(message))
+      last = piece_end(message, first, text_length - len(head))
+      text = head // message(first:last)
+      call xplb_abqerr(error_message, text, no_integers, no_reals, no_texts)
+      first = last + 1
+      if (index(message(first:), new_line("a")) == 1) first = first + 1
+    end do
+    call xplb_exit()
+  end subroutine report_vumat
+
+end module asperity_report_vumat

@@ -1,0 +1,167 @@
+!> C API (asperity.h): the law for arrays of points, without any Fortran on the caller's side.
+module asperity_c
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use asperity_call_checks, only: explain_point, explain_points, explain_time
+  use asperity_checks, only: review_props
+  use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
+  use asperity_initial, only: carry_traction, explain_initial
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: update_points
+  use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
+  implicit none
+  private
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update
+
+contains
+
+  !> Text of the version; returns its length without the closing zero.
+  function asperity_version(text, size) bind(C) result(length)
+    type(c_ptr), value :: text        !! char[size], may be NULL
+    integer(c_int), value :: size     !! bytes of the text
+    integer(c_int) :: length
+    call put_text(version, text, size)
+    length = len(version)
+  end function asperity_version
+
+  !> Number of state variables that PROPS needs; 0 if PROPS is not admissible, with the reasons in the message.
+  function asperity_nstatv(props, nprops, message, size) bind(C) result(nstatv)
+    integer(c_int), value :: nprops               !! number of constants
+    real(c_double), intent(in) :: props(nprops)   !! material constants
+    type(c_ptr), value :: message                 !! char[size], may be NULL
+    integer(c_int), value :: size                 !! bytes of the message
+    integer(c_int) :: nstatv
+    character(len=:), allocatable :: text
+    type(interface_type) :: joint
+    integer :: status
+    text = ""
+    call new_interface(props, joint, status)
+    if (status == status_ok) then
+      nstatv = joint%n_statev
+    else
+      nstatv = 0
+      call review_props(props, status, text, nprops)
+    end if
+    call put_text(text, message, size)
+    deallocate (text)   ! flang 16 does not do it
+  end function asperity_nstatv
+
+  !> Give n states the offset at which they carry a traction; returns 0, or the status of the first point that cannot.
+  function asperity_initial_state(props, nprops, n, traction, nstatv, state, message, size) bind(C) result(status)
+    integer(c_int), value :: nprops                     !! number of constants
+    integer(c_int), value :: n                          !! points
+    integer(c_int), value :: nstatv                     !! state variables per point
+    real(c_double), intent(in) :: props(nprops)         !! material constants
+    real(c_double), intent(in) :: traction(3, n)        !! double[n][3] traction (N, Tx, Ty), stress
+    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] planes as they are -> with the offset
+    type(c_ptr), value :: message                       !! char[size], may be NULL
+    integer(c_int), value :: size                       !! bytes of the message
+    integer(c_int) :: status
+    real(wp), parameter :: rest(3) = 0.0_wp
+    logical, parameter :: all_held(3) = .true.
+    character(len=:), allocatable :: text
+    type(interface_type) :: joint
+    integer :: i
+
+    allocate (character(len=0) :: text)
+    call begin(props, nprops, n, nstatv, size, joint, status, text)
+    if (status == status_ok) then
+      do i = 1, n
+        call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
+        if (status /= status_ok) then
+          call explain_point(joint, rest, rest, state(:, i), text)
+          if (len(text) == 0) call explain_initial(joint, traction(:, i), all_held, state(:, i), text)
+          text = "point " // integer_text(i) // ": " // text
+          exit
+        end if
+      end do
+    end if
+    call put_text(text, message, size)
+    deallocate (text)   ! flang 16 does not do it
+  end function asperity_initial_state
+
+  !> Update n points over one increment; returns 0, or a status code with the reasons in the message, nothing written.
+  function asperity_update(props, nprops, dt, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
+    result(status)
+    integer(c_int), value :: nprops                     !! number of constants
+    real(c_double), value :: dt                         !! duration, >= 0, time; not looked at if tau_v = 0
+    integer(c_int), value :: n                          !! points
+    integer(c_int), value :: nstatv                     !! state variables per point
+    real(c_double), intent(in) :: props(nprops)         !! material constants
+    type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
+    real(c_double), intent(in) :: s(3, n)               !! double[n][3] separation (N, Tx, Ty) at the end, length
+    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state variables, start -> end
+    real(c_double), intent(inout) :: traction(3, n)     !! double[n][3] traction at the end, stress
+    type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
+    type(c_ptr), value :: message                       !! char[size], may be NULL
+    integer(c_int), value :: size                       !! bytes of the message
+    integer(c_int) :: status
+    real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
+    character(len=:), allocatable :: text
+    type(interface_type) :: joint
+    integer :: failed, i
+
+    text = ""
+    call begin(props, nprops, n, nstatv, size, joint, status, text)
+    if (status == status_ok) then
+      ! a pointer to nothing is an absent argument
+      nullify (from, d)
+      if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
+      if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
+      call update_points(joint, s, state, traction, status, failed, from, d, dt)
+      if (status == status_time) then
+        call explain_time(joint, "dt", text, dt)
+      else if (status /= status_ok) then
+        call explain_points(joint, failed, s, state, text, from)
+      else if (associated(d)) then
+        do i = 1, n
+          d(:, :, i) = transpose(d(:, :, i))   ! rows first in C
+        end do
+      end if
+    end if
+    call put_text(text, message, size)
+    deallocate (text)   ! flang 16 does not do it
+  end function asperity_update
+
+  !> Interface of PROPS for n points, or why there is none. Counts are those that came in, negative ones too.
+  subroutine begin(props, nprops, n, nstatv, size, joint, status, text)
+    real(c_double), intent(in), contiguous :: props(:)        !! material constants
+    integer(c_int), intent(in) :: nprops                      !! number of constants
+    integer(c_int), intent(in) :: n                           !! points
+    integer(c_int), intent(in) :: nstatv                      !! state variables per point
+    integer(c_int), intent(in) :: size                        !! bytes of the message
+    type(interface_type), intent(out) :: joint                !! the interface
+    integer(c_int), intent(out) :: status                     !! 0 or that of what is wrong
+    character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
+    call new_interface(props, joint, status)
+    if (status /= status_ok) then
+      call review_props(props, status, text, nprops)
+    else if (n < 0) then
+      status = status_size
+      text = "n = " // integer_text(n) // " points: expected 0 or more"
+    else if (nstatv < 0) then
+      status = status_nstatv
+      text = "NSTATV = " // integer_text(nstatv) // ": expected at least " // integer_text(joint%n_statev)
+    else if (size < 0) then
+      status = status_size
+      text = "size = " // integer_text(size) // " bytes of a message: expected 0 or more"
+    end if
+  end subroutine begin
+
+  !> Copy a text into a C buffer, cut to its size, always closed by a zero.
+  subroutine put_text(text, buffer, size)
+    character(len=*), intent(in) :: text   !! what to copy
+    type(c_ptr), intent(in) :: buffer      !! char[size], may be NULL
+    integer(c_int), intent(in) :: size     !! bytes of the buffer
+    character(kind=c_char), pointer :: chars(:)
+    integer :: i, last
+    if (.not. c_associated(buffer) .or. size < 1) return
+    call c_f_pointer(buffer, chars, [size])
+    last = min(len(text), size - 1)
+    do i = 1, last
+      chars(i) = text(i:i)
+    end do
+    chars(last + 1) = c_null_char
+  end subroutine put_text
+
+end module asperity_c

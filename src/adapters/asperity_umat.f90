@@ -1,0 +1,101 @@
+!> UMAT of Abaqus/Standard, CalculiX and Kratos: unpack, one call of the law, pack.
+!>
+!> PROPS, STATEV, component orders: docs/reference/contract.md. DDSDDE is the consistent tangent, unsymmetric (Abaqus:
+!> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
+!> used once, by a point that was never called (STATEV 5 is 0): it starts from that traction; afterwards the law is
+!> total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE with NaN and leaves
+!> STATEV as it came.
+subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
+                dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
+                dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
+  use asperity_call_checks, only: explain_call, host_status
+  use asperity_contract, only: max_ntens, max_planes, n_plane_statev, n_point_statev, status_initial, &
+    status_ok, v_friction, v_offset, v_rupture, v_stored
+  use asperity_host, only: component_map, reject, rejected_pnewdt, request_cut, request_slower_damage
+  use asperity_initial, only: carry_traction, explain_initial, first_traction
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point_in_place
+  use asperity_report_umat, only: report_umat
+  implicit none
+  integer, intent(in) :: ndi                     !! direct stress components, not used
+  integer, intent(in) :: nshr                    !! shear stress components, not used
+  integer, intent(in) :: ntens                   !! stress components: 2, 3 or 6
+  integer, intent(in) :: nstatv                  !! state variables
+  integer, intent(in) :: nprops                  !! material constants
+  real(wp), intent(inout) :: stress(ntens)       !! traction, start (of a point never called) -> end, stress
+  real(wp), intent(inout) :: statev(nstatv)      !! state, start -> end
+  real(wp), intent(inout) :: ddsdde(ntens, ntens)   !! d stress_i/d strain_j, stress
+  real(wp), intent(inout) :: sse, spd, scd       !! stored, friction, rupture energy, each divided by h
+  real(wp), intent(in) :: stran(ntens)           !! strain at the start (separation/h, engineering shear)
+  real(wp), intent(in) :: dstran(ntens)          !! strain increment
+  real(wp), intent(in) :: props(nprops)          !! material constants
+  character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character, no length)
+  real(wp), intent(inout), optional :: pnewdt    !! suggested increment factor, written only to ask for a cut
+  real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage
+  ! not used, and NULL in some hosts
+  real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
+  real(wp), intent(in), optional :: time(*), temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
+    dfgrd0(*), dfgrd1(*)
+  integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
+  type(interface_type) :: joint
+  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes)
+  character(len=:), allocatable :: message
+  integer :: i, j, n, position(3), status
+
+  call new_interface(props, joint, status)
+  position = component_map(ntens, joint%map)
+  if (status == status_ok) status = host_status(joint, position, stran, dstran, statev, dtime)
+  if (status == status_ok) then
+    traction = 0.0_wp
+    from = 0.0_wp
+    do i = 1, 3
+      if (position(i) == 0) cycle
+      traction(i) = stress(position(i))
+      from(i) = joint%h*stran(position(i))
+    end do
+    if (first_traction(traction, statev)) then
+      call carry_traction(joint, traction, position > 0, statev, status)
+      ! the traction belongs to the strain at the start
+      if (status == status_ok) statev(v_offset:v_offset + 2) = statev(v_offset:v_offset + 2) - from
+    end if
+  end if
+  if (status /= status_ok) then
+    message = ""
+    call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
+    if (status == status_initial) call explain_initial(joint, traction, position > 0, statev, message)
+    call report_umat(message)
+    call reject(stress, ddsdde)
+    call request_cut(rejected_pnewdt, pnewdt)
+    return
+  end if
+
+  to = 0.0_wp
+  do i = 1, 3
+    if (position(i) == 0) cycle
+    to(i) = joint%h*(stran(position(i)) + dstran(position(i)))
+  end do
+  n = joint%pattern%n
+  if (joint%dalpha > 0.0_wp) damage(:n) = statev(n_point_statev + 1:joint%n_statev:n_plane_statev)
+  call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
+  if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, damage(:n), statev, pnewdt)
+
+  if (ntens == max_ntens) then
+    ! components of a solid layer that are not those of an interface
+    layer_stiffness = joint%r*joint%material%k_n*joint%h
+    stress = layer_stiffness*(stran + dstran)
+    ddsdde = 0.0_wp
+    do i = 1, ntens
+      ddsdde(i, i) = layer_stiffness
+    end do
+  end if
+  do j = 1, min(3, ntens)
+    stress(position(j)) = traction(j)
+    do i = 1, min(3, ntens)
+      ddsdde(position(i), position(j)) = joint%h*tangent(i, j)
+    end do
+  end do
+  sse = statev(v_stored)/joint%h
+  spd = statev(v_friction)/joint%h
+  scd = statev(v_rupture)/joint%h
+end subroutine umat

@@ -1,0 +1,250 @@
+!> Checks of what a call passes besides PROPS, for points, the UMAT and the VUMATs, and the messages for what they
+!> reject.
+!>
+!> A `..._status` is the test, in few instructions; the `explain_...` after it names every bad value and what was
+!> expected.
+module asperity_call_checks
+  use asperity_checks, only: all_bounded, bounded, review, review_props, review_state, state_bounded
+  use asperity_contract, only: energy_limit, host_ntens, status_nstatv, status_ntens, status_ok, status_props, &
+    status_separation, status_size, status_state, status_time
+  use asperity_interface, only: interface_type, new_interface, separation_bound, slip_bound
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
+  implicit none
+  private
+  public :: point_status, state_status, time_status, host_status, vumat_status
+  public :: explain_point, explain_points, explain_time, explain_call, explain_vumat, explain_block
+
+contains
+
+  !> Whether the input of a point is admissible.
+  pure function point_status(joint, s_old, s, state_old) result(status)
+    type(interface_type), intent(in) :: joint          !! the interface
+    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
+    real(wp), intent(in) :: s(3)                       !! separation at the end, length
+    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
+    integer :: status                                  !! 0, status_nstatv, status_state or status_separation
+    real(wp) :: bound
+    bound = separation_bound(joint)
+    status = status_separation
+    if (all_bounded(3, s, bound) .and. all_bounded(3, s_old, bound)) status = state_status(joint, state_old)
+  end function point_status
+
+  !> Say what is wrong with the input of a point.
+  pure subroutine explain_point(joint, s_old, s, state_old, message)
+    type(interface_type), intent(in) :: joint                  !! the interface
+    real(wp), intent(in) :: s_old(:)                           !! (3) separation (N, Tx, Ty) at the start, length
+    real(wp), intent(in) :: s(:)                               !! (3) separation at the end, length
+    real(wp), intent(in), contiguous :: state_old(:)           !! (nstatv) STATEV at the start
+    character(len=:), allocatable, intent(inout) :: message    !! lines are appended
+    character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
+    real(wp) :: bound
+    integer :: i
+    bound = separation_bound(joint)
+    do i = 1, 3
+      call review(message, trim(names(i)) // " at the start", s_old(i), bound, .true.)
+      call review(message, trim(names(i)), s(i), bound, .true.)
+    end do
+    call explain_state(joint, state_old, energy_limit, slip_bound(joint), message)
+  end subroutine explain_point
+
+  !> Say what `update_points` rejected: the point and its bad values.
+  pure subroutine explain_points(joint, failed, s, state, message, s_old)
+    type(interface_type), intent(in) :: joint                     !! the interface
+    integer, intent(in) :: failed                                 !! the point
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(in), contiguous :: state(:, :)               !! (nstatv, n) STATEV at the start
+    character(len=:), allocatable, intent(inout) :: message       !! lines are appended
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    character(len=:), allocatable :: lines
+    real(wp) :: from(3)
+    from = 0.0_wp
+    if (present(s_old)) from = s_old(:, failed)
+    allocate (character(len=0) :: lines)
+    call explain_point(joint, from, s(:, failed), state(:, failed), lines)
+    call append(message, "point " // integer_text(failed) // ": " // lines)
+  end subroutine explain_points
+
+  !> Whether STATEV can be a state of the interface.
+  pure function state_status(joint, state) result(status)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in), contiguous :: state(:)    !! STATEV
+    integer :: status                               !! 0, status_nstatv or status_state
+    status = status_nstatv
+    if (size(state) < joint%n_statev) return
+    status = merge(status_ok, status_state, state_bounded(joint%n_statev, state, energy_limit, slip_bound(joint)))
+  end function state_status
+
+  !> Say what is wrong with STATEV.
+  pure subroutine explain_state(joint, state, energy, slip, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    real(wp), intent(in), contiguous :: state(:)              !! STATEV
+    real(wp), intent(in) :: energy                            !! largest energy, stress*length
+    real(wp), intent(in) :: slip                              !! largest slip and offset, length
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    if (size(state) < joint%n_statev) then
+      call append(message, "NSTATV = " // integer_text(size(state)) // ": expected at least " // &
+        integer_text(joint%n_statev) // " for " // integer_text(joint%pattern%n) // " planes")
+      return
+    end if
+    call review_state(joint%n_statev, state, energy, slip, message)
+  end subroutine explain_state
+
+  !> Whether the duration of an increment is admissible: without viscous damage (tau_v = 0) it is not looked at.
+  pure function time_status(joint, dt) result(status)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in), optional :: dt            !! duration, any bits, time
+    integer :: status                               !! 0 or status_time
+    logical :: good
+    good = .not. joint%material%tau_v > 0.0_wp
+    if (present(dt) .and. .not. good) then
+      good = bounded(dt, huge(1.0_wp))
+      if (good) good = dt >= 0.0_wp
+    end if
+    status = merge(status_ok, status_time, good)
+  end function time_status
+
+  !> Say what `time_status` rejected.
+  pure subroutine explain_time(joint, name, message, dt)
+    type(interface_type), intent(in) :: joint                  !! the interface
+    character(len=*), intent(in) :: name                       !! of the duration where it comes from
+    character(len=:), allocatable, intent(inout) :: message    !! a line is appended
+    real(wp), intent(in), optional :: dt                       !! duration, any bits, time
+    character(len=:), allocatable :: wanted
+    if (time_status(joint, dt) == status_ok) return
+    wanted = ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
+      to_text(joint%material%tau_v) // ")"
+    if (present(dt)) then
+      call append(message, name // " = " // to_text(dt) // wanted)
+    else
+      call append(message, name // " is missing" // wanted)
+    end if
+  end subroutine explain_time
+
+  !> Whether what a UMAT gets for a point is admissible.
+  pure function host_status(joint, position, stran, dstran, statev, dtime) result(status)
+    type(interface_type), intent(in) :: joint       !! the interface
+    integer, intent(in) :: position(3)              !! component_map
+    real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
+    real(wp), intent(in), contiguous :: statev(:)   !! state at the start
+    real(wp), intent(in), optional :: dtime         !! time increment
+    integer :: status                               !! 0, status_ntens, status_time or those of point_status
+    real(wp) :: bound
+    status = status_ntens
+    if (position(1) == 0) return
+    status = time_status(joint, dtime)
+    if (status /= status_ok) return
+    status = status_separation
+    bound = strain_bound(joint)
+    if (.not. all_bounded(size(stran), stran, bound)) return
+    if (.not. all_bounded(size(dstran), dstran, bound)) return
+    status = state_status(joint, statev)
+  end function host_status
+
+  !> Say what is wrong with a call of the UMAT.
+  pure subroutine explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
+    integer, intent(in) :: nprops, nstatv                     !! as passed: an array of a negative size has size 0
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS
+    integer, intent(in) :: ntens                              !! components of the host
+    real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
+    real(wp), intent(in), contiguous :: statev(:)             !! state at the start
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    real(wp), intent(in), optional :: dtime                   !! time increment
+    type(interface_type) :: joint
+    integer :: i, status
+
+    if (all(host_ntens /= ntens)) call append(message, "NTENS = " // integer_text(ntens) // ": expected 2, 3 or 6")
+    call review_props(props, status, message, nprops)
+    if (status /= status_ok) return
+    call new_interface(props, joint, status)
+    do i = 1, size(stran)
+      call review(message, "STRAN(" // integer_text(i) // ")", stran(i), strain_bound(joint), .true.)
+      call review(message, "DSTRAN(" // integer_text(i) // ")", dstran(i), strain_bound(joint), .true.)
+    end do
+    call explain_time(joint, "DTIME", message, dtime)
+    if (nstatv < 0) then
+      call append(message, "NSTATV = " // integer_text(nstatv) // ": expected at least " // &
+        integer_text(joint%n_statev))
+      return
+    end if
+    call explain_state(joint, statev, energy_limit, slip_bound(joint), message)
+  end subroutine explain_call
+
+  !> Largest strain component a UMAT takes: half, so that start plus increment stays within the separation bound.
+  pure function strain_bound(joint) result(bound)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: bound
+    bound = 0.5_wp*separation_bound(joint)/joint%h
+  end function strain_bound
+
+  !> Whether what a VUMAT gets for all points of a block is admissible.
+  pure function vumat_status(joint, nblock, component, nstatev, dt, smallest, largest) result(status)
+    type(interface_type), intent(in) :: joint       !! the interface
+    integer, intent(in) :: nblock                   !! points
+    integer, intent(in) :: component(3)             !! vumat_map
+    integer, intent(in) :: nstatev                  !! state variables
+    real(wp), intent(in) :: dt                      !! time increment
+    real(wp), intent(in) :: smallest, largest       !! positive numbers of the host's real kind
+    integer :: status                               !! 0, or status_... time, ntens, nstatv, size, props
+    status = time_status(joint, dt)
+    if (status /= status_ok) return
+    if (component(1) == 0) then
+      status = status_ntens
+    else if (nstatev < joint%n_statev) then
+      status = status_nstatv
+    else if (nblock < 0) then
+      status = status_size
+    else if (joint%h < sqrt(smallest) .or. joint%h > sqrt(largest)) then
+      status = status_props   ! products with it would leave the range of the kind
+    end if
+  end function vumat_status
+
+  !> Say what is wrong with a call of a VUMAT as a whole.
+  pure subroutine explain_vumat(status, nblock, nprops, props, ndir, nshr, nstatev, dt, message)
+    integer, intent(in) :: status                             !! of the test that failed
+    integer, intent(in) :: nblock, nprops                     !! as the host passed them
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS
+    integer, intent(in) :: ndir, nshr, nstatev                !! as the host passed them
+    real(wp), intent(in) :: dt                                !! time increment
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    type(interface_type) :: joint
+    integer :: props_status
+    call review_props(props, props_status, message, nprops)
+    if (props_status /= status_ok) return
+    call new_interface(props, joint, props_status)
+    if (status == status_ntens) then
+      call append(message, "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // &
+        ": expected 1, 2 or (2D) 1, 1")
+    else if (status == status_nstatv) then
+      call append(message, "nstatev = " // integer_text(nstatev) // ": expected at least " // &
+        integer_text(joint%n_statev))
+    else if (status == status_size) then
+      call append(message, "nblock = " // integer_text(nblock) // " points: expected 0 or more")
+    else if (status == status_time) then
+      call explain_time(joint, "dt", message, dt)
+    else
+      call append(message, "PROPS: constants of the law leave the range of the host's real kind: expected other units")
+    end if
+  end subroutine explain_vumat
+
+  !> Say what is wrong with a point that `check_block` rejected; nothing is appended if nothing is.
+  pure subroutine explain_block(joint, i, strain, bound, state, energy, slip, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    integer, intent(in) :: i                                  !! point
+    real(wp), intent(in) :: strain(:)                         !! its strain increment
+    real(wp), intent(in) :: bound                             !! largest magnitude of that
+    real(wp), intent(in), contiguous :: state(:)              !! STATEV
+    real(wp), intent(in) :: energy                            !! largest energy in it, stress*length
+    real(wp), intent(in) :: slip                              !! largest slip and offset in it, length
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    character(len=:), allocatable :: lines
+    integer :: j
+    allocate (character(len=0) :: lines)
+    do j = 1, size(strain)
+      call review(lines, "strainInc(" // integer_text(j) // ")", strain(j), bound, .true.)
+    end do
+    call explain_state(joint, state, energy, slip, lines)
+    if (len(lines) > 0) call append(message, "point " // integer_text(i) // " of the block: " // lines)
+  end subroutine explain_block
+
+end module asperity_call_checks

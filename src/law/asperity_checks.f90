@@ -1,0 +1,327 @@
+!> Checks of values, of PROPS and of STATEV, and the messages for what they reject; asperity_call_checks has those of a
+!> call.
+!>
+!> Values are tested by their bits: the bits of magnitudes order like the numbers, and those of NaN and infinity lie
+!> above all finite ones. So no test raises a floating-point exception, and loops over values run on vectors, without
+!> branches.
+module asperity_checks
+  use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
+  use asperity_kinds, only: wp
+  use asperity_contract, only: damage_row, divisor_props, integral_props, min_inclined, n_fixed_props, &
+    n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, &
+    prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
+    stiffness_ratio_limit, v_offset, weight_tolerance
+  use asperity_text, only: append, integer_text, to_text
+  implicit none
+  private
+  public :: bounded, all_bounded, review, read_props, review_props, state_bounded, review_state, check_block
+
+  character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
+
+  !> Whether |x| <= bound; false for NaN and infinity.
+  interface bounded
+    module procedure bounded_double, bounded_single
+  end interface bounded
+
+  !> Whether the points of a block are admissible.
+  interface check_block
+    module procedure check_block_double, check_block_single
+  end interface check_block
+
+  !> Whether a value lies outside its range, as an integer that is negative if so: several are joined by `ior`.
+  interface outside
+    module procedure outside_double, outside_single
+  end interface outside
+
+contains
+
+  !> Negative where |x| > bound, also for NaN and infinity, and where x < 0 unless it is signed.
+  elemental function outside_double(x, bound, signed) result(beyond)
+    real(real64), intent(in) :: x, bound   !! any bits; finite, >= 0
+    logical, intent(in) :: signed          !! whether x may be negative (-0 may always be)
+    integer(int64) :: beyond, magnitude
+    magnitude = iand(transfer(x, 0_int64), huge(0_int64))
+    beyond = transfer(bound, 0_int64) - magnitude
+    beyond = ior(beyond, merge(0_int64, iand(transfer(x, 0_int64), -magnitude), signed))
+  end function outside_double
+
+  !> The same in single precision.
+  elemental function outside_single(x, bound, signed) result(beyond)
+    real(real32), intent(in) :: x, bound   !! any bits; finite, >= 0
+    logical, intent(in) :: signed          !! whether x may be negative (-0 may always be)
+    integer(int32) :: beyond, magnitude
+    magnitude = iand(transfer(x, 0_int32), huge(0_int32))
+    beyond = transfer(bound, 0_int32) - magnitude
+    beyond = ior(beyond, merge(0_int32, iand(transfer(x, 0_int32), -magnitude), signed))
+  end function outside_single
+
+  !> Double precision.
+  elemental function bounded_double(x, bound) result(yes)
+    real(real64), intent(in) :: x       !! any bits
+    real(real64), intent(in) :: bound   !! finite, >= 0
+    logical :: yes
+    yes = outside(x, bound, .true.) >= 0_int64
+  end function bounded_double
+
+  !> Single precision.
+  elemental function bounded_single(x, bound) result(yes)
+    real(real32), intent(in) :: x       !! any bits
+    real(real32), intent(in) :: bound   !! finite, >= 0
+    logical :: yes
+    yes = outside(x, bound, .true.) >= 0_int32
+  end function bounded_single
+
+  !> Whether all |x| <= bound, in one call.
+  pure function all_bounded(n, x, bound) result(yes)
+    integer, intent(in) :: n        !! number of values
+    real(wp), intent(in) :: x(n)    !! any bits
+    real(wp), intent(in) :: bound   !! finite, >= 0
+    logical :: yes
+    integer(int64) :: beyond
+    integer :: i
+    beyond = 0_int64
+    do i = 1, n
+      beyond = ior(beyond, outside(x(i), bound, .true.))
+    end do
+    yes = beyond >= 0_int64
+  end function all_bounded
+
+  !> Add a line to the message if a value is not a finite number in its range.
+  pure subroutine review(message, name, value, bound, signed)
+    character(len=:), allocatable, intent(inout) :: message   !! lines so far
+    character(len=*), intent(in) :: name                      !! of the value
+    real(wp), intent(in) :: value                             !! any bits
+    real(wp), intent(in) :: bound                             !! largest magnitude
+    logical, intent(in) :: signed                             !! whether the value may be negative
+    character(len=:), allocatable :: range
+    if (outside(value, bound, signed) >= 0_int64) return
+    range = "from 0 to "
+    if (signed) range = "of magnitude up to "
+    call append(message, name // " = " // to_text(value) // ": expected a finite number " // range // to_text(bound))
+  end subroutine review
+
+  !> Largest magnitude of a state variable.
+  elemental function row_bound(row, energy, slip) result(bound)
+    integer, intent(in) :: row       !! of statev_table
+    real(wp), intent(in) :: energy   !! largest energy, stress*length
+    real(wp), intent(in) :: slip     !! largest slip and offset, length
+    real(wp) :: bound
+    bound = merge(1.0_wp, merge(energy, slip, row < v_offset), row == damage_row)
+  end function row_bound
+
+  !> Whether every state variable of a point is in its range.
+  pure function state_bounded(n_statev, state, energy, slip) result(yes)
+    integer, intent(in) :: n_statev             !! state variables the law needs
+    real(wp), intent(in) :: state(n_statev)     !! STATEV, any bits
+    real(wp), intent(in) :: energy              !! largest energy, stress*length
+    real(wp), intent(in) :: slip                !! largest slip and offset, length
+    logical :: yes
+    integer(int64) :: beyond
+    integer :: i, row
+    beyond = 0_int64
+    do row = 1, n_point_statev
+      beyond = ior(beyond, outside(state(row), row_bound(row, energy, slip), .true.))
+    end do
+    do i = 0, n_statev - damage_row, n_plane_statev
+      do row = damage_row, damage_row + n_plane_statev - 1
+        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row /= damage_row))
+      end do
+    end do
+    yes = beyond >= 0_int64
+  end function state_bounded
+
+  !> Say of every state variable of a point that is not in its range what it is and what was expected.
+  pure subroutine review_state(n_statev, state, energy, slip, message)
+    integer, intent(in) :: n_statev                           !! state variables the law needs
+    real(wp), intent(in) :: state(n_statev)                   !! STATEV, any bits
+    real(wp), intent(in) :: energy                            !! largest energy, stress*length
+    real(wp), intent(in) :: slip                              !! largest slip and offset, length
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    integer :: i, row
+    do i = 1, n_statev
+      row = statev_row(i)
+      call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), state(i), &
+        row_bound(row, energy, slip), row /= damage_row)
+    end do
+  end subroutine review_state
+
+  !> Block of a VUMAT in double precision.
+  pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
+    good)
+    integer, parameter :: wp = real64, ik = int64
+    include "asperity_check_block.inc"
+  end subroutine check_block_double
+
+  !> Block of a VUMAT in single precision.
+  pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
+    good)
+    integer, parameter :: wp = real32, ik = int32
+    include "asperity_check_block.inc"
+  end subroutine check_block_single
+
+  !> PROPS before the listed planes, with the default where the host passes fewer; all of PROPS is tested.
+  pure subroutine read_props(props, fixed, status)
+    real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
+    real(wp), intent(out) :: fixed(n_fixed_props)    !! admissible if status is 0
+    integer, intent(out) :: status                   !! 0, status_props or status_nprops
+    character(len=:), allocatable :: message
+    integer(int64) :: beyond
+    integer :: given, i
+    call fill_props(props, given, fixed)
+    beyond = 0_int64
+    do i = 1, given
+      beyond = ior(beyond, outside_prop(i, props(i)))
+    end do
+    status = status_props
+    if (beyond >= 0_int64 .and. given >= n_required_props) then
+      if (mode_ratio_admissible(fixed)) status = status_ok
+    end if
+    if (status /= status_ok) then
+      call review_props(props, status, message)
+    else if (fixed(p_m) < 0.0_wp) then
+      call review_listed(props, -int(fixed(p_m)), status, message)
+    end if
+  end subroutine read_props
+
+  !> Test a PROPS vector, and say of every bad value what it is and what was expected.
+  pure subroutine review_props(props, status, message, nprops)
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS, any number of values
+    integer, intent(out) :: status                            !! 0, status_props or status_nprops
+    character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
+    integer, intent(in), optional :: nprops                   !! NPROPS as the caller passed it, where it may be
+                                                              !! negative: the array then has size 0
+    real(wp) :: fixed(n_fixed_props)
+    integer :: given, i, passed
+
+    status = status_ok
+    passed = size(props)
+    if (present(nprops)) passed = nprops
+    call fill_props(props, given, fixed)
+    if (given < n_required_props) then
+      status = status_nprops
+      call append(message, "NPROPS = " // integer_text(passed) // ": expected at least " // &
+        integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
+    end if
+    do i = 1, given
+      if (outside_prop(i, props(i)) >= 0_int64) cycle
+      status = status_props
+      call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // " = " // &
+        to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+    end do
+    if (status == status_ok) then
+      if (.not. mode_ratio_admissible(fixed)) then
+        status = status_props
+        call append(message, "sigma02^2 Gc/(sigma0^2 Gc2) = " // to_text(mode_ratio(fixed)) // ": expected " // &
+          to_text(1.0_wp/stiffness_ratio_limit) // " to " // to_text(stiffness_ratio_limit))
+      end if
+    end if
+    if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
+    if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
+  end subroutine review_props
+
+  !> Test the listed planes of a PROPS vector.
+  pure subroutine review_listed(props, n, status, message)
+    real(wp), intent(in), contiguous :: props(:)              !! PROPS, any number of values
+    integer, intent(in) :: n                                  !! number of listed planes
+    integer, intent(inout) :: status                          !! of the other PROPS -> of all
+    character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
+    real(wp) :: total
+    integer :: i, j, k
+
+    if (size(props) < n_fixed_props + n_listed_values*n) then
+      status = status_nprops
+      call append(message, "NPROPS = " // integer_text(size(props)) // ": expected at least " // &
+        integer_text(n_fixed_props + n_listed_values*n) // " for " // integer_text(n) // " listed planes")
+      return
+    end if
+    total = 0.0_wp
+    do k = 1, n
+      do j = 1, n_listed_values
+        i = n_fixed_props + n_listed_values*(k - 1) + j
+        if (listed_admissible(j, props(i))) then
+          if (j == n_listed_values) total = total + props(i)
+        else
+          status = status_props
+          call append(message, "PROPS(" // integer_text(i) // ") " // trim(listed_names(j)) // " of listed plane " // &
+            integer_text(k) // " = " // to_text(props(i)) // ": expected " // &
+            trim(merge("> 0   ", "finite", j == 1 .or. j == n_listed_values)))
+        end if
+      end do
+    end do
+    if (status == status_ok .and. abs(total - 1.0_wp) > weight_tolerance) then
+      status = status_props
+      call append(message, "weights gamma of the listed planes sum to " // to_text(total) // ": expected 1 within " // &
+        to_text(weight_tolerance))
+    end if
+  end subroutine review_listed
+
+  !> PROPS before the listed planes as they are given, then defaults.
+  pure subroutine fill_props(props, given, fixed)
+    real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
+    integer, intent(out) :: given                    !! how many of these entries are given
+    real(wp), intent(out) :: fixed(n_fixed_props)    !! any bits, then defaults
+    real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
+    given = min(size(props), n_fixed_props)
+    fixed(:given) = props(:given)
+    fixed(given + 1:) = defaults(given + 1:)
+  end subroutine fill_props
+
+  !> Negative where entry i of PROPS may not have this value, as in `outside`, but by the bounds of prop_table.
+  elemental function outside_prop(i, value) result(beyond)
+    integer, intent(in) :: i        !! index, 1..n_fixed_props
+    real(wp), intent(in) :: value   !! any bits
+    integer(int64) :: beyond, bits, magnitude
+    integer :: k
+    real(wp) :: x
+    ! largest magnitude, and smallest admissible value above 0
+    integer(int64), parameter :: most(n_fixed_props) = transfer(prop_table%upper, [0_int64])
+    integer(int64), parameter :: least(n_fixed_props) = transfer(max(prop_table%lower, [(merge(smallest_divisor, &
+      merge(real(min_inclined, wp), 0.0_wp, k == p_m), any(k == divisor_props)), k=1, n_fixed_props)]), [0_int64])
+    ! all bits where an entry must not be negative, must not be 0, must be integral; none elsewhere
+    integer(int64), parameter :: yes = -1_int64, no = 0_int64
+    integer(int64), parameter :: unsigned(n_fixed_props) = merge(no, yes, prop_table%lower < 0.0_wp)
+    integer(int64), parameter :: nonzero(n_fixed_props) = merge(yes, no, prop_table%lower > 0.0_wp)
+    integer(int64), parameter :: integral(n_fixed_props) = [(merge(yes, no, any(k == integral_props)), &
+      k=1, n_fixed_props)]
+    bits = transfer(value, 0_int64)
+    magnitude = iand(bits, huge(0_int64))
+    ! too large, or no number
+    beyond = most(i) - magnitude
+    ! negative
+    beyond = ior(beyond, iand(unsigned(i), iand(bits, -magnitude)))
+    ! too small: above 0, or 0 itself
+    beyond = ior(beyond, iand(magnitude - least(i), ior(nonzero(i), iand(not(bits), -magnitude))))
+    ! not integral: x is the value if it must be integral and is in its range, else 0
+    x = transfer(iand(bits, iand(integral(i), not(shifta(beyond, 63)))), 1.0_wp)
+    beyond = ior(beyond, -transfer(abs(x - real(int(x), wp)), 0_int64))
+  end function outside_prop
+
+  !> Stiffness of mode II over that of mode I, (sigma02^2/Gc2)/(sigma0^2/Gc).
+  pure function mode_ratio(fixed) result(ratio)
+    real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
+    real(wp) :: ratio
+    ratio = 1.0_wp
+    if (fixed(p_sigma02) > 0.0_wp) ratio = (fixed(p_sigma02)/fixed(p_sigma0))**2
+    if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
+  end function mode_ratio
+
+  !> Whether the stiffnesses of the two modes are near enough to each other.
+  pure function mode_ratio_admissible(fixed) result(yes)
+    real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
+    logical :: yes
+    real(wp) :: ratio
+    ratio = mode_ratio(fixed)
+    yes = ratio <= stiffness_ratio_limit .and. ratio*stiffness_ratio_limit >= 1.0_wp
+  end function mode_ratio_admissible
+
+  !> Whether value j of a listed plane (n_N, n_Tx, n_Ty, gamma) may have this value.
+  pure function listed_admissible(j, value) result(yes)
+    integer, intent(in) :: j        !! 1..n_listed_values
+    real(wp), intent(in) :: value   !! any bits
+    logical :: yes
+    yes = bounded(value, huge(1.0_wp))
+    if (yes .and. (j == 1 .or. j == n_listed_values)) yes = value > 0.0_wp
+    if (yes .and. j == n_listed_values) yes = value <= 1.0_wp + weight_tolerance
+  end function listed_admissible
+
+end module asperity_checks

@@ -1,0 +1,149 @@
+!> Owner of every index, default, range, name and unit of PROPS and STATEV, and of the status codes.
+!>
+!> Everything else (UMAT, C API, driver, Python, tables in the docs) reads them from here.
+module asperity_contract
+  use asperity_kinds, only: wp
+  implicit none
+  private
+  public :: prop_type, statev_type, n_statev, plane_statev, statev_row
+
+  !> Version of the library; the build reads it from this line.
+  character(len=*), parameter, public :: version = "0.1.0"
+
+  ! --- PROPS ---------------------------------------------------------------------------------------------------------
+  integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
+    p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
+    p_kc = 16, p_guard = 17
+  !> PROPS before the listed planes, and how many of them have no default.
+  integer, parameter, public :: n_fixed_props = 19, n_required_props = 4
+  !> Values per listed plane (n_N, n_Tx, n_Ty, gamma).
+  integer, parameter, public :: n_listed_values = 4
+  !> Most inclined planes of a pattern; with the flat one, most planes.
+  integer, parameter, public :: max_inclined = 64, max_planes = max_inclined + 1
+  !> Smallest number of inclined planes of a regular pattern (besides none).
+  integer, parameter, public :: min_inclined = 2
+  !> Tolerance of the sum of listed weights.
+  real(wp), parameter, public :: weight_tolerance = 1.0e-6_wp
+
+  !> One entry of PROPS: what it is and what it may be. `lower` and `upper` are admissible themselves; a negative
+  !> `lower` is -`upper`.
+  type :: prop_type
+    character(len=8) :: name          !! symbol
+    character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics; none: reserved
+    character(len=64) :: meaning      !! one line
+    character(len=14) :: unit         !! in the user's consistent set
+    character(len=40) :: admissible   !! what an error message says was expected
+    real(wp) :: lower                 !! smallest admissible value
+    real(wp) :: upper                 !! largest admissible value
+    real(wp) :: default               !! value where the host passes fewer PROPS
+  end type prop_type
+
+  !> Bounds that keep every product of the law in the range of a double (stated, and far outside any unit system).
+  real(wp), parameter :: small = 1.0e-50_wp, large = 1.0e50_wp, top = 1.0e10_wp
+  !> Largest admissible separation, as a multiple of s0: its square and the energies stay finite.
+  real(wp), parameter, public :: separation_limit = 1.0e50_wp
+  !> Smallest value of what may be 0 for a default but is divided by otherwise.
+  real(wp), parameter, public :: smallest_divisor = small
+  !> Largest ratio of the stiffnesses of the two modes, either way.
+  real(wp), parameter, public :: stiffness_ratio_limit = 1.0e100_wp
+  !> Largest energy in a state: over the smallest thickness it stays finite.
+  real(wp), parameter, public :: energy_limit = 1.0e250_wp
+  real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp), below_right = nearest(90.0_wp, -1.0_wp)
+  real(wp), parameter :: unbounded = huge(1.0_wp)
+
+  type(prop_type), parameter, public :: prop_table(n_fixed_props) = [ &
+    prop_type("sigma0", "law", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
+    prop_type("Gc", "law", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
+    prop_type("eta", "law", "ductility 1 - s0/sf", "-", "0 < eta < 1", small, below_one, 0.0_wp), &
+    prop_type("mu", "law", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp), &
+    prop_type("theta", "pattern", "inclination of the planes", "degree", "0 <= theta < 90", &
+              0.0_wp, below_right, 0.0_wp), &
+    prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 20 on)", "-", &
+              "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp), &
+    prop_type("flat", "pattern", "share of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
+    prop_type("turn", "pattern", "rotation of the pattern about N", "degree", "any finite angle", &
+              -unbounded, unbounded, 0.0_wp), &
+    prop_type("h", "host", "thickness the host divides by (strain = separation/h)", "length", &
+              "> 0 (1e-50 to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp), &
+    prop_type("map", "host", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp), &
+    prop_type("sigma02", "law", "tangential strength if different (0: equal)", "stress", &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
+    prop_type("Gc2", "law", "mode II rupture energy if different (0: equal)", "stress*length", &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
+    prop_type("tau_v", "law", "relaxation time of the viscous damage, 0: none", "time", &
+              ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
+    prop_type("dalpha", "numerics", "growth of damage in an increment that asks for a cut, 0: never", "-", &
+              "0 <= dalpha < 1", 0.0_wp, below_one, 0.0_wp), &
+    prop_type("r", "host", "NTENS = 6: stiffness of the other components, share of K h", "-", &
+              "0 <= r <= 1", 0.0_wp, 1.0_wp, 0.0_wp), &
+    prop_type("kc", "law", "closing stiffness as a multiple of Kn (0: 1)", "-", &
+              ">= 0 (at most 1e10)", 0.0_wp, top, 1.0_wp), &
+    prop_type("guard", "law", "1: the damage of a plane grows only where that releases energy", "-", "0 or 1", &
+              0.0_wp, 1.0_wp, 0.0_wp), &
+    prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
+  !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
+  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(3) = [p_h, p_sigma02, p_gc2]
+
+  ! --- STATEV --------------------------------------------------------------------------------------------------------
+  integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &
+    v_offset = 6
+  !> State variables before those of the planes, and per plane (alpha, s_dit, s_dih).
+  integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
+  !> Row of statev_table with the damage of a plane: the one state variable that must not be negative.
+  integer, parameter, public :: damage_row = n_point_statev + 1
+
+  !> One state variable: name, meaning, unit.
+  type :: statev_type
+    character(len=10) :: name      !! symbol
+    character(len=64) :: meaning   !! one line
+    character(len=14) :: unit      !! in the user's consistent set
+  end type statev_type
+
+  type(statev_type), parameter, public :: statev_table(n_point_statev + n_plane_statev) = [ &
+    statev_type("damage", "sum of gamma*alpha over the planes", "-"), &
+    statev_type("stored", "stored energy per unit nominal area", "stress*length"), &
+    statev_type("rupture", "energy spent on rupture per unit nominal area", "stress*length"), &
+    statev_type("friction", "energy dissipated by friction per unit nominal area", "stress*length"), &
+    statev_type("status", "0: never called, 1: called", "-"), &
+    statev_type("offset_N", "separation offset N of an initial traction", "length"), &
+    statev_type("offset_Tx", "separation offset Tx of an initial traction", "length"), &
+    statev_type("offset_Ty", "separation offset Ty of an initial traction", "length"), &
+    statev_type("alpha", "damage of the plane", "-"), &
+    statev_type("s_dit", "inelastic slip of the plane along t", "length"), &
+    statev_type("s_dih", "inelastic slip of the plane along h", "length")]
+
+  ! --- component maps ------------------------------------------------------------------------------------------------
+  !> Numbers of stress components that a host may have, and the largest.
+  integer, parameter, public :: host_ntens(3) = [2, 3, 6], max_ntens = maxval(host_ntens)
+
+  ! --- status codes --------------------------------------------------------------------------------------------------
+  integer, parameter, public :: status_ok = 0, status_props = 1, status_nprops = 2, status_nstatv = 3, &
+    status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7, status_time = 8, &
+    status_initial = 9
+
+contains
+
+  !> Number of state variables of a pattern of n planes.
+  pure function n_statev(n) result(n_total)
+    integer, intent(in) :: n   !! number of planes
+    integer :: n_total
+    n_total = n_point_statev + n_plane_statev*n
+  end function n_statev
+
+  !> Index in STATEV of alpha of plane k; s_dit and s_dih follow.
+  pure function plane_statev(k) result(i)
+    integer, intent(in) :: k   !! plane, from 1, flat plane first
+    integer :: i
+    i = n_point_statev + n_plane_statev*(k - 1) + 1
+  end function plane_statev
+
+  !> Row of statev_table that describes a state variable.
+  pure function statev_row(i) result(row)
+    integer, intent(in) :: i   !! index in STATEV
+    integer :: row
+    row = i
+    if (i > n_point_statev) row = damage_row + modulo(i - damage_row, n_plane_statev)
+  end function statev_row
+
+end module asperity_contract

@@ -1,0 +1,120 @@
+!> Checked entry to the law: the update of points with every input tested first.
+module asperity_points
+  use asperity_call_checks, only: point_status, time_status
+  use asperity_kinds, only: wp
+  use asperity_block_double, only: block_type, chunk, new_block, update_block
+  use asperity_contract, only: max_planes, n_statev, status_ok
+  use asperity_interface, only: interface_type
+  use asperity_law, only: update_point_in_place
+  implicit none
+  private
+  public :: virgin_tangent, update_points
+
+  !> Points from which on threads are worth starting.
+  integer, parameter :: worth_threads = 2048
+
+contains
+
+  !> The stiffest tangent of the virgin interface: that of its planes all open or at rest, or closed if kc > 1.
+  pure function virgin_tangent(joint) result(tangent)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: tangent(3, 3)                       !! stress/length
+    real(wp), parameter :: rest(3) = 0.0_wp
+    ! closes all planes, far from damage
+    real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
+    real(wp) :: state(joint%n_statev), traction(3), s(3)
+    state = 0.0_wp
+    s = rest
+    if (joint%material%k_c > joint%material%k_n) s = joint%material%s0*closure
+    call update_point_in_place(joint, rest, s, state, traction, tangent)
+  end function virgin_tangent
+
+  !> Update n points over one increment; nothing is written unless every input of every point is admissible.
+  !>
+  !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of
+  !> a point does not depend on the others, on their number or on the threads, to the last bit.
+  subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt)
+    type(interface_type), intent(in) :: joint                     !! the interface
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
+    integer, intent(out) :: status                                !! 0, status_time or that of the first bad point
+    integer, intent(out) :: failed                                !! that point, 0: none
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
+    type(block_type) :: block
+    real(wp) :: from(3)
+    integer :: first, i, n
+
+    failed = 0
+    status = time_status(joint, dt)
+    if (status /= status_ok) return
+    n = size(s, 2)
+    failed = n + 1
+    from = 0.0_wp
+    !$omp parallel do if(n >= worth_threads) schedule(static) firstprivate(from) reduction(min: failed)
+    do i = 1, n
+      if (present(s_old)) from = s_old(:, i)
+      if (point_status(joint, from, s(:, i), state(:, i)) /= status_ok) failed = min(failed, i)
+    end do
+    !$omp end parallel do
+    if (failed <= n) then
+      if (present(s_old)) from = s_old(:, failed)
+      status = point_status(joint, from, s(:, failed), state(:, failed))
+      return
+    end if
+    failed = 0
+    call new_block(joint, block, status, dt)
+    if (status /= status_ok) return
+    !$omp parallel do if(n >= worth_threads) schedule(static)
+    do first = 1, n, chunk
+      call update_some(joint, block, first, min(first + chunk - 1, n), s, state, traction, s_old, tangent)
+    end do
+    !$omp end parallel do
+  end subroutine update_points
+
+  !> Points first..last, at most `chunk`: to structure of arrays, the law, and back.
+  pure subroutine update_some(joint, block, first, last, s, state, traction, s_old, tangent)
+    type(interface_type), intent(in) :: joint                     !! the interface
+    type(block_type), intent(in) :: block                         !! the same for blocks
+    integer, intent(in) :: first, last                            !! points
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3)
+    real(wp), dimension(chunk, n_statev(max_planes)) :: v_old, v
+    integer :: i, j, n, p
+
+    n = last - first + 1
+    s0(:n, :) = 0.0_wp
+    do i = 1, n
+      p = first + i - 1
+      do j = 1, 3
+        s1(i, j) = s(j, p)
+        if (present(s_old)) s0(i, j) = s_old(j, p)
+      end do
+      do j = 1, joint%n_statev
+        v_old(i, j) = state(j, p)
+      end do
+    end do
+    if (present(tangent)) then
+      call update_block(block, n, s0, s1, chunk, v_old, chunk, v, t, d)
+    else
+      call update_block(block, n, s0, s1, chunk, v_old, chunk, v, t)
+    end if
+    do i = 1, n
+      p = first + i - 1
+      do j = 1, joint%n_statev
+        state(j, p) = v(i, j)
+      end do
+      do j = 1, 3
+        traction(j, p) = t(i, j)
+        if (present(tangent)) tangent(:, j, p) = d(i, :, j)
+      end do
+    end do
+  end subroutine update_some
+
+end module asperity_points

@@ -1,0 +1,236 @@
+!> Shared by the suites: the paper's Table 2, interfaces, paths and random histories made with it, special values.
+module support_law
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_eta, p_gc, p_m, p_mu, &
+    p_sigma0, p_theta, prop_table, status_ok
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point
+  use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_pattern, only: direction_vector
+  use random_numbers, only: draw
+  use asperity_mixed_control, only: report_type
+  implicit none
+  private
+  public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
+    work_along, tangent_by_differences, plane_axes, local_separation, length, draw, random_history, same_bits, is_nan
+
+  !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
+  real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
+  !> Separations of complete rupture and of onset, stiffness (5), (12).
+  real(wp), parameter, public :: sf = 2.0_wp*gc/sigma0, s0 = (1.0_wp - eta)*sf, stiffness = sigma0/s0
+  !> Inclination of the paper's Sections 4.2 to 4.4, degrees; one degree in radians.
+  real(wp), parameter, public :: theta = 30.0_wp, degree = acos(-1.0_wp)/180.0_wp
+
+  !> State variables of one plane, and of RP-4 with its flat plane; index of the damage of the first plane.
+  integer, parameter, public :: flat_nstatv = n_point_statev + n_plane_statev, &
+    pyramid_nstatv = n_point_statev + 5*n_plane_statev, i_alpha = n_point_statev + 1
+
+  ! by their bits: no floating-point exception is raised
+  real(wp), parameter, public :: nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
+  real(wp), parameter, public :: signalling_nan = transfer(int(z"7FF4000000000000", int64), 1.0_wp)
+  real(wp), parameter, public :: infinity = transfer(int(z"7FF0000000000000", int64), 1.0_wp)
+
+  !> Increments of the normal traction before a slip: the energies of a preload need parts.
+  integer, parameter :: n_preload = 100
+
+  !> What a point went through in a confined slip test.
+  type :: path_type
+    integer :: n = 0                        !! slips reached
+    real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
+    real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
+    real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
+    real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
+    real(wp), allocatable :: work(:)        !! (slips) of the traction on the separation, N/mm
+    integer, allocatable :: iterations(:)   !! (slips) Newton iterations
+  end type path_type
+
+contains
+
+  !> PROPS of Table 2 and a flat pattern, other values where they are given.
+  pure function table2_with(index, value) result(props)
+    integer, intent(in) :: index(:)      !! which of PROPS
+    real(wp), intent(in) :: value(:)     !! their values
+    real(wp) :: props(n_fixed_props)
+    props = prop_table%default
+    props([p_sigma0, p_gc, p_eta, p_mu]) = [sigma0, gc, eta, mu]
+    props(index) = value
+  end function table2_with
+
+  !> Interface from PROPS that must be admissible.
+  function interface_of(props) result(joint)
+    real(wp), intent(in) :: props(:)   !! PROPS
+    type(interface_type) :: joint
+    integer :: status
+    call new_interface(props, joint, status)
+    if (status /= status_ok) error stop "support_law: a test builds an interface from inadmissible PROPS"
+  end function interface_of
+
+  !> Regular pattern of m planes inclined by 30 degrees, flat share 1/3 (Table 4), material of Table 2.
+  function regular_interface(m) result(regular)
+    integer, intent(in) :: m   !! inclined planes
+    type(interface_type) :: regular
+    regular = interface_of(table2_with([p_m, p_theta], [real(m, wp), theta]))
+  end function regular_interface
+
+  !> Listed planes, material of Table 2, other values where they are given.
+  function listed_interface(planes, index, value) result(joint)
+    real(wp), intent(in) :: planes(:, :)           !! (4, k) normal and weight
+    integer, intent(in), optional :: index(:)      !! which of PROPS
+    real(wp), intent(in), optional :: value(:)     !! their values
+    type(interface_type) :: joint
+    real(wp) :: props(n_fixed_props)
+    props = table2_with([p_m], [-real(size(planes, 2), wp)])
+    if (present(index)) props(index) = value
+    joint = interface_of([props, reshape(planes, [size(planes)])])
+  end function listed_interface
+
+  !> Confined slip: sigma_N applied at zero slip and held, then slips along a direction, transverse slip zero.
+  function slip_path(joint, direction, slips, sigma_n) result(path)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
+    real(wp), intent(in) :: slips(:)                !! mm
+    real(wp), intent(in) :: sigma_n                 !! normal traction, MPa
+    type(path_type) :: path
+    type(report_type), allocatable :: reports(:)
+    real(wp), allocatable :: t(:, :)
+    real(wp) :: e(2)
+    integer :: n
+    n = size(slips)
+    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%work(n), reports(0:n))
+    call confined_slip(joint, slip_test_type(direction, sigma_n, n_preload), slips, path%s, t, path%state, path%n, &
+      reports, work=path%work)
+    path%iterations = reports(1:)%iterations
+    e = direction_vector(direction)
+    path%along = e(1)*t(2, :) + e(2)*t(3, :)
+    path%across = e(1)*t(3, :) - e(2)*t(2, :)
+  end function slip_path
+
+  !> Values last/n, 2 last/n, ..., last.
+  pure function even_steps(last, n) result(x)
+    real(wp), intent(in) :: last   !! last value
+    integer, intent(in) :: n       !! how many
+    real(wp) :: x(n)
+    integer :: i
+    x = [(last*(real(i, wp)/real(n, wp)), i=1, n)]
+  end function even_steps
+
+  !> History of a point from virgin, every component of the separation given.
+  pure subroutine replay(joint, s, t, state)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    real(wp), intent(in) :: s(:, :)           !! (3, T) separation (N, Tx, Ty)
+    real(wp), intent(out) :: t(:, :)          !! (3, T) traction
+    real(wp), intent(out) :: state(:, :)      !! (nstatv, T) STATEV
+    real(wp) :: from(3), old(size(state, 1)), tangent(3, 3)
+    integer :: i
+    from = 0.0_wp
+    old = 0.0_wp
+    do i = 1, size(s, 2)
+      call update_point(joint, from, s(:, i), old, state(:, i), t(:, i), tangent)
+      from = s(:, i)
+      old = state(:, i)
+    end do
+  end subroutine replay
+
+  !> Tangent by central differences of the traction.
+  pure function tangent_by_differences(joint, from, s, state, step, dt) result(tangent)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    real(wp), intent(in) :: from(3)             !! separation at the start of the increment
+    real(wp), intent(in) :: s(3)                !! separation at its end
+    real(wp), intent(in) :: state(:)            !! STATEV at the start
+    real(wp), intent(in) :: step                !! by which the separation is moved either way
+    real(wp), intent(in), optional :: dt        !! duration of the increment
+    real(wp) :: tangent(3, 3)
+    real(wp) :: new(size(state)), before(3), after(3), other(3, 3), shifted(3), old(size(state))
+    integer :: j
+    old = state
+    do j = 1, 3
+      shifted = s
+      shifted(j) = s(j) - step
+      call update_point(joint, from, shifted, old, new, before, other, dt)
+      shifted(j) = s(j) + step
+      call update_point(joint, from, shifted, old, new, after, other, dt)
+      tangent(:, j) = (after - before)/(2.0_wp*step)
+    end do
+  end function tangent_by_differences
+
+  !> Work of the traction along separations from rest, free of traction, by the trapezoidal rule.
+  pure function work_along(s, t) result(work)
+    real(wp), intent(in) :: s(:, :)   !! (3, T) separation
+    real(wp), intent(in) :: t(:, :)   !! (3, T) traction
+    real(wp) :: work(size(s, 2))
+    integer :: i
+    work(1) = 0.5_wp*dot_product(t(:, 1), s(:, 1))
+    do i = 2, size(s, 2)
+      work(i) = work(i - 1) + 0.5_wp*dot_product(t(:, i) + t(:, i - 1), s(:, i) - s(:, i - 1))
+    end do
+  end function work_along
+
+  !> Axes n, t, h of a plane by (1), as columns; Tx and Ty for a plane parallel to the average surface.
+  pure function plane_axes(normal) result(axes)
+    real(wp), intent(in) :: normal(3)   !! unit normal (N, Tx, Ty)
+    real(wp) :: axes(3, 3)
+    real(wp), parameter :: big_n(3) = [1.0_wp, 0.0_wp, 0.0_wp]
+    axes = 0.0_wp
+    axes(:, 1) = normal
+    axes(2, 2) = 1.0_wp
+    axes(3, 3) = 1.0_wp
+    if (length(normal(2:)) > 0.0_wp) then
+      axes(:, 3) = cross(big_n, normal)
+      axes(:, 3) = axes(:, 3)/length(axes(:, 3))
+      axes(:, 2) = cross(normal, axes(:, 3))
+    end if
+  end function plane_axes
+
+  !> Components (s_n, s_t, s_h) of a separation on a plane.
+  pure function local_separation(normal, s) result(local)
+    real(wp), intent(in) :: normal(3)   !! unit normal (N, Tx, Ty)
+    real(wp), intent(in) :: s(3)        !! separation (N, Tx, Ty)
+    real(wp) :: local(3)
+    real(wp) :: axes(3, 3)
+    axes = plane_axes(normal)
+    local = [dot_product(axes(:, 1), s), dot_product(axes(:, 2), s), dot_product(axes(:, 3), s)]
+  end function local_separation
+
+  !> Length of a vector. Not norm2: that of LLVM 16 is negative for some vectors with a negative zero.
+  pure function length(x) result(norm)
+    real(wp), intent(in) :: x(:)   !! any vector
+    real(wp) :: norm
+    norm = sqrt(sum(x**2))
+  end function length
+
+  !> Vector product.
+  pure function cross(a, b) result(c)
+    real(wp), intent(in) :: a(3), b(3)   !! vectors (N, Tx, Ty)
+    real(wp) :: c(3)
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Separations of n increments that jump to and fro, opening, closing and sliding, ever further up to 1.5 s_f.
+  function random_history(seed, n) result(s)
+    integer(int64), intent(inout) :: seed   !! of `draw`
+    integer, intent(in) :: n                !! increments
+    real(wp) :: s(3, n)
+    integer :: i
+    do i = 1, n
+      call draw(seed, s(:, i))
+      s(:, i) = s(:, i)*(0.5_wp*s0 + 1.5_wp*sf*real(i, wp)/real(n, wp))
+    end do
+  end function random_history
+
+  !> Whether two arrays hold the same bits.
+  pure function same_bits(a, b) result(same)
+    real(wp), intent(in) :: a(:)   !! any bits
+    real(wp), intent(in) :: b(:)   !! any bits, same size
+    logical :: same
+    same = all(transfer(a, [0_int64]) == transfer(b, [0_int64]))
+  end function same_bits
+
+  !> Whether the bits are those of a NaN; no floating-point comparison, which a NaN may trap.
+  elemental function is_nan(x) result(yes)
+    real(wp), intent(in) :: x   !! any bits
+    logical :: yes
+    yes = iand(transfer(x, 0_int64), huge(0_int64)) > transfer(infinity, 0_int64)
+  end function is_nan
+
+end module support_law

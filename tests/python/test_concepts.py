@@ -1,0 +1,49 @@
+"""The pictures of docs/concepts.md and docs/solver.md: the command draws them, and what they show holds."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Pattern
+from asperity.cli import main
+from asperity.studies import concepts
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command draws every picture; each is committed and stands on a page."""
+    assert main(["chart", "concepts", "-o", str(tmp_path)]) == 0
+    drawn = [Path(line) for line in capsys.readouterr().out.splitlines()]
+    assert [path.stem for path in drawn] == list(concepts.PICTURES)
+    pages = (DOCS / "concepts.md").read_text(encoding="utf-8") + (DOCS / "solver.md").read_text(
+        encoding="utf-8"
+    )
+    for path in drawn:
+        assert path.stat().st_size > 10000
+        assert (DOCS / "images" / path.name).is_file()
+        assert f"(images/{path.name})" in pages
+
+
+def test_bond_and_contact_add_up() -> None:
+    """The two parts that the picture stacks are the traction of the library, there and back."""
+    flat = Interface(concepts.MATERIAL, Pattern.regular(0, 0.0))
+    slips = concepts.ramp(0.0, 0.26, 0.12)
+    history = flat.confined_slip(0.0, slips, concepts.PRESSURE)
+    bond, contact = concepts.parts(history, flat)
+    assert bond + contact == pytest.approx(history.traction[:, 1], abs=1e-12)
+    assert min(bond) >= 0.0 and min(contact) == pytest.approx(concepts.MATERIAL.mu * concepts.PRESSURE)
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize(("name", "values"), [(name, values) for name, _, values in concepts.CONSTANTS])
+def test_constants_that_are_compared_matter(name: str, values: tuple[float, ...]) -> None:
+    """The curves of a panel differ, and the value in the middle of sigma0 is that of the base material."""
+    curves = [concepts.slip_test(name, value).traction[:, 1] for value in values]
+    for one, other in pairwise(curves):
+        assert np.abs(one - other).max() > 0.05
+    if name == "sigma0":
+        assert values[1] == concepts.MATERIAL.sigma0

@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""Report the line coverage of src/, and fail where a file has less than it should.
+
+Run from the top folder, after the suites of an instrumented build.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+# Share of the lines of every file of src/ that the suites must run.
+REQUIRED = 0.95
+# Files that may have less: file name -> (share, reason).
+EXCEPTIONS: dict[str, tuple[float, str]] = {}
+
+
+def main() -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("build", type=Path, help="build folder with ASPERITY_COVERAGE=ON")
+    build = parser.parse_args().build
+    # an INCLUDE line leaves the bare name of the file, which gcov looks for where the compiler ran
+    for included in Path("src").glob("*/*.inc"):
+        link = build / included.name
+        link.unlink(missing_ok=True)
+        link.symlink_to(included.resolve())
+    summary = build / "coverage.json"
+    command = [sys.executable, "-m", "gcovr", "--root", ".", "--filter", "src/", "--txt", "-"]
+    subprocess.run([*command, "--json-summary", str(summary), str(build / "src")], check=True)
+
+    files = {Path(f["filename"]).name: f for f in json.loads(summary.read_text(encoding="utf-8"))["files"]}
+    bad = 0
+    lines = covered = 0
+    for name, entry in files.items():
+        lines += entry["line_total"]
+        covered += entry["line_covered"]
+        required, reason = EXCEPTIONS.get(name, (REQUIRED, "every file"))
+        if entry["line_covered"] < required * entry["line_total"]:
+            share = f"{entry['line_covered']} of {entry['line_total']} lines"
+            print(f"{name}: {share}, required {required:.0%} ({reason})")
+            bad += 1
+    for name in EXCEPTIONS.keys() - files.keys():
+        print(f"{name}: excepted, but not measured")
+        bad += 1
+    if not lines:
+        print("no line of src/ was measured")
+        return 1
+    print(f"{covered} of {lines} lines of src/ run, {bad} files below the required share")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
