@@ -33,9 +33,9 @@ int asperity_nstatv(const double *props, int nprops, char *message, int size);
 /* Set the offset (state variables 6 to 8) of n states, before their first increment, so that each carries a traction.
  *   traction double[n][3], finite
  *   state    double[n][nstatv], state of the planes (all zero: virgin) -> with offset, damage, slips and energies
- * The traction grows proportionally from the traction that the state carries. An asperity_update with s = 0 then returns
- * the given traction. Returns ASPERITY_OK, or the status of the first rejected point. The states of that point and of
- * those after it do not change; those before it have their offset, and a second call with them keeps it. */
+ * The traction grows proportionally from the traction that the state carries. An asperity_update with s = 0 then
+ * returns the given traction. Returns ASPERITY_OK, or the status of the first rejected point. The states of that point
+ * and of those after it do not change; those before it have their offset, and a second call with them keeps it. */
 int asperity_initial_state(const double *props, int nprops, int n, const double *traction, int nstatv, double *state,
                            char *message, int size);
 

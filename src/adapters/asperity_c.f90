@@ -80,7 +80,7 @@ contains
     deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_initial_state
 
-  !> Update n points over one increment; returns 0, or a status code with the reasons in the message and no other output.
+  !> Update n points over one increment; returns 0, or a status code with the reasons in the message only.
   function asperity_update(props, nprops, dt, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
     result(status)
     integer(c_int), value :: nprops                     !! number of constants

@@ -1,9 +1,9 @@
 !> UMAT of Abaqus/Standard, CalculiX and Kratos.
 !>
-!> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent, which is
+!> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent; it is
 !> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
-!> read. STRESS on entry is read only at the first call of a point (STATEV 5 is 0), whose initial traction it is. DTIME is
-!> read only for viscous damage (PROPS 13). A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
+!> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
+!> for viscous damage (PROPS 13). A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
