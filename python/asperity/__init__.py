@@ -33,13 +33,13 @@ _NAMES = {
     "pattern": ("Pattern",),
     "selection.search": ("NoPatternError", "Scene", "Selection", "select"),
 }
-"""Modules and what the package has of each; they are imported when a name is used first."""
+"""Public names of each module. A module is imported when one of its names is first used."""
 
 __all__ = sorted(["contract", *(name for names in _NAMES.values() for name in names)])
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for."""
+    """Import the module of a public name and return the value of the name."""
     if name == "__version__":
         found: Any = import_module(".contract", __name__).library_version()
     elif name == "contract":
@@ -54,5 +54,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Names that are there, and those that are imported when they are used."""
+    """Names already imported, and the public names that are imported on first use."""
     return sorted({*globals(), *__all__, "__version__"})
