@@ -48,7 +48,7 @@ def fill(text: str, contents: Mapping[str, Callable[[], str]] = TABLES) -> str:
     """Text in which the contents stand between the markers <!-- name --> ... <!-- /name -->."""
     for name, table in contents.items():
         begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # a function as replacement: re.sub would interpret backslashes of a string
+        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # for re.sub
         text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
     return text
 
