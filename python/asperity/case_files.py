@@ -23,9 +23,8 @@ from .pattern import Pattern
 class Run:
     """One run of a case; value: of the sweep, None without a sweep.
 
-    start: virgin, or the group of the initial state, initial or state.  steps: the load path as written by
-    harness/driver/case_echo.f90; a
-    replay has none.
+    start: virgin, or the group of the initial state, initial or state.  steps: the load path as
+    harness/driver/case_echo.f90 writes it; a replay has none.
     """
 
     value: float | None

@@ -377,7 +377,7 @@ class Interface:
         lost: str = "",
         jumps: Floats | None = None,
     ) -> History:
-        """History with events; jumps (1 + T', 9): of the preload and the rows, as from interface_confined_slip."""
+        """History with events; jumps (1 + T', 9): of preload and rows, as from interface_confined_slip."""
         rows = len(separation)
         damage = contract.statev_index("damage")
         snaps: list[Snap] = []

@@ -36,9 +36,9 @@ def slip_direction(separation: Floats) -> Floats:
 def draw(
     results: Mapping[float | None, Rows], png: Path, title: str, sweep: str, length: str, stress: str
 ) -> None:
-    """Draw traction, dilation and damage of the results over the slip, or over the opening if there is no slip.
+    """Draw traction, dilation and damage of the results over the slip, or over the opening without slip.
 
-    results: by the value of the sweep.  name: of the sweep, for the legend.  length, stress: units for labels.
+    results: by the value of the sweep.  name: of the sweep, for the legend.  length, stress: units of labels.
     A cross marks a lost equilibrium.
     """
     slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())

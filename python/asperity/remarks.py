@@ -30,7 +30,7 @@ class Remark:
 
 
 def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float, float]:
-    """Closure over s_f of a plane that carries sigma_N (< 0, stress) alone, and the weight gamma of the plane.
+    """Closure over s_f of a plane that carries sigma_N (< 0, stress) alone, and weight gamma of the plane.
 
     The plane is the inclined one of the smallest weight; the flat one if there is no other.
     """

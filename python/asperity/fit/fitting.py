@@ -102,8 +102,8 @@ class Fit:
     """Identified parameters and measures of their quality.
 
     values: parameters by name, fixed ones included.  x: transformed free ones; covariance (p, p): of x.
-    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit, over
-    their range (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
+    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit,
+    over their range (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
     derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
     shift: largest change of a parameter, in standard errors, if each increment is divided into REFINE.
     costs: sums of squares from the starts with the requested increments, the best first.  converged: whether
@@ -150,7 +150,7 @@ class Fit:
         return self.problem.interface(self.values)
 
     def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
-        """Interval of a positive function of the parameters, from the gradient of the logarithm of the function."""
+        """Interval of a positive function of the parameters, from the gradient of its logarithm."""
 
         def log(x: Floats) -> float:
             return float(np.log(function(self.problem.values(x))))
@@ -178,7 +178,7 @@ class Fit:
 
 
 def residual_ratio(values: Mapping[str, float]) -> float:
-    """|tau|/|sigma_N| of a fully damaged interface that slides up one facing plane; inf where the plane locks."""
+    """|tau|/|sigma_N| of a fully damaged interface that slides up one facing plane; inf if it locks."""
     return float(material_of(values).residual_strength(values["theta"]))
 
 
@@ -412,7 +412,7 @@ def _starts(
 
 
 def _hypercube(problem: Problem, seed: int) -> list[Floats]:
-    """Transformed parameters of SAMPLES points; s_f is drawn instead of Gc because the tests show its size."""
+    """Transformed parameters of SAMPLES points; s_f replaces Gc because the tests show the size of s_f."""
     largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
     length = max(float(np.abs(test.slip).max()) for test in problem.tests)
     ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}

@@ -42,7 +42,7 @@ SPRING = 0.7
 """Largest fraction of a change of the normal traction that k_N times the dilation need not explain."""
 
 OFFSET = 0.5
-"""Largest first dilation, as a fraction of its range, that still counts as measured from the start of slip."""
+"""Largest first dilation, as a fraction of its range, that counts as measured from the start of slip."""
 
 LONGEST_PATH, MOST_TURNS = 5.0, 1.0 / 3.0
 """Length of the slip path over its range, and fraction of rows with a reversal.
@@ -107,7 +107,7 @@ class _Row:
 def read_records(
     paths: Iterable[Path], k_N: float | None = None, compression_positive: bool = False
 ) -> list[ShearTest]:
-    """Read tests from CSV files with columns slip, tau, sigma_N and, if measured, dilation (or s_N), k_N, test.
+    """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation (or s_N), k_N, test.
 
     Units in brackets after the names must agree.  A ModelWarning names unused columns and tests whose rows
     seem to be out of order.  k_N: for files without that column.  compression_positive: sigma_N in the files
@@ -299,7 +299,7 @@ def _test(
             f"{np.abs(slip).max():g}: expected the unit of slip (at most {STEEPEST:g} times it)"
         )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
-        # sigma_N at the start of the slip is extrapolated from the measured rows, with the dilation if there is one
+        # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
     if not held <= 0.0:
         raise ValueError(f"{where}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")

@@ -14,7 +14,7 @@ from .model import FINER, SCALES, STEP
 from .records import ShearTest
 
 UNDETERMINED = 2.0
-"""A parameter is called not determined if an end of its interval is off its value by more than this factor."""
+"""A parameter is not determined if its value and an end of its interval differ by more than this factor."""
 
 POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
@@ -102,7 +102,7 @@ def _derived(found: Fit) -> dict[str, Estimate]:
 
 
 def identifiability(found: Fit) -> list[str]:
-    """Sentences on pairs of parameters that cannot be separated, on their determined combination, and on doubts."""
+    """Sentences on parameters that cannot be separated, on their determined combination, and on doubts."""
     problem, texts = found.problem, []
     free = problem.free
     half = found.quantile * np.sqrt(np.diag(found.covariance))

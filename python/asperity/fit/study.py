@@ -105,7 +105,7 @@ def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
 
 
 def holds(found: Fit, truth: Mapping[str, float] = TRUTH) -> list[bool]:
-    """Whether the interval of each free parameter, then that of the residual ratio, contains the true value."""
+    """Whether the interval of each free parameter, then of the residual ratio, contains the true value."""
     intervals = [(truth[name], one) for name, one in found.estimates.items()]
     intervals.append((residual_ratio(truth), found.of(residual_ratio)))
     return [one.low <= value <= one.high for value, one in intervals]
@@ -191,7 +191,7 @@ def table(repetitions: int) -> str:
 
 
 def example(picture: Path | None) -> str:
-    """Report of `asperity fit` on the default synthetic tests, with a picture, or without dilation and picture."""
+    """Report of `asperity fit` on the default tests, with a picture, or without dilation and picture."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))

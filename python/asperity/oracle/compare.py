@@ -85,8 +85,7 @@ def find(figure: str) -> list[Path]:
 
 
 def _figures(path: Path) -> list[str]:
-    """Figures in a name such as figure09a_10b.nml; a later number without a letter, as in figure13a_45.nml, is
-    not a figure."""
+    """Figures in a name such as figure09a_10b.nml; a later number without letter is none, as in figure13a_45."""
     first, *others = path.stem.removeprefix("figure").split("_")
     return [name.lstrip("0") for name in [first, *others] if name == first or not name.isdigit()]
 
@@ -176,7 +175,7 @@ def _planar(responses: Sequence[planar.PlanarResponse]) -> _Curve:
 
 
 def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, rows: slice) -> Difference:
-    """Largest differences of some rows of `ours` from `theirs`; the scales are those of all rows of `ours`."""
+    """Largest differences of some rows of `ours` from `theirs`, in the scales of all rows of `ours`."""
     largest = np.maximum.accumulate(np.linalg.norm(ours.separation, axis=1))
     steps = np.diff(ours.separation, axis=0, prepend=0.0)
     path = np.cumsum(np.linalg.norm(steps, axis=1))[rows]

@@ -191,8 +191,8 @@ def confined_slip(
 ) -> list[PlanarResponse]:
     """Responses for prescribed slips under a constant sigma_N, which is applied first at zero slip.
 
-    s_N is the first root from the last one in the sign of (sigma_N - t_N), by steps and bisection; it does not
-    change if fully damaged and open states are all equilibria.  Raises ValueError where there is no
+    s_N is the first root from the last one in the sign of (sigma_N - t_N), by steps and bisection; it does
+    not change if fully damaged and open states are all equilibria.  Raises ValueError where there is no
     equilibrium.
     """
     history = virgin(planes)

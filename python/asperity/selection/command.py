@@ -18,7 +18,7 @@ from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
 from ..remarks import shown_warnings, warn_if_soft
 from ..studies.speed_charts import Timing, measure, read_timings
-from .selection import (
+from .search import (
     REFERENCE_SIDES,
     Candidate,
     Errors,
@@ -144,7 +144,7 @@ class Costs:
 
 def read_costs(path: Path | None) -> Costs:
     """Costs from a CSV of the benchmark, or from a quick run; raises ValueError where kernels are missing."""
-    timings = measure("--quick", quiet=True) if path is None else read_timings(path)
+    timings = measure("--quick", "--costs", quiet=True) if path is None else read_timings(path)
     source = str(path or "bench")
     return Costs({host: _line(timings, kernel, tangent, source) for host, kernel, tangent in KERNELS})
 

@@ -91,8 +91,7 @@ def largest(error: Floats, reference: Floats) -> float:
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one curve: largest error of tau_L and s_N over its rows, and of the work, each over the largest
-    value.
+    """Errors of one curve over the largest values: largest error of tau_L and s_N in the rows, and of the work.
 
     line: error of tau_L with straight lines between the rows.  seconds: time for the curve.  tolerance: of
     adaptive increments, 0 for fixed increments.
@@ -250,7 +249,7 @@ def regular(sides: int, theta: float) -> Candidate:
 
 
 def two_rings(sides: int, theta: float, difference: float) -> Candidate:
-    """m planes at theta + difference and m at theta - difference, rotated by 180/m degrees, at the cost of RP-2m."""
+    """m planes at theta + difference and m at theta - difference, rotated by 180/m; the cost is that of RP-2m."""
     normals, weights = [(1.0, 0.0, 0.0)], [FLAT]
     for k in range(2 * sides):
         angle = np.pi * k / sides
@@ -274,7 +273,7 @@ def residual_spread(sides: int, theta: float, mu: float) -> float:
 
 @dataclass(frozen=True)
 class PlaneError:
-    """Errors of a pattern against RP-64 of the same flat weight, worst direction, and spreads over directions.
+    """Errors of a pattern against RP-64 of the same flat weight in the worst direction, and spreads.
 
     tau_L, across, s_N: L2 over the monotonic path relative to the reference's tau_L and s_N.  work: spread
     (largest over smallest, minus 1) of the work of that path, G_T at sigma_N = 0; loop: that of a closed
@@ -410,7 +409,7 @@ class TangentRun:
 def tangent_run(
     tangent: str, sigma_N: float, increments: int, tolerance: float, repeats: int = 5
 ) -> TangentRun:
-    """RP-4 under a constant sigma_N, sheared along 20 degrees by springs: all three separations are unknown."""
+    """RP-4 under a constant sigma_N, sheared along 20 degrees by springs: three unknown separations."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
     spring = SPRING * material().K
     targets = np.zeros((PRELOAD + increments, 3))

@@ -45,7 +45,7 @@ ASSUMED_CYCLE = "slip 0, +0.4, −0.4, +0.4 mm"
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Computed slip test from s_L = 0 under the normal traction; lost: whether equilibrium is lost at its end.
+    """Computed slip test from s_L = 0 under the normal traction; lost: whether it ends without equilibrium.
 
     s_L, s_N (T,), mm; tau_L along and tau_across left of the direction, MPa; damage (T,).
     """
@@ -81,7 +81,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Result of a figure: picture, findings, differences from the paper, and the numbers as lines of a CSV."""
+    """Result of a figure: picture, findings, differences from the paper, and numbers as lines of a CSV."""
 
     figure: Figure
     came_out: tuple[str, ...]
@@ -313,7 +313,7 @@ def _planar_difference(case: Case) -> str:
     for curve in case.curves:
         m, p = curve.test.material, curve.test.pattern
         planes = [(0.0, 1.0)] if p.m == 0 else planar.trapezoid(p.theta)
-        # one increment of preload is exact, since each plane slides in one direction, in proportion to the load
+        # one increment of preload is exact: each plane slides in proportion to the load
         path = [tuple(row) for row in curve.separation[: len(curve.s_L) - curve.lost, :2]]
         theirs = np.array([response.traction for response in planar.replay(_parameters(m), planes, path)])
         worst = max(worst, float(np.abs(theirs - curve.traction[: len(theirs), :2]).max()))

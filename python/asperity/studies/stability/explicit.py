@@ -67,7 +67,7 @@ class Vumat:
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Motion of a mass on an interface under a constant force: separation (T, 3), damage at the end, energies.
+    """Motion of a mass on an interface under a constant force: separation (T, 3), damage at the end, energy.
 
     energy (T,), stress*length: kinetic energy, with the mean of the velocities before and after, plus work on
     the interface, less work of the force.

@@ -1,4 +1,4 @@
-"""Failure modes of the law and its arithmetic: large steps, locking, second law, units, precision, time step."""
+"""Failure modes of the law and its arithmetic: steps, locking, second law, units, precision, time step."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def locks(interface: Interface, direction: float) -> bool:
     if not study.converged:
         raise RuntimeError(f"slip at {direction:g} degrees: {study.end}")
     before, after = study.traction[-2:, 1:] @ direction_vector(direction)
-    return bool(after > 1.5 * before)  # 2 if the traction grows in proportion to the slip, 1 if it is constant
+    return bool(after > 1.5 * before)  # 2 if proportional to the slip, 1 if constant
 
 
 def locking() -> list[Trial]:
@@ -242,7 +242,7 @@ SECOND_LAW = Edge(
 
 
 def held_error(material: Material, slips: Floats, sigma_N: float) -> float:
-    """Largest error of the prescribed normal traction over sigma0 along a slip test; inf: lost equilibrium."""
+    """Largest error of the prescribed normal traction over sigma0 in a slip test; inf: lost equilibrium."""
     rough = Interface(material, Pattern.regular(4, 30.0))
     try:
         history = rough.confined_slip(20.0, slips, sigma_N, preload=10)

@@ -292,7 +292,7 @@ FIRST_SLIP = 0.15
 
 
 def law_rows(size: int) -> Iterator[Row]:
-    """Number of locking directions over (mu, theta), and fall of the rupture energy over (closure, reversal)."""
+    """Locking directions over (mu, theta), and decrease of the rupture energy over (closure, reversal)."""
     for theta in np.linspace(0.0, 60.0, size):
         for mu in np.linspace(0.0, 3.0, size):
             rough = Interface(replace(TABLE_2, mu=mu), Pattern.regular(4, theta))
