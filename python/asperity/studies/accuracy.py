@@ -91,7 +91,7 @@ def largest(error: Floats, reference: Floats) -> float:
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one curve over the largest values: largest error of tau_L and s_N in the rows, and of the work.
+    """Errors of one curve: largest of tau_L and s_N over its rows, and of the work, over the largest value.
 
     line: error of tau_L with straight lines between the rows.  seconds: time for the curve.  tolerance: of
     adaptive increments, 0 for fixed increments.
@@ -249,7 +249,7 @@ def regular(sides: int, theta: float) -> Candidate:
 
 
 def two_rings(sides: int, theta: float, difference: float) -> Candidate:
-    """m planes at theta + difference and m at theta - difference, rotated by 180/m; the cost is that of RP-2m."""
+    """m planes at theta + difference and m at theta - difference, rotated by 180/m; they cost as RP-2m."""
     normals, weights = [(1.0, 0.0, 0.0)], [FLAT]
     for k in range(2 * sides):
         angle = np.pi * k / sides
