@@ -1,12 +1,13 @@
 !> A case as JSON on standard output, as the driver understands it. Other programs read that instead of the file.
 !>
-!> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group
-!> &pattern in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin,
-!> or the group initial or state that gives another start), `props` (PROPS) and `steps`; a replay has none.
+!> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
+!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the
+!> group initial or state that gives another start), `props` (PROPS) and `steps`, of which a replay has none.
 !>
-!> A step has the targets of each component that moves, by name, with all cycles: s_N or t_N and so on. A step along
-!> a slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N,
-!> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time`, `tolerance` (0: as given).
+!> A step has the targets of each component that moves, by name, with all cycles: s_N or t_N and so on. A step along a
+!> slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N,
+!> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time` and `tolerance` (0: fixed
+!> increments).
 module case_echo
   use asperity_text, only: integer_text, to_text
   use asperity_kinds, only: wp

@@ -229,7 +229,7 @@ def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytes
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
     text = "\n".join(identifiability(found))
     assert "mu and theta are not separated, mu held by bounds" in text
-    assert "mu = 0.6 is held by its bounds, 0.6 to 0.9" in text
+    assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in text
     assert found.converged
     monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 2)
     found = fit(tests, fixed=study.SET, starts=1)
@@ -292,7 +292,7 @@ def test_model_that_does_not_fit_is_told() -> None:
             "column tau: 0.8 where |sigma_N| is up to 1e+06: expected the",
         ),
         (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 where |sigma_N| is up to 1e-06: expected"),
-        (HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)), "column tau is 1 in all rows: expected it to"),
+        (HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)), "column tau is 1 in all rows: expected values that"),
         (
             HEADER + "".join(f"{i}e-3,{i},{i},-1\n" for i in range(7)),
             "line 8, column dilation: 6 over slips up",
@@ -373,7 +373,7 @@ def test_rows_out_of_order(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected it to change"),
+        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
         ({"tau": np.arange(5.0)}, r"t: tau has shape \(5,\): expected finite numbers of shape \(6,\)"),
         ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
         ({"sigma_N": 1.0}, "t: sigma_N = 1: expected a finite compression"),
@@ -437,7 +437,7 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
     tests = read_records([write(tmp_path, HEADER + ROWS)])
     with pytest.raises(ValueError, match=re.escape(message)):
         fit(tests, **arguments)
-    with pytest.raises(ValueError, match="no tests: expected one at least"):
+    with pytest.raises(ValueError, match="no tests: expected at least one"):
         fit([])
 
 
@@ -473,7 +473,7 @@ def test_case_without_a_sweep() -> None:
     tests = study.synthetic(0.03, 0, sigma_N=(-2.0,), turns=study.CYCLE, k_N=study.K_N)
     found = fit(tests, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = case_text(found)
-    assert "&sweep" not in text and "this case holds the normal traction of its start" in text
+    assert "&sweep" not in text and "this case keeps their initial normal traction constant" in text
     assert "&step t_N = -2.0," in text and "slip = 0.5, -0.5, 0.5," in text
     assert "1 turning point" not in report(found) and "2 turning points" in report(found)
 
@@ -486,7 +486,7 @@ def test_case_without_a_sweep() -> None:
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
         (["--units", "mm,kPa"], "--units mm,kPa: expected MPa, the stress of the record"),
-        (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected it once"),
+        (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected one value"),
         (["--plot", "none/fit.png"], "--plot none/fit.png: no folder none: expected one that is there"),
         (["--case", "."], "--case .: expected a file that can be written"),
         (["--k-N", "-1"], "k_N = -1: expected a finite stiffness >= 0"),

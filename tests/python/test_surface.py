@@ -603,7 +603,7 @@ def test_case_for_the_other_commands(
     if not options:
         assert "regular" in capsys.readouterr().err
         assert main(["select", "found.nml"]) == 1
-        assert "listed planes are a choice already" in capsys.readouterr().err
+        assert "with listed planes there is nothing to select" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
