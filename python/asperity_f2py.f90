@@ -25,20 +25,27 @@ subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_inc
 end subroutine contract_sizes
 
 !> Entry i of PROPS.
-subroutine contract_prop(i, name, meaning, unit, admissible, default_value)
-  use asperity_contract, only: prop_table
+subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper, default_value, whole)
+  use asperity_contract, only: integral_props, prop_table
   implicit none
   integer, intent(in) :: i                        !! 1..n_fixed
   character(len=8), intent(out) :: name           !! symbol
+  character(len=8), intent(out) :: owner          !! law, pattern, host, numerics or none
   character(len=64), intent(out) :: meaning       !! one line
   character(len=14), intent(out) :: unit          !! in the user's consistent set
   character(len=40), intent(out) :: admissible    !! what an error message says was expected
+  double precision, intent(out) :: lower, upper   !! ends of the range
   double precision, intent(out) :: default_value  !! value where none is given
+  integer, intent(out) :: whole                   !! 1: integral, else 0
   name = prop_table(i)%name
+  owner = prop_table(i)%owner
   meaning = prop_table(i)%meaning
   unit = prop_table(i)%unit
   admissible = prop_table(i)%admissible
+  lower = prop_table(i)%lower
+  upper = prop_table(i)%upper
   default_value = prop_table(i)%default
+  whole = merge(1, 0, any(i == integral_props))
 end subroutine contract_prop
 
 !> State variable i; those of a plane follow those of the point once.

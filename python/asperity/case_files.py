@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,11 +40,8 @@ class Run:
         return Interface(self.material, self.pattern)
 
     def of_host(self) -> dict[str, Any]:
-        """Entries of PROPS that belong to the host, by name: h, map, dalpha, r."""
-        found: dict[str, Any] = {
-            name: self.props[contract.index(name)] for name in ("h", "map", "dalpha", "r")
-        }
-        return found | {"map": int(found["map"])}
+        """Entries of PROPS that belong to the host and to the numerics, by name."""
+        return _values(self.props, "host", "numerics")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +89,18 @@ def read_case(path: Path) -> Case:
     return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
 
 
+def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
+    """Entries of PROPS of these owners by name, the integral ones as integers."""
+    found = ((row, props[row.index - 1]) for row in contract.owned(*owners))
+    return {row.name: int(value) if row.integral else value for row, value in found}
+
+
 def _run(path: Path, run: dict[str, Any]) -> Run:
-    props = {row.name: value for row, value in zip(contract.props_table(), run["props"], strict=False)}
-    material = Material(**{name: props[name] for name in Material.__dataclass_fields__})
-    listed = np.reshape(run["props"][contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
-    pattern = Pattern(
-        int(props["m"]), props["theta"], props["flat"], props["turn"], tuple(tuple(plane) for plane in listed)
-    )
-    return Run(run["value"], tuple(run["props"]), material, pattern, run["start"], tuple(run["steps"]))
+    props = tuple(run["props"])
+    material = Material(**_values(props, "law"))
+    listed = np.reshape(props[contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
+    pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
+    return Run(run["value"], props, material, pattern, run["start"], tuple(run["steps"]))
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:

@@ -18,11 +18,9 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     card.add_argument("--name", default="INTERFACE", help="name of material and elements (default: %(default)s)")
     card.add_argument("--value", metavar="VALUE", help="value of the sweep, for a case with a sweep")
     card.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the block to this file")
-    for name, kind in (("h", float), ("map", int), ("dalpha", float), ("r", float)):
-        row = contract.props_table()[contract.index(name)]
-        card.add_argument(
-            f"--{name}", type=kind, help=f"{row.meaning} (default: that of &replay, or {row.default:g})"
-        )
+    for row in contract.owned("host", "numerics"):
+        text = f"{row.meaning} (default: that of &replay, or {row.default:g})"
+        card.add_argument(f"--{row.name}", type=int if row.integral else float, help=text)
     card.add_argument("--dimension", type=int, default=3, choices=(2, 3), help="default: %(default)s")
     card.add_argument("--explicit", action="store_true", help="for Abaqus/Explicit; needs --density")
     card.add_argument("--density", type=float, metavar="RHO", help="mass over area and thickness h")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..installed import cases
 from ..interface import work_along
+from ..material import Material
 from ..results import ENERGIES, Rows, drive
 from . import planar, reference
 
@@ -117,12 +118,22 @@ class _Curve:
         return _Curve(self.separation[rows], self.traction[rows], self.damage[rows], self.energies[rows])
 
 
+def parameters_of(material: Material) -> reference.Parameters:
+    """Constants of a material as the reference takes them; raises ValueError for one it does not know."""
+    values = material.values() | {"kc": material.kc or contract.default("kc")}
+    known = {field.name for field in fields(reference.Parameters)}
+    beyond = [name for name in values if name not in known and values[name] != contract.default(name)]
+    if beyond:
+        raise ValueError(f"{', '.join(beyond)}: expected constants that the reference knows")
+    return reference.Parameters(**{name: value for name, value in values.items() if name in known})
+
+
 def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
     """Law and test against the reference, law and test against the 2D law."""
     m, p = test.material, test.pattern
     if m.tau_v > 0.0 or m.guard:
         raise ValueError("tau_v, guard: expected a case without viscous damage and without the guard")
-    parameters = reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
+    parameters = parameters_of(m)
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
     # a lost equilibrium ends within an increment
     whole = len(rows) - ("lost" in rows.events[-1])

@@ -20,7 +20,7 @@ from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
 from ..oracle import planar
-from ..oracle.reference import Parameters
+from ..oracle.compare import parameters_of
 from ..pattern import Pattern, direction_vector
 from ..slip_curves import slip_curves
 
@@ -418,15 +418,13 @@ def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
     The difference is relative to the largest traction; each law follows the equilibrium itself.
     """
     scene = dense.scene
-    m = scene.material
     n, held = dense.rows[k], scene.sigma_N[k]
     if n < 1:
         return 0.0
-    parameters = Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc or 1.0)
     history = dense.interface.confined_slip(scene.direction, dense.slips[:n], held, PRELOAD)
     e = direction_vector(scene.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
     planes = planar.trapezoid(scene.theta, scene.flat)
-    rows = planar.confined_slip(parameters, planes, slip.tolist(), held, PRELOAD)
+    rows = planar.confined_slip(parameters_of(scene.material), planes, slip.tolist(), held, PRELOAD)
     other = np.array([row.traction[1] for row in rows])
     return float(np.abs(other - tau).max() / np.abs(tau).max())

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..installed import cases
-from ..material import Material
-from ..oracle import planar, reference
+from ..oracle import planar
+from ..oracle.compare import parameters_of
 from ..pattern import Pattern, direction_vector, unit_vector
 from ..plots import COLOURS
 from ..results import Rows, drive
@@ -315,13 +315,9 @@ def _planar_difference(case: Case) -> str:
         planes = [(0.0, 1.0)] if p.m == 0 else planar.trapezoid(p.theta)
         # one increment of preload is exact: each plane slides in proportion to the load
         path = [tuple(row) for row in curve.separation[: len(curve.s_L) - curve.lost, :2]]
-        theirs = np.array([response.traction for response in planar.replay(_parameters(m), planes, path)])
+        theirs = np.array([response.traction for response in planar.replay(parameters_of(m), planes, path)])
         worst = max(worst, float(np.abs(theirs - curve.traction[: len(theirs), :2]).max()))
     return _small(worst)
-
-
-def _parameters(m: Material) -> reference.Parameters:
-    return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
 
 
 def _family(case: Case, legend: str, **size: float) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
