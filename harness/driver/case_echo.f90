@@ -1,4 +1,4 @@
-!> A case as JSON on standard output, as the driver understands it. Other programs read that instead of the file.
+!> Output of a case as JSON, with all defaults; other programs read this instead of the case file.
 !>
 !> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
 !> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the
@@ -73,7 +73,7 @@ contains
     call put("""time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // "}")
   end subroutine put_step
 
-  !> Print a name and its numbers, and a comma.
+  !> Print a name, its numbers and a comma.
   subroutine put_list(name, values)
     character(len=*), intent(in) :: name   !! of the list
     real(wp), intent(in) :: values(:)      !! finite
@@ -92,14 +92,14 @@ contains
     write (output_unit, "(a)", advance="no") piece
   end subroutine put
 
-  !> A truth value.
+  !> A logical value as JSON.
   pure function truth(yes) result(word)
     logical, intent(in) :: yes   !! the value
     character(len=:), allocatable :: word
     word = trim(merge("true ", "false", yes))
   end function truth
 
-  !> A string in quotes; what JSON does not take is escaped.
+  !> A string as JSON, in quotes and with escaped characters.
   pure function quoted(string) result(json)
     character(len=*), intent(in) :: string   !! without control characters but tabs
     character(len=:), allocatable :: json

@@ -1,5 +1,5 @@
-!> Lines out to a file at once, each by one call of the system: whole lines when the run is killed, and errors noticed
-!> (a flush of the Fortran run-time library may hide that the disk is full).
+!> Output of lines, each by one system call: a run that is killed leaves complete lines, and errors are noticed (a flush
+!> of the Fortran run-time library may hide that the disk is full).
 module row_file
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
   implicit none
@@ -13,7 +13,7 @@ module row_file
     function c_creat(path, mode) bind(c, name="creat") result(fd)
       import :: c_char, c_int
       implicit none
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
       integer(c_int) :: fd
@@ -23,7 +23,7 @@ module row_file
       import :: c_char, c_int, c_intptr_t, c_size_t
       implicit none
       integer(c_int), value :: fd
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: n
       integer(c_intptr_t) :: written
@@ -39,24 +39,24 @@ module row_file
     function c_realpath(path, resolved) bind(c, name="realpath") result(found)
       import :: c_char, c_ptr
       implicit none
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: path(*)
-      ! allow(C071, C072): as C has it
+      ! allow(C071, C072): the interface is that of C
       character(kind=c_char), intent(out) :: resolved(*)
       type(c_ptr) :: found
     end function c_realpath
-    !> Standard C: say on standard error why the last call failed.
+    !> Standard C: write to standard error why the last call failed.
     subroutine c_perror(prefix) bind(c, name="perror")
       import :: c_char
       implicit none
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: prefix(*)
     end subroutine c_perror
   end interface
 
 contains
 
-  !> Whether two names are those of one existing file.
+  !> Whether two names denote the same existing file.
   function same_file(first, second) result(same)
     character(len=*), intent(in) :: first, second   !! names
     logical :: same
@@ -67,14 +67,14 @@ contains
     same = c_associated(c_realpath(first // c_null_char, resolved(:, 1)))
     if (same) same = c_associated(c_realpath(second // c_null_char, resolved(:, 2)))
     if (.not. same) return
-    ! what follows the null is undefined
+    ! the characters after the null are undefined
     do i = 1, size(resolved, 1)
       same = resolved(i, 1) == resolved(i, 2)
       if (.not. same .or. resolved(i, 1) == c_null_char) exit
     end do
   end function same_file
 
-  !> Open a file for writing, empty; "-" is standard output.
+  !> Create or empty a file for writing; "-" is standard output.
   subroutine create_file(path, file, good)
     character(len=*), intent(in) :: path   !! file
     integer, intent(out) :: file           !! descriptor
@@ -116,7 +116,7 @@ contains
     if (.not. good) call tell(path)
   end subroutine close_file
 
-  !> Say why the last call failed.
+  !> Write to standard error why the last call failed.
   subroutine tell(path)
     character(len=*), intent(in) :: path   !! of the file
     call c_perror("rie_driver: " // path // ": cannot be written" // c_null_char)
