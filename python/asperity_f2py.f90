@@ -62,12 +62,8 @@ subroutine contract_version(text)
   text = version
 end subroutine contract_version
 
-!> Check PROPS: all bad values at once.
-subroutine interface_review(nprops, props, n_planes, status, message)
-  use asperity_call_checks, only: explain_point, explain_time
-  use asperity_checks, only: bounded, review_props
-  use asperity_points, only: update_points
-  use asperity_text, only: append, integer_text, put_text, to_text
+!> Check PROPS.
+subroutine interface_review(nprops, props, n_planes, status)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   implicit none
@@ -75,20 +71,26 @@ subroutine interface_review(nprops, props, n_planes, status, message)
   double precision, intent(in) :: props(nprops)    !! PROPS
   integer, intent(out) :: n_planes                 !! planes of the pattern, 0 if PROPS is not admissible
   integer, intent(out) :: status                   !! 0, status_props or status_nprops
-  character(len=32768), intent(out) :: message     !! a line for every bad value
-  !f2py threadsafe
   type(interface_type) :: joint
-  character(len=:), allocatable :: text
-  text = ""
   n_planes = 0
   call new_interface(props, joint, status)
-  if (status == status_ok) then
-    n_planes = joint%pattern%n
-  else
-    call review_props(props, status, text)
-  end if
-  call put_text(text, message)
+  if (status == status_ok) n_planes = joint%pattern%n
 end subroutine interface_review
+
+!> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
+subroutine interface_complaint(nprops, props, message)
+  use asperity_checks, only: review_props
+  use asperity_text, only: put_text
+  implicit none
+  integer, intent(in) :: nprops                    !! number of constants
+  double precision, intent(in) :: props(nprops)    !! PROPS
+  character(len=32768), intent(out) :: message     !! a line for every bad value
+  character(len=:), allocatable :: text
+  integer :: status
+  text = ""
+  call review_props(props, status, text)
+  call put_text(text, message)
+end subroutine interface_complaint
 
 !> Normals and weights of the planes of admissible PROPS.
 subroutine interface_planes(nprops, props, n_planes, normals, weights)
@@ -111,8 +113,11 @@ end subroutine interface_planes
 
 !> Update n points over one increment.
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
+  use asperity_call_checks, only: explain_point, explain_time
   use asperity_contract, only: status_ok, status_time
   use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -152,9 +157,11 @@ end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -185,8 +192,11 @@ end subroutine interface_initial
 
 !> Take one virgin point along a history of separations.
 subroutine interface_replay(nprops, props, nstatv, n, s, steps, traction, state, status, message)
+  use asperity_call_checks, only: explain_point
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
+  use asperity_points, only: update_points
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -290,10 +300,12 @@ end subroutine interface_adaptive_slip
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
                                    preload_time, stiffness, separation, traction, state, work, jumps, n_done, status, &
                                    message)
+  use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
   use asperity_mixed_control, only: report_type
   use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_text, only: append, integer_text, put_text, to_text
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS

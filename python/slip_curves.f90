@@ -15,7 +15,7 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, st
   integer, intent(in) :: n_curves                             !! number of curves
   double precision, intent(in) :: direction(n_curves)         !! from Tx towards Ty, degrees
   double precision, intent(in) :: sigma_n(n_curves)           !! normal traction that is held, stress
-  double precision, intent(in) :: stiffness(n_curves)         !! of the surroundings along N while it slips, stress/length
+  double precision, intent(in) :: stiffness(n_curves)         !! of the surroundings along N, stress/length
   integer, intent(in) :: n                                    !! slips of a curve
   double precision, intent(in) :: slips(n)                    !! slips in their order, length
   integer, intent(in) :: preload                              !! increments of the preload, >= 1

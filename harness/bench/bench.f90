@@ -1,5 +1,6 @@
 !> Cost of the update, compared with a textbook version of the law and with the limits of the hardware:
-!> bench [--csv FILE] [--quick], or bench --profile PATTERN KERNEL yes|no for one kernel with or without tangent.
+!> bench [--csv FILE] [--quick] [--costs], or bench --profile PATTERN KERNEL yes|no for one kernel with or without
+!> tangent.
 program bench
   use, intrinsic :: iso_fortran_env, only: error_unit, real64
   use aims, only: print_aims
@@ -26,8 +27,7 @@ program bench
     pattern_type("RP-63", 63.0_real64, third, .false.)]
   !> Material of Table 2 of the paper.
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
-  !> Points with data in the first-level cache, points of a scene, points of a VUMAT call, and calls with data in
-  !> memory.
+  !> Points with data in the first-level cache, points of a scene and of a VUMAT call, and calls with data in memory.
   integer, parameter :: n_small = 128, n_scene = 640, width = 128, n_calls = 1600
   !> Points of arrays in the second-level cache, and in memory (fewer with --quick).
   integer, parameter :: n_cache = 2048, n_memory = 1000000, n_memory_quick = 20000
@@ -38,10 +38,10 @@ program bench
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
   integer :: array_points(2), calls, i, pass, passes, turns, unit
-  logical :: quick
+  logical :: costs, quick
 
   used = 0.0_real64
-  call read_arguments(file, quick, profiled)
+  call read_arguments(file, quick, costs, profiled)
   if (profiled%kernel /= "") then
     call profile(profiled)
     stop
@@ -68,7 +68,7 @@ program bench
   end do
   call add_limits(rows)
   call print_table(rows)
-  call print_aims(rows, array_points(1), array_points(2))
+  if (.not. costs) call print_aims(rows, array_points(1), array_points(2))
   if (len(file) > 0) then
     call write_csv(unit, rows)
     close (unit)
@@ -90,8 +90,9 @@ contains
       props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
       call new_workspace(props, slip, n_small, work)
       some = small_rows()
+      if (costs) some = pack(some, some%precision == "double" .and. (some%kernel == "umat" .or. some%kernel == "block"))
       call take_turns(work, some, turns, shortest, used)
-      if (patterns(i)%large) then
+      if (patterns(i)%large .and. .not. costs) then
         do j = 1, size(precisions)
           call new_large_workspace(props, precisions(j), width, calls, work)
           some = [some, row_type(kernel="vumat", precision=precisions(j)), &
@@ -102,6 +103,7 @@ contains
       some%pattern = patterns(i)%name
       rows = [rows, some]
     end do
+    if (costs) return
     props = [table_2, 4.0_real64, third, 0.0_real64]
     do i = 1, size(array_points)
       call new_array_workspace(props, array_points(i), work)
@@ -134,20 +136,24 @@ contains
   end function small_rows
 
   !> Read the arguments; the program stops with a message if one is unknown.
-  subroutine read_arguments(file, quick, profiled)
+  subroutine read_arguments(file, quick, costs, profiled)
     character(len=:), allocatable, intent(out) :: file   !! name of the CSV, empty: none
     logical, intent(out) :: quick                        !! few repetitions and points, to test the program
+    logical, intent(out) :: costs                        !! only UMAT and block of every pattern, double precision
     type(row_type), intent(out) :: profiled              !! the kernel of --profile; no kernel: all
     character(len=4096) :: text
     integer :: k
     file = ""
     quick = .false.
+    costs = .false.
     k = 0
     do while (k < command_argument_count())
       k = k + 1
       call get_command_argument(k, text)
       if (text == "--quick") then
         quick = .true.
+      else if (text == "--costs") then
+        costs = .true.
       else if (text == "--csv" .and. k < command_argument_count()) then
         k = k + 1
         call get_command_argument(k, text)
@@ -160,7 +166,7 @@ contains
         k = k + 3
       else
         write (error_unit, "(3a)") "bench: ", trim(text), &
-          ": expected --csv FILE, --quick or --profile PATTERN KERNEL yes|no"
+          ": expected --csv FILE, --quick, --costs or --profile PATTERN KERNEL yes|no"
         stop 1
       end if
     end do

@@ -9,29 +9,38 @@
 !> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time` and `tolerance` (0: fixed
 !> increments).
 module case_echo
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use asperity_text, only: integer_text, to_text
   use asperity_kinds, only: wp
   use case_file, only: case_type
   use case_text, only: group_index, text_type
   use load_path, only: component_names, step_type
+  use row_file, only: create_file, write_line
   implicit none
   private
   public :: echo_case
 
+  !> Text that grows.
+  type :: json_type
+    character(len=:), allocatable :: room   !! twice as long whenever it is too short
+    integer :: length = 0                   !! characters that are there
+  end type json_type
+
 contains
 
   !> Print a case and the runs of its sweep.
-  subroutine echo_case(text, sweep, values, cases)
+  subroutine echo_case(text, sweep, values, cases, good)
     type(text_type), intent(in) :: text          !! the file
     character(len=*), intent(in) :: sweep        !! name of the sweep, empty: none
     real(wp), intent(in) :: values(:)            !! of the sweep, size 0: none
     type(case_type), intent(in) :: cases(:)      !! the runs
+    logical, intent(out) :: good                 !! false: it cannot be written, the reason is on standard error
+    type(json_type) :: json
     character(len=:), allocatable :: start, value
-    integer :: i, j
+    integer :: file, i, j
+    json%room = repeat(" ", 4096)
     associate (pattern => text%groups(group_index(text, "pattern")))
-      call put("{""title"": " // quoted(cases(1)%title) // ", ""sweep"": " // quoted(sweep) // ", ""pattern"": [" // &
-        integer_text(pattern%from) // ", " // integer_text(pattern%to) // "], ""runs"": [")
+      call put(json, "{""title"": " // quoted(cases(1)%title) // ", ""sweep"": " // quoted(sweep) // &
+        ", ""pattern"": [" // integer_text(pattern%from) // ", " // integer_text(pattern%to) // "], ""runs"": [")
     end associate
     do i = 1, size(cases)
       value = "null"
@@ -39,57 +48,67 @@ contains
       start = "virgin"
       if (cases(i)%state%given) start = "state"
       if (cases(i)%initial%given) start = "initial"
-      call put(new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // ", ")
-      call put_list("props", cases(i)%props)
-      call put("""steps"": [")
+      call put(json, new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // ", ")
+      call put_list(json, "props", cases(i)%props)
+      call put(json, """steps"": [")
       do j = 1, size(cases(i)%steps)
-        call put_step(cases(i)%steps(j))
-        if (j < size(cases(i)%steps)) call put(",")
+        call put_step(json, cases(i)%steps(j))
+        if (j < size(cases(i)%steps)) call put(json, ",")
       end do
-      call put("]}")
-      if (i < size(cases)) call put(",")
+      call put(json, "]}")
+      if (i < size(cases)) call put(json, ",")
     end do
-    write (output_unit, "(a)") "]}"
+    call put(json, "]}")
+    call create_file("-", file, good)
+    if (good) call write_line(file, "standard output", json%room(:json%length), good)
   end subroutine echo_case
 
-  !> Print a step.
-  subroutine put_step(step)
-    type(step_type), intent(in) :: step   !! the step
+  !> Add a step.
+  pure subroutine put_step(json, step)
+    type(json_type), intent(inout) :: json   !! text so far
+    type(step_type), intent(in) :: step      !! the step
     integer :: i
-    call put(new_line("a") // "  {")
+    call put(json, new_line("a") // "  {")
     if (allocated(step%slip)) then
-      call put_list("slip", step%slip)
-      call put("""direction"": " // to_text(step%direction) // ", ")
+      call put_list(json, "slip", step%slip)
+      call put(json, """direction"": " // to_text(step%direction) // ", ")
     end if
     do i = 1, 3
       if (.not. step%has_target(i) .or. (i > 1 .and. allocated(step%slip))) cycle
-      call put_list(merge("t_", "s_", step%control%traction(i)) // trim(component_names(i)), step%targets(i, :))
+      call put_list(json, merge("t_", "s_", step%control%traction(i)) // trim(component_names(i)), step%targets(i, :))
     end do
-    call put_list("increments", real(step%increments, wp))
-    call put_list("spring", step%control%spring)
+    call put_list(json, "increments", real(step%increments, wp))
+    call put_list(json, "spring", step%control%spring)
     associate (traction => step%control%traction)
-      call put("""traction"": [" // truth(traction(1)) // ", " // truth(traction(2)) // ", " // truth(traction(3)) // "], ")
+      call put(json, """traction"": [" // truth(traction(1)) // ", " // truth(traction(2)) // ", " // &
+        truth(traction(3)) // "], ")
     end associate
-    call put("""time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // "}")
+    call put(json, """time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // "}")
   end subroutine put_step
 
-  !> Print a name, its numbers and a comma.
-  subroutine put_list(name, values)
-    character(len=*), intent(in) :: name   !! of the list
-    real(wp), intent(in) :: values(:)      !! finite
+  !> Append a name, its numbers and a comma.
+  pure subroutine put_list(json, name, values)
+    type(json_type), intent(inout) :: json   !! text so far
+    character(len=*), intent(in) :: name     !! of the list
+    real(wp), intent(in) :: values(:)        !! finite
     integer :: i
-    call put("""" // name // """: [")
+    call put(json, """" // name // """: [")
     do i = 1, size(values)
-      if (i > 1) call put(", ")
-      call put(to_text(values(i)))
+      if (i > 1) call put(json, ", ")
+      call put(json, to_text(values(i)))
     end do
-    call put("], ")
+    call put(json, "], ")
   end subroutine put_list
 
-  !> Print a piece of a line.
-  subroutine put(piece)
-    character(len=*), intent(in) :: piece   !! of JSON
-    write (output_unit, "(a)", advance="no") piece
+  !> Append a piece of text.
+  pure subroutine put(json, piece)
+    type(json_type), intent(inout) :: json   !! text so far
+    character(len=*), intent(in) :: piece    !! what is added
+    do while (json%length + len(piece) > len(json%room))
+      json%room = json%room // json%room
+    end do
+    json%room(json%length + 1:json%length + len(piece)) = piece
+    json%length = json%length + len(piece)
   end subroutine put
 
   !> A logical value as JSON.

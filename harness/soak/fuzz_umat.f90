@@ -79,7 +79,8 @@ contains
       pnewdt = real(pick(stream, 4) - 2, wp)   ! -1, 0, 1, 2
       if (spoil .and. increment == increments) call spoil_input()
       stress = marker
-      if (increment == 1) call begin()
+      ! STRESS is read where STATEV says that the point was never called, by spoilt input too
+      if (ishft(transfer(statev(v_status), 0_int64), 1) == 0_int64) call begin()
       ddsdde = marker
       energies = marker
       start_stress = stress

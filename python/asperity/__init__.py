@@ -25,34 +25,43 @@ if TYPE_CHECKING:
 
     __version__: str
 
-_NAMES = {
-    "contract": (),
-    "installed": ("library",),
-    "interface": ("EquilibriumLost", "History", "Interface", "Snap", "Update"),
-    "material": ("Material", "ModelWarning"),
-    "pattern": ("Pattern",),
-    "selection.search": ("NoPatternError", "Scene", "Selection", "select"),
+_HOMES = {
+    "EquilibriumLost": "interface",
+    "History": "interface",
+    "Interface": "interface",
+    "Material": "material",
+    "ModelWarning": "material",
+    "NoPatternError": "selection.search",
+    "Pattern": "pattern",
+    "Scene": "selection.search",
+    "Selection": "selection.search",
+    "Snap": "interface",
+    "Update": "interface",
+    "contract": "contract",
+    "library": "installed",
+    "select": "selection.search",
 }
-"""Modules and what the package has of each; they are imported when a name is used first."""
+"""Module of each public name. A module is imported when one of its names is first used."""
 
-__all__ = sorted(["contract", *(name for names in _NAMES.values() for name in names)])
+__all__ = list(_HOMES)
 
 
-def __getattr__(name: str) -> Any:
-    """Import what is asked for."""
-    if name == "__version__":
-        found: Any = import_module(".contract", __name__).library_version()
-    elif name == "contract":
-        found = import_module(".contract", __name__)
-    else:
-        home = next((module for module, names in _NAMES.items() if name in names), None)
+if not TYPE_CHECKING:  # a type checker would accept every name
+
+    def __getattr__(name: str) -> Any:
+        """Import the module of a public name and return the value of the name."""
+        home = _HOMES.get("contract" if name == "__version__" else name)
         if home is None:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        found = getattr(import_module(f".{home}", __name__), name)
-    globals()[name] = found
-    return found
+        found = import_module(f".{home}", __name__)
+        if name == "__version__":
+            found = found.library_version()
+        elif name != home:
+            found = getattr(found, name)
+        globals()[name] = found
+        return found
 
 
 def __dir__() -> list[str]:
-    """Names that are there, and those that are imported when they are used."""
+    """Names already imported, and the public names that are imported on first use."""
     return sorted({*globals(), *__all__, "__version__"})

@@ -1,4 +1,4 @@
-"""Cases as the driver reads them, `rie_driver --echo`, and the slip tests among them."""
+"""Cases as the driver reads them (`rie_driver --echo`), and the slip tests in these cases."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .pattern import Pattern
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a case; value is that of the sweep, None without one.
+    """One run of a case; value: of the sweep, None without a sweep.
 
-    start: virgin, initial or state, the group that gives it.  steps: the load path, harness/driver/case_echo.f90; a
-    replay has none.
+    start: virgin, or the group of the initial state, initial or state.  steps: the load path as
+    harness/driver/case_echo.f90 writes it; a replay has none.
     """
 
     value: float | None
@@ -36,11 +36,11 @@ class Run:
 
     @property
     def interface(self) -> Interface:
-        """Material and pattern together."""
+        """Interface with the material and the pattern of the run."""
         return Interface(self.material, self.pattern)
 
     def of_host(self) -> dict[str, Any]:
-        """PROPS of a host by name: h, map, dalpha, r."""
+        """Entries of PROPS that belong to the host, by name: h, map, dalpha, r."""
         found: dict[str, Any] = {
             name: self.props[contract.index(name)] for name in ("h", "map", "dalpha", "r")
         }
@@ -49,9 +49,9 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A case file; sweep is the name of its sweep, empty without one.
+    """Content of a case file; sweep: its name, empty without a sweep.
 
-    before, after: what stands in the file before and after the group &pattern.
+    before, after: text of the file before and after the group &pattern.
     """
 
     path: Path
@@ -64,9 +64,9 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class SlipTest:
-    """Slips (T,) along direction (degrees) under a held sigma_N, applied first in `preload` increments.
+    """Slips (T,) along direction (degrees) under a constant sigma_N, applied first in `preload` increments.
 
-    A case that opens the interface in mode I has no slips.  value is that of the sweep, None without one.
+    A case that opens the interface in mode I has no slips.  value: of the sweep, None without a sweep.
     """
 
     value: float | None
@@ -79,9 +79,9 @@ class SlipTest:
 
 
 def read_case(path: Path) -> Case:
-    """A case with all that it says or leaves to defaults; raises ValueError with the driver's messages.
+    """Read a case file, defaults included; raises ValueError with the messages of the driver.
 
-    Mode II values of their own are a ModelWarning, as in Material.
+    Mode II values that differ from mode I give a ModelWarning, as in Material.
     """
     done = subprocess.run([driver(), path, "--echo"], capture_output=True, check=False)
     if done.returncode != 0:
@@ -105,8 +105,8 @@ def _run(path: Path, run: dict[str, Any]) -> Run:
 def slip_tests(case: Case) -> Iterator[SlipTest]:
     """Tests of a case, one for each value of its sweep.
 
-    Raises ValueError for a case that is neither slip under a held normal traction nor opening in mode I, or
-    that does not start virgin.
+    Raises ValueError unless the case starts virgin and is slip under a constant normal traction or opening in
+    mode I.
     """
     for run in case.runs:
         if run.start != "virgin":

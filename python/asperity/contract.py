@@ -161,9 +161,9 @@ def shown(value: object) -> str:
 
 def check(props: Floats) -> int:
     """Number of planes of a PROPS vector; raises ValueError naming every bad value and what was expected."""
-    n_planes, status, message = _core.interface_review(props)
+    n_planes, status = _core.interface_review(props)
     if status != 0:
-        raise ValueError(_text(message))
+        raise ValueError(_text(_core.interface_complaint(props)))
     return n_planes
 
 

@@ -10,8 +10,7 @@ module asperity_control_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
-    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, released_energy, &
-    work_between, dead_and_open, whole_separation
+    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation
 
   !> Which value of each component (N, Tx, Ty) is given, and the duration of an increment.
   type :: control_type
@@ -44,7 +43,7 @@ module asperity_control_point
   end type balance_type
 
   !> Positions of the stored and the dissipated energies in STATEV.
-  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
+  integer, parameter, public :: ledger(3) = [v_stored, v_rupture, v_friction]
 
 contains
 
@@ -251,23 +250,5 @@ contains
     real(wp) :: work
     work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
-
-  !> Energy released by a motion under prescribed tractions, per unit area: the work of these tractions minus the work
-  !> on the springs minus the energy that the interface stores and dissipates (docs/solver.md, "Snap").
-  pure function released_energy(balance, old, new) result(energy)
-    type(balance_type), intent(in) :: balance   !! what is given
-    type(point_type), intent(in) :: old, new    !! before and after
-    real(wp) :: energy
-    real(wp) :: work(3)
-    work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
-    energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))
-  end function released_energy
-
-  !> Whether every plane is fully damaged and open. The comparison with zero is exact: all sums over the planes vanish.
-  pure function dead_and_open(point) result(yes)
-    type(point_type), intent(in) :: point   !! the point
-    logical :: yes
-    yes = .not. (any(abs(point%traction) > 0.0_wp) .or. any(abs(point%tangent) > 0.0_wp))
-  end function dead_and_open
 
 end module asperity_control_point

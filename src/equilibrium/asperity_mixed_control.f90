@@ -6,7 +6,7 @@ module asperity_mixed_control
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, free_part, &
-    move_point, new_point, point_type, released_energy, set_balance, unstable, whole_separation
+    ledger, move_point, new_point, point_type, set_balance, unstable, whole_separation
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -347,6 +347,17 @@ contains
     end if
     call move_point(trial, point)
   end subroutine jump
+
+  !> Energy released by a motion under prescribed tractions, per unit area: the work of these tractions minus the work
+  !> on the springs minus the energy that the interface stores and dissipates (docs/solver.md, "Snap").
+  pure function released_energy(balance, old, new) result(energy)
+    type(balance_type), intent(in) :: balance   !! what is given
+    type(point_type), intent(in) :: old, new    !! before and after
+    real(wp) :: energy
+    real(wp) :: work(3)
+    work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
+    energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))
+  end function released_energy
 
   !> Whether an equilibrium found with dt = 0 is spurious: with viscous damage no damage grows if no time passes, so
   !> that equilibria exist at every separation. It is spurious beyond half of `farthest_rest`, if it is not nearer than

@@ -8,8 +8,8 @@ module asperity_snap_motion
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
-  use asperity_control_point, only: balance_type, control_type, dead_and_open, elastic_stiffness, evaluate, &
-    free_matrix, move_point, point_type, set_balance, whole_separation
+  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, &
+    move_point, point_type, set_balance, whole_separation
   use asperity_newton, only: newton_solve, newton_type
   use asperity_tolerances, only: farthest, least_damping, less_damping, more_damping, residual_tolerance
   implicit none
@@ -269,6 +269,13 @@ contains
     end do
     yes = yes .and. any(abs(force) > 0.0_wp)
   end function separates_forever
+
+  !> Whether every plane is fully damaged and open. The comparison with zero is exact: all sums over the planes vanish.
+  pure function dead_and_open(point) result(yes)
+    type(point_type), intent(in) :: point   !! the point
+    logical :: yes
+    yes = .not. (any(abs(point%traction) > 0.0_wp) .or. any(abs(point%tangent) > 0.0_wp))
+  end function dead_and_open
 
   !> If every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium, too.
   !> In that case move to the equilibrium with the smallest |s_N|.

@@ -138,4 +138,4 @@ def test_wrong_argument_of_bench() -> None:
     """The benchmark names what it does not know."""
     done = subprocess.run([bench(), "--fast"], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick or --profile")
+    assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick, --costs or --profile")

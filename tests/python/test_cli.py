@@ -79,6 +79,28 @@ def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().err.startswith("usage: asperity")
 
 
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["run", "case.nml", "-o", "out.csv"]])
+def test_what_needs_no_numbers_imports_none(arguments: list[str], folder: Path) -> None:
+    """Help and a run without a picture start at once: neither numpy nor matplotlib is imported."""
+    write("case.nml", CASE)
+    script = (
+        "import atexit, sys\nfrom asperity.cli import main\n"
+        "atexit.register(lambda: print({'numpy', 'matplotlib', 'scipy', 'tqdm'} & {*sys.modules}))\n"
+        f"sys.exit(main({arguments!r}))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "set()"
+
+
+@pytest.mark.parametrize("name", asperity.__all__)
+def test_names_of_the_package(name: str) -> None:
+    """Each is imported when it is used first, in a process of its own; what is not there is told."""
+    script = f"import asperity\nprint(asperity.{name})\nasperity.nothing"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert name.lower() in done.stdout.lower()
+    assert "AttributeError: module 'asperity' has no attribute 'nothing'" in done.stderr
+
+
 # --- run -------------------------------------------------------------------
 
 

@@ -90,6 +90,7 @@ def test_normal_stiffness_refused() -> None:
 # --- recovery -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_record_of_the_reference_model() -> None:
     """A record computed by the independent reference, without noise, gives back what it was made with."""
@@ -109,6 +110,7 @@ def test_record_of_the_reference_model() -> None:
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", study.NOISES)
 def test_intervals_hold_at_their_rate(noise: float) -> None:
     """95 % intervals of every parameter and of the ratio: at most 4 of 16 miss (odds of 0.1 %)."""
@@ -127,6 +129,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     assert 0.25 < misses / of < 0.75
 
 
+@pytest.mark.slow
 def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without noise a cycle gives back what it was made with, for the increments are refined.
 
@@ -148,6 +151,7 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "the increments are too long: finer ones move" in "\n".join(identifiability(coarse))
 
 
+@pytest.mark.slow
 def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     """Starts drawn from the record find the minimum near the truth; a smaller step agrees."""
     problem = three_percent.problem
@@ -159,6 +163,7 @@ def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     assert again.values == three_percent.values
 
 
+@pytest.mark.slow
 def test_stiffness_and_cycles() -> None:
     """Records under a normal stiffness and with reversals."""
     for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):
@@ -224,7 +229,7 @@ def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytes
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
     text = "\n".join(identifiability(found))
     assert "mu and theta are not separated, mu held by bounds" in text
-    assert "mu = 0.6 is held by its bounds, 0.6 to 0.9" in text
+    assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in text
     assert found.converged
     monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 2)
     found = fit(tests, fixed=study.SET, starts=1)
@@ -287,7 +292,7 @@ def test_model_that_does_not_fit_is_told() -> None:
             "column tau: 0.8 where |sigma_N| is up to 1e+06: expected the",
         ),
         (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 where |sigma_N| is up to 1e-06: expected"),
-        (HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)), "column tau is 1 in all rows: expected it to"),
+        (HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)), "column tau is 1 in all rows: expected values that"),
         (
             HEADER + "".join(f"{i}e-3,{i},{i},-1\n" for i in range(7)),
             "line 8, column dilation: 6 over slips up",
@@ -368,7 +373,7 @@ def test_rows_out_of_order(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected it to change"),
+        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
         ({"tau": np.arange(5.0)}, r"t: tau has shape \(5,\): expected finite numbers of shape \(6,\)"),
         ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
         ({"sigma_N": 1.0}, "t: sigma_N = 1: expected a finite compression"),
@@ -432,7 +437,7 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
     tests = read_records([write(tmp_path, HEADER + ROWS)])
     with pytest.raises(ValueError, match=re.escape(message)):
         fit(tests, **arguments)
-    with pytest.raises(ValueError, match="no tests: expected one at least"):
+    with pytest.raises(ValueError, match="no tests: expected at least one"):
         fit([])
 
 
@@ -468,7 +473,7 @@ def test_case_without_a_sweep() -> None:
     tests = study.synthetic(0.03, 0, sigma_N=(-2.0,), turns=study.CYCLE, k_N=study.K_N)
     found = fit(tests, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = case_text(found)
-    assert "&sweep" not in text and "this case holds the normal traction of its start" in text
+    assert "&sweep" not in text and "this case keeps their initial normal traction constant" in text
     assert "&step t_N = -2.0," in text and "slip = 0.5, -0.5, 0.5," in text
     assert "1 turning point" not in report(found) and "2 turning points" in report(found)
 
@@ -481,7 +486,7 @@ def test_case_without_a_sweep() -> None:
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
         (["--units", "mm,kPa"], "--units mm,kPa: expected MPa, the stress of the record"),
-        (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected it once"),
+        (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected one value"),
         (["--plot", "none/fit.png"], "--plot none/fit.png: no folder none: expected one that is there"),
         (["--case", "."], "--case .: expected a file that can be written"),
         (["--k-N", "-1"], "k_N = -1: expected a finite stiffness >= 0"),

@@ -188,7 +188,7 @@ def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction:
 
 def test_prestressed_joint_needs_its_state() -> None:
     """The bricks with their stress, the joint without: it closes and slips by what its state would hold."""
-    offset = JOINT.initial(TRACTION)[[7, 6]]
+    offset = JOINT.initial(TRACTION)[[contract.statev_index("offset_Tx"), contract.statev_index("offset_N")]]
     top = prestressed.run(ADAPTER).displacement[0, -prestressed.ROWS - 1 :]
     print(f"the upper brick moves by {top.mean(axis=0)} mm, the offset of the state is {offset} mm")
     # Newton's tolerance is 1e-11 of the forces
