@@ -19,10 +19,10 @@ module case_echo
   private
   public :: echo_case
 
-  !> Text that grows.
+  !> A text to which pieces are appended.
   type :: json_type
-    character(len=:), allocatable :: room   !! twice as long whenever it is too short
-    integer :: length = 0                   !! characters that are there
+    character(len=:), allocatable :: room   !! doubled in length if it is too short
+    integer :: length = 0                   !! number of characters of the text
   end type json_type
 
 contains
@@ -33,7 +33,7 @@ contains
     character(len=*), intent(in) :: sweep        !! name of the sweep, empty: none
     real(wp), intent(in) :: values(:)            !! of the sweep, size 0: none
     type(case_type), intent(in) :: cases(:)      !! the runs
-    logical, intent(out) :: good                 !! false: it cannot be written, the reason is on standard error
+    logical, intent(out) :: good                 !! false: it cannot be written; the reason is on standard error
     type(json_type) :: json
     character(len=:), allocatable :: start, value
     integer :: file, i, j
@@ -63,7 +63,7 @@ contains
     if (good) call write_line(file, "standard output", json%room(:json%length), good)
   end subroutine echo_case
 
-  !> Add a step.
+  !> Append a step.
   pure subroutine put_step(json, step)
     type(json_type), intent(inout) :: json   !! text so far
     type(step_type), intent(in) :: step      !! the step

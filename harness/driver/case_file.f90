@@ -22,7 +22,7 @@ module case_file
   character(len=*), parameter :: group_names(9) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state", "initial"]
 
-  !> {group} stands for the constants of a group, with their defaults.
+  !> {group} is replaced by the constants of a group with their defaults.
   character(len=*), parameter :: case_format(37) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
