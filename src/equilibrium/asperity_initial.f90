@@ -138,7 +138,7 @@ contains
   !> neighbouring separation carries that traction.
   pure subroutine move_on(joint, left, balance, trial, found)
     type(interface_type), intent(in) :: joint          !! the interface
-    integer, intent(inout) :: left                     !! steps that may be taken; 0 if the motion cannot go on
+    integer, intent(inout) :: left                     !! remaining steps; 0 if the motion cannot continue
     type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
     type(point_type), intent(inout) :: trial           !! work space
     logical, intent(out) :: found                      !! whether there is an equilibrium

@@ -443,7 +443,7 @@ def test_fold_is_noticed(
     jumps = [i for i, event in enumerate(result.events) if "snap" in event]
     assert len(jumps) == (slip is not None)
     told = re.findall(
-        r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) set free",
+        r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) released",
         result.messages,
     )
     assert len(told) == len(jumps)
@@ -606,10 +606,10 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
             "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
             "no equilibrium: largest t_N over s_N in [",
         ),
-        ("&step s_N = 0.5 /\n&step t_N = 1.0 /\n", " is 0 < held 9.5"),
+        ("&step s_N = 0.5 /\n&step t_N = 1.0 /\n", " is 0 < prescribed 9.5"),
         (
             "&step t_N = -5.0, t_Tx = 0.0 /\n&step t_Tx = 25.0 /\n",
-            "comes to no rest, the smallest residual over",
+            "reaches none, the smallest residual over",
         ),
     ],
 )
@@ -618,7 +618,7 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, f
     pattern = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n" if "-5" in steps else FLAT
     result = run(MATERIAL + pattern + steps, code=2)
     assert fragment in result.messages
-    assert "that increment alone: case.failed.nml" in result.messages
+    assert "the failed increment was written to case.failed.nml" in result.messages
     assert "lost" in result.events[-1]
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
     assert process.returncode == 2 and fragment.split(" held")[0] in process.stderr
