@@ -14,7 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
 S_F = 2 * GC / SIGMA0
 
-# The error estimate is that of a parabola through three points; the error of a transient may exceed it by this.
+# The error estimate is that of a parabola through three points; a transient may exceed it by this factor.
 ESTIMATE = 1.5
 
 

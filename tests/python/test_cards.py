@@ -79,7 +79,7 @@ def test_abaqus_standard() -> None:
 
 
 def test_abaqus_explicit() -> None:
-    """The explicit block has a density and no unsymmetric solver; state variables 6 to 8 are the separation."""
+    """The explicit block has a density and no unsymmetric solver; SDV 6 to 8 are the separation."""
     card = RT.card("abaqus", explicit=True, density=2.5e-9)
     found = keywords(card)
     assert found["*Density"] == ["2.5e-09,"]
@@ -247,7 +247,7 @@ DEFAULTS = {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0}
 
 
 def test_run_of_a_case(folder: Path) -> None:
-    """The block has regular and listed planes, host constants of a replay, and a value of a sweep if needed."""
+    """The block has regular or listed planes, host constants of a replay, and a value of a sweep."""
     run = read_run(Path(write(CASE)))
     assert (run.interface, run.of_host()) == (RT, DEFAULTS)
     assert list(run.props) == RT.props().tolist()

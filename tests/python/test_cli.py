@@ -150,7 +150,7 @@ def test_run_of_a_sweep_into_files_of_any_name(
 
 
 def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Exit code 1 for bad input, with the driver's message and no picture; 2 with a picture for a lost equilibrium."""
+    """Bad input gives exit code 1 and no picture, a lost equilibrium exit code 2 and a picture."""
     assert main(["run", write("bad.nml", CASE.replace("mu = 0.5", "mu = -0.5")), "--plot"]) == 1
     message = capfd.readouterr().err
     assert "mu" in message and "-0.5" in message and "Traceback" not in message
@@ -227,7 +227,7 @@ def test_slip_direction(angle: float) -> None:
 
 
 def test_picture_shows_the_rows(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Curves show the columns over the slip, axes have units, a sweep a legend, a lost equilibrium a cross."""
+    """Curves show columns over the slip, with units, a legend of a sweep, a cross at a lost equilibrium."""
     monkeypatch.setattr(plt, "close", lambda figure: None)
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
@@ -381,7 +381,7 @@ def test_compare_judges_every_column(
 
 
 def test_compare_takes_any_trapezoid(folder: Path) -> None:
-    """The 2D law has the weight of the flat plane and a rotation by 180 degrees; other rotations are not compared."""
+    """The 2D law has a flat plane of any weight and a rotation by 180 degrees, but no other rotation."""
     for entries in ("flat = 0.2, ", "flat = 0.0, ", "flat = 0.5, turn = 180.0, ", "flat = 1.0, "):
         result = compare.compare(Path(write("case.nml", CASE.replace("sides", entries + "sides"))))
         assert result.agrees and len(result.differences) == 4, (entries, result)

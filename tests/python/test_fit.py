@@ -53,7 +53,7 @@ def no_dilation() -> fitting.Fit:
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 @pytest.mark.parametrize("sides", [0, 2, 5])
 def test_normal_stiffness_against_reference(sides: int) -> None:
-    """The normal traction of the reference along the same separations is sigma_N - k (s_N - s_N at the start)."""
+    """Along the same separations the reference has t_N = sigma_N - k (s_N - s_N at the start)."""
     sigma_N, k, preload = -3.0, 4.0, 4
     material = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 10.0}
     interface = asperity.Interface(asperity.Material(**material), asperity.Pattern.regular(sides, 25.0))
@@ -176,7 +176,7 @@ def test_stiffness_and_cycles() -> None:
 
 
 def test_coupling_without_dilation(no_dilation: fitting.Fit, three_percent: fitting.Fit) -> None:
-    """Without dilation mu and theta are not separated, but the residual ratio is known, as the text reports."""
+    """Without dilation mu and theta are not separated; the residual ratio is known, as reported."""
     free = no_dilation.problem.free
     i, j = free.index("mu"), free.index("theta")
     assert no_dilation.correlation[i, j] < -fitting.COUPLED
@@ -292,7 +292,10 @@ def test_model_that_does_not_fit_is_told() -> None:
             "column tau: 0.8 where |sigma_N| is up to 1e+06: expected the",
         ),
         (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 where |sigma_N| is up to 1e-06: expected"),
-        (HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)), "column tau is 1 in all rows: expected values that"),
+        (
+            HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)),
+            "column tau is 1 in all rows: expected values that",
+        ),
         (
             HEADER + "".join(f"{i}e-3,{i},{i},-1\n" for i in range(7)),
             "line 8, column dilation: 6 over slips up",
@@ -388,7 +391,7 @@ def test_tests_that_cannot_be(values: dict[str, Any], message: str) -> None:
 
 
 def test_records_of_all_kinds(tmp_path: Path) -> None:
-    """Units in the header, comments, interleaved tests, an alias, unused columns and several files are read."""
+    """Units in the header, comments, mixed tests, an alias, unused columns and several files are read."""
     text = "# a box\nTest,Slip (mm),TAU [N/mm^2],s_n [mm],sigma_N [ MPa ],k_N [N/mm3],time,,\n"
     for i in range(1, 7):
         text += f"a,{i},{i},{0.1 * i},2,,{i},,\n\nb,{-i},{-i},{0.2 * i},3,4,{i}\n"

@@ -30,7 +30,7 @@ CASE = """\
 
 
 def clamped_path(seed: int, rows: int) -> np.ndarray:
-    """A first slip without pressure, then slips with reversals under closure: Y of either sign, growing damage."""
+    """Slip without pressure, then reversals under closure: Y has either sign and damage grows."""
     rng = np.random.default_rng([18, seed])
     S = np.cumsum(S_0 * rng.standard_normal((rows, 3)), axis=0) * np.linspace(0.3, 1.2, rows)[:, None]
     S[:, 0] = -20 * S_0 - 2 * np.abs(S[:, 0])

@@ -48,7 +48,7 @@ def test_elastic_offset_is_closed_form():
 
 
 def test_cracked_planes():
-    """A fully damaged flat plane sticks below mu p around its slip; a larger shear is rejected with its limit."""
+    """A fully damaged flat plane sticks below mu p around its slip; the error beyond has the limit."""
     flat = interface(0)
     slip = [[0.3, -0.1]]
     state = flat.initial([-10.0, 4.9, 0.0], damage=1.0, slip=slip)
@@ -92,7 +92,7 @@ def test_bad_input(keywords, message):
 
 @pytest.mark.parametrize("sides", [2, 4, 6])
 def test_guarded(sides):
-    """With the guard the load path to the traction causes less damage; delayed damage then grows in one step."""
+    """With the guard the path to the traction causes less damage; the rest grows in one step afterwards."""
     pattern = asperity.Pattern.regular(sides, 30.0)
     traction = [-20.0, 1.0, 0.5]
     states = []

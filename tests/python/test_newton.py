@@ -31,7 +31,7 @@ def pulled_by_springs(tangent: str, most: int = 200, stiffness: float = K) -> Ne
 
 
 def orders(study: NewtonStudy) -> list[float]:
-    """Ratios of each residual to the square of the previous one, for residuals from a tenth to rounding errors."""
+    """Ratios of each residual below a tenth to the square of the previous one."""
     found = []
     for row in study.residuals:
         found += [after / before**2 for before, after in pairwise(row) if before < 0.1 and after > 1e-13]
@@ -57,7 +57,7 @@ def test_other_tangents_need_more(tangent: str) -> None:
 
 
 def test_numerical_tangent_is_the_consistent_one() -> None:
-    """The numerical tangent takes as many iterations except at switches, with seven updates of the law each."""
+    """The numerical tangent takes as many iterations except at switches, each with seven updates."""
     study, consistent = pulled_by_springs("numerical"), pulled_by_springs("consistent")
     assert study.converged
     assert abs(sum(study.iterations) - sum(consistent.iterations)) <= len(consistent.iterations)

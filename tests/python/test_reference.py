@@ -55,7 +55,7 @@ def facing_plane(theta_deg: float):
 
 
 def climbing_ratio(theta_deg: float, mu: float, phi_deg: float = 0.0) -> float:
-    """|tau|/|sigma_N| for slip up a fully damaged plane at phi to its steepest line, as of a Coulomb block."""
+    """|tau|/|sigma_N| of a Coulomb block that slides up a plane at phi to its steepest line."""
     theta, phi = np.radians(theta_deg), np.radians(phi_deg)
     w = np.sqrt(1.0 + np.tan(theta) ** 2 * np.cos(phi) ** 2)
     return (np.sin(theta) * np.cos(phi) + mu / w) / (np.cos(theta) - mu * np.tan(theta) * np.cos(phi) / w)
@@ -168,7 +168,7 @@ def test_compression_damages_inclined_planes_once_their_slip_exceeds_s02():
 
 
 def test_offset_in_the_state_is_added_to_the_separation():
-    """Entries 6-8 of the state are added to the separations at both ends of the increment and do not change."""
+    """Entries 6-8 of the state are added to both separations of an increment and do not change."""
     pattern = regular_pattern(3, THETA)
     shift = np.array([-0.01, -0.02, 0.03])
     first, second = np.array([0.004, 0.005, 0.006]), np.array([0.01, 0.02, 0.05])

@@ -178,7 +178,7 @@ def test_bad_scene(change: dict, message: str):
 
 @pytest.mark.parametrize("sigma_N", [(1.5 * SIGMA0,), (-5.0, 1.5 * SIGMA0), (1.5 * SIGMA0, -5.0)])
 def test_a_traction_beyond_the_strength_is_no_scene(sigma_N: tuple[float, ...]):
-    """A traction that damages every pattern fully before any slip is an error, whatever the other tractions."""
+    """A traction that damages every pattern fully before any slip is an error."""
     with pytest.raises(ValueError, match=r"sigma_N = 4.5: expected"):
         select(Scene(TABLE_2, 30.0, sigma_N, (0.15,)), 0.05)
 

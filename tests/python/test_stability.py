@@ -82,7 +82,7 @@ def test_dead_states_of_the_snap() -> None:
 
 
 def test_limit_of_the_step_back() -> None:
-    """The limit is the closure of a plane under p = |sigma_N|/(gamma (cos - mu sin)), p/(kc K), over sin(theta)."""
+    """The limit is p/(kc K)/sin(theta) with p = |sigma_N|/(gamma (cos - mu sin)) on the facing plane."""
     gamma, c, s, mu, stiffness = 1.0 / 6.0, np.cos(np.radians(30.0)), 0.5, 0.5, 100.0 * 150.0
     pressure = 1.0 / (gamma * (c - mu * s))
     limit = numbers(measured("unloading", "back by 0.004 mm"))[-1]
@@ -104,7 +104,7 @@ def test_facing_angle() -> None:
 
 
 def test_energies_of_one_step() -> None:
-    """One step of 10 s_f from the undamaged bond: rupture is half of Y at the end, at least K s_L^2/4 = 150 N/mm."""
+    """In one step of 10 s_f the rupture energy is half of Y at the end, at least K s_L^2/4 = 150 N/mm."""
     _, rupture = numbers(
         measured("steps", "in 1 step: energies").replace("work - stored - rupture - friction", "")
     )
@@ -135,7 +135,7 @@ def test_vumat_is_the_law(single: bool) -> None:
 
 @pytest.mark.slow
 def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Pictures and CSV are written; cells agree with closed forms; the solver succeeds where a solution exists."""
+    """Pictures and CSV are written; cells agree with closed forms; the solver finds existing solutions."""
     assert main(["stability", "map", "-o", str(tmp_path), "--size", "4", "--pdf"]) == 0
     names = {
         f"map_{name}{suffix}" for name in ("tangents", "steps", "law") for suffix in (".csv", ".png", ".pdf")

@@ -81,7 +81,7 @@ def test_ridge_is_the_trapezoid(flat: float) -> None:
 
 
 def test_tilted_ridge() -> None:
-    """A scan rotated by 17 degrees gives the same planes and another tilt: levelling rotates, it does not shear."""
+    """A scan rotated by 17 degrees has the same planes and another tilt: levelling is a rotation."""
     x = np.arange(401) / 40
     z = trapezoid(x, 2.0, 0.25, T, T)
     c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
@@ -93,7 +93,7 @@ def test_tilted_ridge() -> None:
 
 
 def test_unequal_sides() -> None:
-    """Slopes of 20 and 40 degrees give two planes under a balanced pressure, with a residual strength each."""
+    """Slopes of 20 and 40 degrees give two planes in balance, with a residual strength for each."""
     rise, fall = np.tan(np.radians([20.0, 40.0]))
     # five points up and five down, four times
     period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
@@ -118,8 +118,9 @@ def test_unequal_sides() -> None:
     of_pattern = (MU + middle) / (1.0 - MU * middle)
     assert rise < middle < fall
     assert errors.residual == pytest.approx(np.abs(of_pattern / strength - 1.0).max(), rel=EXACT)
-    # Each side faces one direction. Its nominal fraction is proportional to 1/tangent, as both sides have the same
-    # height. So the mean slopes agree, the rms slopes do not; RT has half of the mean square in each direction.
+    # Each side faces one direction. Its nominal fraction is proportional to 1/tangent, as both sides have the
+    # same height. So the mean slopes agree, the rms slopes do not; RT has half of the mean square in each
+    # direction.
     nominal = (1.0 / tangent) / (1.0 / tangent).sum()
     squares = nominal * tangent**2
     of_both = np.sqrt([squares.sum() / 2.0, squares.sum() / 2.0])
@@ -141,7 +142,7 @@ def test_direction_turns_a_profile() -> None:
 
 
 def test_noise_grows_with_resolution() -> None:
-    """White noise of deviation d has the rms slope sqrt(2) d/L, which halves if the sampling length L doubles."""
+    """White noise of deviation d has the rms slope sqrt(2) d/L for the sampling length L."""
     d, h, n = 0.01, 0.1, 20000
     z = np.random.default_rng(1).normal(0.0, d, n)
     scan = Scan(h * np.arange(n), None, z[None, :])
@@ -195,7 +196,7 @@ def test_pyramids_with_ridges_along_the_axes() -> None:
 
 
 def test_truncated_pyramids() -> None:
-    """Square pyramids with flat tops are RP-4, except for a fraction of the order of 1/n of cells on ridges."""
+    """Square pyramids with flat tops are RP-4, except for a fraction 1/n of cells on ridges."""
     errors = []
     for n in (40, 80):
         a, x, y = grid(n, 1)
@@ -232,7 +233,7 @@ def test_egg_box() -> None:
     # true area: E[sqrt(1 + g^2)] = 1 + E[g^2]/2 - E[g^4]/8, here E[g^4] = 5 (Ak)^4/16
     series = 1.0 + steepest**2 / 4 - 5.0 * steepest**4 / 128
     assert found.ratio == pytest.approx(series, abs=steepest**6 / 16)
-    # along x the steepest facets carry the load; across they slope by less than Ak (pi/n)^2, which enters squared
+    # along x the steepest facets carry; across they slope by less than Ak (pi/n)^2, which enters squared
     top = steepest * np.cos(np.pi / 40)
     strength = found.residual(np.array([0.0]), MU)[0]
     assert strength == pytest.approx((MU + top) / (1.0 - MU * top), rel=(steepest * (np.pi / 40) ** 2) ** 2)
@@ -310,7 +311,7 @@ def test_bins() -> None:
 
 
 def test_residual_is_that_of_the_law() -> None:
-    """The residual strength is that of the library at a large slip, for listed planes and for equal slopes."""
+    """The residual strength is that of the library at a large slip, also for planes of equal slope."""
     found, _ = egg_box(0.05, 24)
     listed, _ = slopes.bin_facets(found, 8, 2, 10.0)
     # all planes are fully damaged; the stiff contact makes the other planes open

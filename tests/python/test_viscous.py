@@ -48,8 +48,8 @@ def parameters(material: Material) -> reference.Parameters:
 def random_walk(rng: np.random.Generator, rows: int) -> np.ndarray:
     """Separations (rows, 3) through every branch of the law, a third of them with very small increments.
 
-    The increments are not zero because a sliding plane would then be at the switch to stick, where the tangent
-    is not unique.
+    The increments are not zero because a sliding plane would then be at the switch to stick, where the
+    tangent is not unique.
     """
     steps = 0.03 * rng.standard_normal((rows, 3)) * np.where(rng.random((rows, 1)) > 1 / 3, 1.0, 0.01)
     return np.cumsum(steps, axis=0)
@@ -218,7 +218,7 @@ def test_driver_replay_without_times(tmp_path: Path) -> None:
 
 
 def test_driver_shows_cut_requests(tmp_path: Path) -> None:
-    """`dalpha` of &replay is PROPS 14: a row has the event `cut` only if the damage of a plane grew by more."""
+    """`dalpha` of &replay is PROPS 14: rows have the event `cut` where a plane's damage grew by more."""
     plain = CASE.replace(", tau_v = 0.4", "")
     run(tmp_path, plain + STEPS, "record")
     limit = 0.02

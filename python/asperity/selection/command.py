@@ -80,10 +80,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="costs from bench --csv (default: run bench --quick now)",
     )
     parser.add_argument(
-        "--map", action="store_true", help="instead of a case: draw the planes needed over mu, theta and sigma_N"
+        "--map",
+        action="store_true",
+        help="instead of a case: draw the planes needed over mu, theta and sigma_N",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="picture of the map, .png or .pdf; a CSV is written beside it"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="picture of the map, .png or .pdf; a CSV is written beside it",
     )
     parser.set_defaults(action=_run)
 

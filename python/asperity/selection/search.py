@@ -291,7 +291,7 @@ class DenseRun:
 
 
 def residual_error(scene: Scene, sides: int) -> float:
-    """Relative difference of the residual strengths of a regular pattern between two planes and up a plane."""
+    """Relative difference of the residual strengths between two planes and up a plane."""
     if scene.smooth:
         return 0.0
     material = scene.material
@@ -346,7 +346,7 @@ class Search:
         return self.dense.mean_error(DenseRun(self.scene, 1.0, CHECK_AVERAGE))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
-        """Errors of a pattern; its curves are not run (NaN) if the residual strength is off by over `most`."""
+        """Errors of a pattern; NaN for its curves if the error of the residual strength is above `most`."""
         exact = self.scene.planar and sides == 2
         left = residual_error(self.scene, sides) if self.dense.dead and not exact else 0.0
         if self.scene.planar and sides == 0 and self.dense.dead:

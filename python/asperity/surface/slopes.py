@@ -411,7 +411,7 @@ def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
 
 
 def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
-    """Regular pattern with the mean and mean square slope of the facets, for two sides along its direction."""
+    """Regular pattern with the mean and mean square slope of the facets; for two sides, along itself."""
     slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
     mean, square = found.nominal @ slopes, found.nominal @ slopes**2
     if mean <= FLATNESS:
