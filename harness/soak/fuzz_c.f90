@@ -1,6 +1,6 @@
 !> Fuzz test of the C API: calls with random arrays of points, where one argument may be invalid.
 module fuzz_c
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_c, only: asperity_nstatv, asperity_update
   use asperity_call_checks, only: state_status

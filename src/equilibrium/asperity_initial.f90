@@ -11,7 +11,6 @@ module asperity_initial
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
   use asperity_newton, only: newton_solve, newton_type
   use asperity_pattern, only: plane_normal
   use asperity_text, only: append, integer_text, to_text
