@@ -237,10 +237,11 @@ end subroutine interface_replay
 !> Confined slip test with adaptive increments between turning points.
 subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, turns, sigma_n, tolerance, times, &
                                    preload_time, separation, traction, state, work, n_rows, n_turns, status, message)
-  use adaptive, only: adaptive_slip, largest_tolerance, least_tolerance, walk_type
+  use asperity_adaptive, only: largest_tolerance, least_tolerance, new_walk, walk_type
   use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_slip_test, only: adaptive_slip, slip_test_type
   use asperity_text, only: append, integer_text, put_text, to_text
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
@@ -289,8 +290,10 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
     status = status_separation
     return
   end if
-  call adaptive_slip(joint, direction, turns, sigma_n, tolerance, .true., separation, traction, state, work, n_rows, &
-    n_turns, walk, times, preload_time)
+  walk = new_walk(joint)
+  walk%tolerance = tolerance
+  call adaptive_slip(joint, slip_test_type(direction, sigma_n, preload_time=preload_time), turns, walk, separation, &
+    traction, state, work, n_rows, n_turns, times)
 end subroutine interface_adaptive_slip
 
 !> Confined slip test: slips along a direction under a held normal traction.
@@ -300,8 +303,9 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
   use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_mixed_control, only: report_type
+  use asperity_slip_test, only: confined_slip, slip_test_type
   use asperity_text, only: append, integer_text, put_text, to_text
-  use mixed_control, only: confined_slip, report_type
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -328,7 +332,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   character(len=:), allocatable :: text
   type(report_type) :: reports(0:n)
   double precision :: bound
-  integer :: i, iterations(n)
+  integer :: i
   n_done = 0
   text = ""
   call new_interface(props, joint, status)
@@ -351,8 +355,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
     status = status_separation
     return
   end if
-  call confined_slip(joint, direction, slips, sigma_n, preload, separation, traction, state, iterations, n_done, &
-    times, preload_time, reports=reports, stiffness=stiffness, work=work)
+  call confined_slip(joint, slip_test_type(direction, sigma_n, preload, preload_time, stiffness), slips, separation, &
+    traction, state, n_done, reports, times, work)
   do i = 0, n
     jumps(:, i) = [dble(reports(i)%snaps), dble(reports(i)%parts), reports(i)%before, reports(i)%after, &
                    reports(i)%released]
@@ -363,7 +367,7 @@ end subroutine interface_confined_slip
 subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, names)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -397,8 +401,8 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
                        traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use control_point, only: control_type
-  use plain_newton, only: follow => newton_path
+  use asperity_control_point, only: control_type
+  use asperity_naive_newton, only: follow => newton_path
   implicit none
   integer, intent(in) :: nprops                               !! number of constants
   double precision, intent(in) :: props(nprops)               !! admissible PROPS
@@ -435,7 +439,7 @@ end subroutine newton_path
 
 !> Name of a tangent of newton_path; blank: there is none of that number.
 subroutine newton_tangent(kind, name)
-  use plain_newton, only: tangent_names
+  use asperity_naive_newton, only: tangent_names
   implicit none
   integer, intent(in) :: kind              !! from 1
   character(len=12), intent(out) :: name   !! padded with blanks

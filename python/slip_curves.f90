@@ -7,7 +7,8 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, st
                                  n_done, iterations)
   use asperity_contract, only: status_ok, v_damage
   use asperity_interface, only: interface_type, new_interface
-  use mixed_control, only: confined_slip
+  use asperity_mixed_control, only: report_type
+  use asperity_slip_test, only: confined_slip, slip_test_type
   implicit none
   integer, intent(in) :: nprops                               !! number of constants
   double precision, intent(in) :: props(nprops)               !! admissible PROPS
@@ -24,21 +25,21 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, st
   !f2py threadsafe
   type(interface_type) :: joint
   double precision, allocatable :: separation(:, :), traction(:, :), state(:, :), work(:)
-  integer, allocatable :: used(:)
+  type(report_type) :: reports(0:n)
   integer :: i, status
   n_done = -1
   iterations = 0
   rows = 0.0d0
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n), work(n), used(n))
+  allocate (separation(3, n), traction(3, n), state(joint%n_statev, n), work(n))
   do i = 1, n_curves
-    call confined_slip(joint, direction(i), slips, sigma_n(i), preload, separation, traction, state, used, n_done(i), &
-      stiffness=stiffness(i), work=work)
+    call confined_slip(joint, slip_test_type(direction(i), sigma_n(i), preload, stiffness=stiffness(i)), slips, &
+      separation, traction, state, n_done(i), reports, work=work)
     rows(1, :, i) = separation(1, :)
     rows(2:4, :, i) = traction
     rows(5, :, i) = state(v_damage, :)
     rows(6, :, i) = work
-    iterations(i) = sum(used)
+    iterations(i) = sum(reports(1:)%iterations)
   end do
 end subroutine interface_slip_curves

@@ -4,7 +4,7 @@ module point_work
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use host_routines, only: umat
-  use mixed_control, only: confined_slip
+  use asperity_slip_test, only: confined_slip, slip_test_type
   use scene, only: new_scene
   use textbook, only: textbook_numerical_tangent, textbook_update
   implicit none
@@ -122,12 +122,12 @@ contains
     type(point_work_type), intent(in) :: work   !! the interface
     real(wp), intent(inout) :: used             !! sum of results
     real(wp) :: slips(n_slips), separation(3, n_slips), traction(3, n_slips), state(work%joint%n_statev, n_slips)
-    integer :: i, iterations(n_slips), n_done
+    integer :: i, n_done
     do i = 1, n_slips
       slips(i) = 20.0_wp*work%joint%material%s0*(1.0_wp - abs(1.0_wp - 2.0_wp*real(i, wp)/real(n_slips, wp)))
     end do
-    call confined_slip(work%joint, 0.0_wp, slips, -10.0_wp, n_preload, separation, traction, state, &
-      iterations, n_done)
+    call confined_slip(work%joint, slip_test_type(0.0_wp, -10.0_wp, n_preload), slips, separation, traction, state, &
+      n_done)
     used = used + traction(2, n_slips) + real(n_done, wp)
   end subroutine run_test
 

@@ -4,9 +4,9 @@ module failed_case
   use asperity_contract, only: n_fixed_props, n_listed_values, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table
   use asperity_kinds, only: wp
-  use control_point, only: control_type, point_type
+  use asperity_control_point, only: control_type, point_type
   use load_path, only: component_names
-  use mixed_control, only: report_type
+  use asperity_mixed_control, only: report_type
   use row_file, only: close_file, create_file, write_line
   implicit none
   private

@@ -1,8 +1,8 @@
 !> CSV of a run: one row per increment, in the file as soon as it is known; and what the run came to.
 !>
 !> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
-!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +: what module `events`
-!> finds, and
+!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +: what
+!> module `asperity_events` finds, and
 !>   snap      the branch of equilibria ended, the point moved on to the next rest
 !>   substeps  the increment was solved in parts
 !>   cut       a replayed host was asked for a smaller increment
@@ -13,8 +13,8 @@ module history
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
-  use control_point, only: point_type
-  use events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  use asperity_control_point, only: point_type
+  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
   use row_file, only: close_file, create_file, write_line
   implicit none
   private

@@ -1,13 +1,14 @@
 !> Load path of a case: the groups &step in turn.
 module load_path
-  use adaptive, only: largest_tolerance, least_tolerance
+  use asperity_adaptive, only: largest_tolerance, least_tolerance
   use asperity_checks, only: bounded
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
+  use asperity_control_point, only: control_type
+  use asperity_pattern, only: direction_vector
   use case_text, only: entry_where, group_where, name_index, text_type, unknown_name
   use case_values, only: get_integer, get_integers, get_real, get_reals
-  use mixed_control, only: control_type, direction_vector
   use text_file, only: most_lines
   implicit none
   private

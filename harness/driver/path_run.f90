@@ -1,6 +1,6 @@
 !> Run of a load path: the steps of a case in turn by the mixed solver.
 module path_run
-  use adaptive, only: adaptive_step, new_walk, walk_type
+  use asperity_adaptive, only: adaptive_step, new_walk, walk_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
@@ -9,7 +9,7 @@ module path_run
   use failed_case, only: failed_type
   use history, only: add_row, history_type, row_type, start_from
   use load_path, only: step_type
-  use mixed_control, only: advance, control_type, new_point, point_type, report_type
+  use asperity_mixed_control, only: advance, control_type, new_point, point_type, report_type
   use progress_line, only: progress_type, show_progress
   implicit none
   private

@@ -11,7 +11,7 @@ module replay_run
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use control_point, only: work_between
+  use asperity_control_point, only: work_between
   use case_initial, only: initial_type
   use history, only: add_row, history_type, row_type
   use host_routines, only: umat

@@ -8,9 +8,10 @@ module solver_sample
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use control_point, only: control_type, new_point, point_type
-  use equilibrium_scan, only: scan_equilibria, scan_type
-  use mixed_control, only: advance, direction_vector, ended_limit, ended_lost, full_solver, report_type
+  use asperity_control_point, only: control_type, new_point, point_type
+  use asperity_equilibrium_scan, only: scan_equilibria, scan_type
+  use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, report_type
+  use asperity_pattern, only: direction_vector
   use random_numbers, only: draw, pick, seed_of, uniform
   implicit none
   private

@@ -4,7 +4,7 @@ program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
-  use mixed_control, only: full_solver
+  use asperity_mixed_control, only: full_solver
   use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
   use random_numbers, only: largest_seed
   use solver_sample, only: describe, draw_sample, outcome_type, run_sample, sample_type

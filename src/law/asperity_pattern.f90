@@ -4,7 +4,7 @@ module asperity_pattern
   use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
   implicit none
   private
-  public :: pattern_type, regular_pattern, listed_pattern, plane_normal
+  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
 
   !> Planes are kept in whole vectors; spare lanes repeat a flat plane with weight zero.
   integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
@@ -140,5 +140,20 @@ contains
     real(wp) :: n(3)
     n = [pattern%cos_theta(k), -pattern%sin_theta(k)*pattern%e_x(k), -pattern%sin_theta(k)*pattern%e_y(k)]
   end function plane_normal
+
+  !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
+  pure function direction_vector(direction) result(e)
+    real(wp), intent(in) :: direction   !! degrees
+    real(wp) :: e(2)
+    real(wp) :: angle
+    integer :: i, quarter
+    angle = modulo(direction, 360.0_wp)
+    quarter = nint(angle/90.0_wp)
+    angle = (angle - 90.0_wp*real(quarter, wp))*degree
+    e = [cos(angle), sin(angle)]
+    do i = 1, modulo(quarter, 4)
+      e = [0.0_wp - e(2), e(1)]
+    end do
+  end function direction_vector
 
 end module asperity_pattern

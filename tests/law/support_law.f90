@@ -6,8 +6,10 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
-  use mixed_control, only: confined_slip, direction_vector
+  use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_pattern, only: direction_vector
   use random_numbers, only: draw
+  use asperity_mixed_control, only: report_type
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
@@ -90,13 +92,15 @@ contains
     real(wp), intent(in) :: slips(:)                !! mm
     real(wp), intent(in) :: sigma_n                 !! normal traction, MPa
     type(path_type) :: path
+    type(report_type), allocatable :: reports(:)
     real(wp), allocatable :: t(:, :)
     real(wp) :: e(2)
     integer :: n
     n = size(slips)
-    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%work(n), path%iterations(n))
-    call confined_slip(joint, direction, slips, sigma_n, n_preload, path%s, t, path%state, path%iterations, path%n, &
-      work=path%work)
+    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%work(n), reports(0:n))
+    call confined_slip(joint, slip_test_type(direction, sigma_n, n_preload), slips, path%s, t, path%state, path%n, &
+      reports, work=path%work)
+    path%iterations = reports(1:)%iterations
     e = direction_vector(direction)
     path%along = e(1)*t(2, :) + e(2)*t(3, :)
     path%across = e(1)*t(3, :) - e(2)*t(2, :)

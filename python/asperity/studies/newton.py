@@ -17,7 +17,7 @@ from ..pattern import direction_vector
 TANGENTS: tuple[str, ...] = tuple(
     takewhile(bool, (_core.newton_tangent(kind).decode("ascii").rstrip() for kind in count(1)))
 )
-"""Matrices that Newton's method can use (harness/plain_newton.f90): consistent, symmetrised, transposed,
+"""Matrices that Newton's method can use (module asperity_naive_newton): consistent, symmetrised, transposed,
 secant, start (of the increment), elastic (virgin), numerical (differences), zero, reversed (wrong sign)."""
 
 ENDS = ("converged", "too many iterations", "singular matrix", "separation out of range")

@@ -1,13 +1,14 @@
-!> Newton's method as an FE code without safeguards does it: one point under mixed control, the given increments, no
-!> cuts, no line search, no choice of the root. What the solver of mixed_control is measured against.
-module plain_newton
-  use asperity_call_checks, only: point_status
+!> Naive Newton's method, as an FE code without safeguards does it: one point under mixed control, the given increments,
+!> no cuts, no line search, no choice of the root. The solver of asperity_mixed_control is compared with it.
+module asperity_naive_newton
   use asperity_contract, only: plane_statev, status_ok
+  use asperity_control_point, only: control_type, new_point, point_type
+  use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_pattern, only: plane_normal
-  use control_point, only: control_type, new_point, point_type, solve_linear
+  use asperity_call_checks, only: point_status
   implicit none
   private
   public :: newton_path
@@ -136,7 +137,8 @@ contains
       do i = 1, n
         a(i, i) = a(i, i) + control%spring(free(i))
       end do
-      call solve_linear(n, a, -residual(free(:n)), change, good)
+      change(:n) = -residual(free(:n))
+      call eliminate(n, a, change, good)
       ended = singular
       if (.not. good) return
       new%s(free(:n)) = new%s(free(:n)) + change(:n)
@@ -229,4 +231,4 @@ contains
     end do
   end function central_differences
 
-end module plain_newton
+end module asperity_naive_newton

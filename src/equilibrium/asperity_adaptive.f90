@@ -5,16 +5,15 @@
 !> friction and work are as good. The energies that are kept are extrapolated from both runs and better than that
 !> (the law is total: a single increment is often exact at its end, so that the end alone says nothing).
 !> A step that is too large and in which a plane switches ends at the first switch instead: docs/solver.md.
-module adaptive
+module asperity_adaptive
   use asperity_contract, only: plane_statev, v_friction, v_rupture
+  use asperity_control_point, only: control_type, point_type, whole_separation
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use control_point, only: whole_separation
-  use mixed_control, only: advance, control_type, direction_vector, new_point, plain_newton, point_type, &
-    report_type
+  use asperity_mixed_control, only: advance, plain_newton, report_type
   implicit none
   private
-  public :: walk_type, new_walk, adaptive_step, adaptive_slip
+  public :: walk_type, new_walk, adaptive_step
 
   !> Range of the tolerance: below, rounding errors and the solver's tolerance show; above, it bounds nothing.
   real(wp), parameter, public :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
@@ -27,16 +26,16 @@ module adaptive
   real(wp), parameter :: least_step = 1.0e-7_wp
   !> A step changes by these factors at most, and aims a little below the tolerance.
   real(wp), parameter :: most_growth = 4.0_wp, most_cut = 0.1_wp, safety = 0.9_wp
-  !> Straight lines between the rows are four times closer to a parabola than the one over the whole step; near a kink
-  !> they may be eight times farther than that.
+  !> Share of the distance from the middle to the straight line over the whole step that the lines of the two halves
+  !> miss: 1/4 on a parabola, up to 2 at a kink.
   real(wp), parameter :: smooth_share = 0.3_wp, kink_share = 2.0_wp
-  !> What one increment leaves out of the path of the slips adds up over steps.
+  !> Safety factor on the difference at the end of a step, as errors of the path of the slips accumulate over steps.
   real(wp), parameter :: path_share = 3.0_wp
   !> A switch is looked for where the step would have to shrink to a third, and for few planes: of many, single ones
   !> matter little, and the search costs more than the rows it saves (docs/solver.md).
-  real(wp), parameter :: worth_landing = 10.0_wp
+  real(wp), parameter :: search_threshold = 10.0_wp
   integer, parameter :: most_planes = 8
-  !> The side of a switch on which a step starts is found that far into it.
+  !> Share of the step at which the regime of the planes at its start is evaluated.
   real(wp), parameter :: probe = 1.0e-6_wp
 
   !> What the steps of a path have in common.
@@ -93,7 +92,7 @@ contains
     if (.not. at > 0.0_wp) then
       ! the control or the direction may have changed
       middle = point
-      call go(at, at + probe*size, middle, used, reached, walk%solves, reports(1))
+      call solve_to(at, at + probe*size, middle, used, reached, walk%solves, reports(1))
       walk%does = regime(joint, point, middle)
     end if
     landed = .false.
@@ -110,15 +109,16 @@ contains
       middle = point
       iterations = 0
       ! Newton's method alone where it can: an increment that was solved in the same two parts says nothing about them
-      call go(at, next, whole, used, reached, walk%solves, report, plain_newton)
+      call solve_to(at, next, whole, used, reached, walk%solves, report, plain_newton)
       single = .not. reached < 1.0_wp
       if (.not. single) then
         whole = point
-        call go(at, next, whole, used, reached, walk%solves, report)
+        call solve_to(at, next, whole, used, reached, walk%solves, report)
       end if
-      call go(at, at_middle, middle, iterations(1), reached, walk%solves, reports(1))
+      call solve_to(at, at_middle, middle, iterations(1), reached, walk%solves, reports(1))
       ending = middle
-      if (.not. reached < 1.0_wp) call go(at_middle, next, ending, iterations(2), reached, walk%solves, reports(2))
+      if (.not. reached < 1.0_wp) call solve_to(at_middle, next, ending, iterations(2), reached, walk%solves, &
+        reports(2))
       if (reached < 1.0_wp) then
         if (last) exit
         error = 1.0_wp/most_cut**2
@@ -129,7 +129,7 @@ contains
         error = step_error(control, walk, path_weight(joint, control, size), point, whole, middle, ending, &
           switched, single)
         if (error <= 1.0_wp .or. last) exit
-        if (walk%lands .and. .not. located .and. error > worth_landing) then
+        if (walk%lands .and. .not. located .and. error > search_threshold) then
           call first_switch(joint, control, start, target, at, next, point, walk, switch)
           located = .true.
         end if
@@ -142,7 +142,7 @@ contains
     if (reached < 1.0_wp) then
       ! as far as there is equilibrium
       walk%tried = next
-      call go(at, next, point, iterations(1), reached, walk%solves, reports(1))
+      call solve_to(at, next, point, iterations(1), reached, walk%solves, reports(1))
       at = at + reached*(next - at)
       at_middle = at
       middle = point
@@ -161,7 +161,7 @@ contains
   contains
 
     !> Take a point from one share of the way to another.
-    pure subroutine go(from, to, moved, used, reached, solves, report, method)
+    pure subroutine solve_to(from, to, moved, used, reached, solves, report, method)
       real(wp), intent(in) :: from, to            !! shares of the way
       type(point_type), intent(inout) :: moved    !! the point
       integer, intent(out) :: used                !! Newton iterations
@@ -172,7 +172,7 @@ contains
       call advance(joint, share_of(control, to - from), between(start, target, from), between(start, target, to), &
         moved, used, reached, report=report, method=method)
       solves = solves + 1
-    end subroutine go
+    end subroutine solve_to
 
   end subroutine adaptive_step
 
@@ -338,10 +338,10 @@ contains
 
     switch = 0.0_wp
     near = at + probe*(next - at)
-    call look(near, near_margin, good, walk%solves)
+    call margins_at(near, near_margin, good, walk%solves)
     if (.not. good) return
     far = next
-    call look(far, far_margin, good, walk%solves)
+    call margins_at(far, far_margin, good, walk%solves)
     if (.not. good .or. all(far_margin >= 0.0_wp)) return
     side = 0
     do i = 1, most
@@ -353,7 +353,7 @@ contains
       trial = near + (far - near)*near_least/(near_least - far_least)
       ! halve where the same end moved twice: margins have kinks, and those of planes that just touch begin near zero
       if (abs(side) > 1 .or. .not. (trial > near .and. trial < far)) trial = 0.5_wp*(near + far)
-      call look(trial, margin, good, walk%solves)
+      call margins_at(trial, margin, good, walk%solves)
       if (.not. good) return
       if (any(margin < 0.0_wp .and. far_margin < 0.0_wp)) then
         far = trial
@@ -370,7 +370,7 @@ contains
   contains
 
     !> Margins of the planes at a share of the way, negative: it does otherwise than at the start.
-    pure subroutine look(share, margin, good, solves)
+    pure subroutine margins_at(share, margin, good, solves)
       real(wp), intent(in) :: share               !! of the way
       real(wp), intent(out) :: margin(:, :)       !! of what every plane does
       logical, intent(out) :: good                !! whether there is equilibrium
@@ -387,92 +387,8 @@ contains
       if (.not. good) return
       margin = criteria(joint, point, moved)
       margin = merge(margin, -margin, walk%does)
-    end subroutine look
+    end subroutine margins_at
 
   end subroutine first_switch
 
-  !> Confined slip test with adaptive increments: sigma_N on a virgin point at zero slip, then slips to turning points.
-  !>
-  !> Every step gives two rows, its middle and its end; a row ends at every turning point.
-  pure subroutine adaptive_slip(joint, direction, slips, sigma_n, tolerance, lands, separation, traction, state, &
-                                work, n_rows, n_turns, walk, times, preload_time)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
-    real(wp), intent(in) :: slips(:)                !! (T) turning points, length
-    real(wp), intent(in) :: sigma_n                 !! normal traction, stress
-    real(wp), intent(in) :: tolerance               !! relative, least_tolerance to largest_tolerance
-    logical, intent(in) :: lands                    !! false: rejected steps shrink only
-    real(wp), intent(out) :: separation(:, :)       !! (3, room) separation (N, Tx, Ty), length
-    real(wp), intent(out) :: traction(:, :)         !! (3, room) traction (N, Tx, Ty), stress
-    real(wp), intent(out) :: state(:, :)            !! (nstatv, room) STATEV
-    real(wp), intent(out) :: work(:)                !! (room) of the traction on the separation, stress*length
-    integer, intent(out) :: n_rows                  !! rows; beyond the room they are counted, not kept
-    integer, intent(out) :: n_turns                 !! turning points reached, fewer than T: equilibrium lost; -1: by
-                                                    !! the preload
-    type(walk_type), intent(out) :: walk            !! what it took
-    real(wp), intent(in), optional :: times(:)      !! (T) of the turning points from the end of the preload on, not
-                                                    !! decreasing, time; absent: no time passes
-    real(wp), intent(in), optional :: preload_time  !! duration of the preload, >= 0, time; absent: 0
-    type(control_type) :: control
-    type(point_type) :: middle, point
-    type(report_type) :: reports(2)
-    real(wp) :: at, at_middle, now, start(3), target(3), reached
-    integer :: i, iterations(2)
-
-    separation = 0.0_wp
-    traction = 0.0_wp
-    state = 0.0_wp
-    work = 0.0_wp
-    n_rows = 0
-    n_turns = -1
-    control%traction(1) = .true.
-    point = new_point(joint)
-    walk = new_walk(joint)
-    walk%tolerance = tolerance
-    walk%lands = walk%lands .and. lands
-    target = 0.0_wp
-    now = 0.0_wp
-    i = 0
-    do while (i <= size(slips))
-      start = target
-      if (i == 0) then
-        target(1) = sigma_n
-        if (present(preload_time)) control%dt = preload_time
-      else
-        control%dt = 0.0_wp
-        if (present(times)) then
-          control%dt = times(i) - now
-          now = times(i)
-        end if
-        target(2:3) = slips(i)*direction_vector(direction)
-      end if
-      at = 0.0_wp
-      do while (at < 1.0_wp)
-        call adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, reached, &
-          reports)
-        if (i > 0 .and. .not. reached < 1.0_wp) call keep(middle, n_rows, separation, traction, state, work)
-        if (reached < 1.0_wp) return
-        if (i > 0) call keep(point, n_rows, separation, traction, state, work)
-      end do
-      n_turns = i
-      i = i + 1
-    end do
-  end subroutine adaptive_slip
-
-  !> Add a row where there is room.
-  pure subroutine keep(row, n_rows, separation, traction, state, work)
-    type(point_type), intent(in) :: row                !! the point
-    integer, intent(inout) :: n_rows                   !! rows so far
-    real(wp), intent(inout) :: separation(:, :)        !! (3, room) separation (N, Tx, Ty), length
-    real(wp), intent(inout) :: traction(:, :)          !! (3, room) traction (N, Tx, Ty), stress
-    real(wp), intent(inout) :: state(:, :)             !! (nstatv, room) STATEV
-    real(wp), intent(inout) :: work(:)                 !! (room) of the traction on the separation, stress*length
-    n_rows = n_rows + 1
-    if (n_rows > size(separation, 2)) return
-    separation(:, n_rows) = row%s
-    traction(:, n_rows) = row%traction
-    state(:size(row%state), n_rows) = row%state
-    work(n_rows) = row%work
-  end subroutine keep
-
-end module adaptive
+end module asperity_adaptive

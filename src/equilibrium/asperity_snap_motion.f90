@@ -1,131 +1,132 @@
-!> Where no neighbouring equilibrium is left: the overdamped motion under what is held, to the first rest or away for
-!> good.
+!> Overdamped motion under constant given values after the branch of equilibria has ended: to the first stable
+!> equilibrium, or to the bound beyond which none is sought.
 !>
-!> One free separation moves in the sense of the missing traction, in steps that are halved where two roots may hide
-!> between; several move by damped implicit Euler steps (pseudo-transient continuation). The law keeps its history on
-!> the way.
-module snap_motion
+!> One free separation moves in the sense of the missing traction, in steps that are halved where they may pass two
+!> roots; several move by damped implicit Euler steps (pseudo-transient continuation). The state follows the motion.
+module asperity_snap_motion
   use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
-  use control_point, only: balance_type, control_type, dead_and_open, evaluate, free_matrix, new_balance, point_type, &
-    residual_tolerance, unstable, whole_separation
-  use newton, only: newton_solve, newton_type, stiffness_scale
+  use asperity_control_point, only: balance_type, control_type, dead_and_open, elastic_stiffness, evaluate, &
+    free_matrix, move_point, point_type, set_balance, whole_separation
+  use asperity_newton, only: newton_solve, newton_type
+  use asperity_tolerances, only: farthest, least_damping, less_damping, more_damping, residual_tolerance
   implicit none
   private
-  public :: move_on, settle, cannot_soften, farthest_rest
+  public :: move_on, close_opening, cannot_soften, farthest_rest
 
   !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be
   !> passed.
   real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step*2.0_wp**(-20)
-  !> Growth of the step: slow where planes may break, fast where all are broken and the law is monotone.
+  !> Growth of the step: slow where damage may grow, fast where all planes are fully damaged and the law is monotone.
   real(wp), parameter :: growth = 1.02_wp, fast_growth = 2.0_wp
 
 contains
 
-  !> Move under held values to the first rest.
+  !> Move under constant given values to the first stable equilibrium.
   pure subroutine move_on(joint, control, given, budget, point, updates, iterations, found)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held, at least one traction
+    type(control_type), intent(in) :: control       !! what is given, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
     integer, intent(in) :: budget                   !! most updates of the law
-    type(point_type), intent(inout) :: point        !! start -> rest, or the last point of a motion that does not end
+    type(point_type), intent(inout) :: point        !! start -> equilibrium, or the last point of a motion without end
     integer, intent(out) :: updates                 !! of the law
     integer, intent(out) :: iterations              !! tangent solves
-    logical, intent(out) :: found                   !! whether there is a rest
+    logical, intent(out) :: found                   !! whether there is an equilibrium
     iterations = 0
     updates = 0
     if (count(control%traction) == 1) then
-      call march(joint, control, given, budget, point, updates, found)
+      call move_one_free(joint, control, given, budget, point, updates, found)
     else
-      call creep(joint, control, given, budget, point, updates, iterations, found)
+      call move_several_free(joint, control, given, budget, point, updates, iterations, found)
     end if
   end subroutine move_on
 
-  !> Whether the residual of a single held t_N only grows with s_N, and the derivative of several has no softening:
-  !> every plane broken, mu tan(theta) < 1.
+  !> Whether the residual of a single prescribed t_N only grows with s_N, and the derivative of several has no
+  !> softening: every plane fully damaged, mu tan(theta) < 1.
   pure function cannot_soften(joint, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: point           !! the point
     logical :: yes
     integer :: k
     yes = .true.
-    associate (joint => joint)
-      do k = 1, joint%pattern%n
-        yes = yes .and. point%state(plane_statev(k)) >= 1.0_wp .and. &
-          joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
-      end do
-    end associate
+    do k = 1, joint%pattern%n
+      yes = yes .and. point%state(plane_statev(k)) >= 1.0_wp .and. &
+        joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
+    end do
   end function cannot_soften
 
-  !> Separation beyond which several free ones, or with viscous damage a single one, are taken to run away, length: a
-  !> thousand times s_f and what is given, or that at the start. What damage is left falls with time, never to zero.
+  !> Separation beyond which several free ones, or with viscous damage a single one, are taken to grow without bound,
+  !> length: `farthest` times s_f and the given values, or that at the start. With viscous damage the intact share of a
+  !> plane falls with time, never to zero.
   pure function farthest_rest(joint, balance) result(far)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
     real(wp) :: far
-    real(wp), parameter :: times = 1000.0_wp
     far = huge(far)
     if (balance%n == 0 .or. (balance%n == 1 .and. .not. joint%material%tau_v > 0.0_wp)) return
     associate (material => joint%material)
       far = maxval(merge(abs(balance%given)/min(material%k_n, material%k_t), abs(balance%given), &
         balance%control%traction))
       far = max(maxval(abs(balance%old%s)), maxval(abs(whole_separation(balance%old%s, balance%old%state))), &
-        times*(material%s0/(1.0_wp - material%eta) + far))
+        farthest*(material%s0/(1.0_wp - material%eta) + far))
       far = min(far, 0.5_wp*separation_bound(joint))
     end associate
   end function farthest_rest
 
   !> One free separation.
-  pure subroutine march(joint, control, given, budget, point, updates, found)
+  pure subroutine move_one_free(joint, control, given, budget, point, updates, found)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held: one traction
+    type(control_type), intent(in) :: control       !! what is given: one traction
     real(wp), intent(in) :: given(3)                !! its value, the separations
     integer, intent(in) :: budget                   !! most updates of the law
-    type(point_type), intent(inout) :: point        !! start -> rest
+    type(point_type), intent(inout) :: point        !! start -> equilibrium
     integer, intent(inout) :: updates               !! of the law
-    logical, intent(out) :: found                   !! whether there is a rest
+    logical, intent(out) :: found                   !! whether there is an equilibrium
     type(balance_type) :: balance
-    type(point_type) :: far, start
-    real(wp) :: r(1), r_far(1), scale, sense, step, x(1)
+    type(point_type) :: far
+    real(wp) :: r(3), r_far(3), scale, sense, step, x(3)
     logical :: good
     integer :: free
 
-    start = point
-    balance = new_balance(control, given, start)
+    call set_balance(joint, control, given, balance)
     free = balance%free(1)
-    x = point%s(free)
+    x = 0.0_wp
+    x(1) = point%s(free)
+    balance%old = point
     call evaluate(joint, balance, x, point, r, scale, good)
     updates = updates + 1
     found = good .and. abs(r(1)) <= residual_tolerance*scale
     if (found .or. .not. good) return
     sense = -sign(1.0_wp, r(1))
     step = first_step*joint%material%s0
-    far = point
+    call move_point(point, balance%old)
     do while (updates < budget)
-      balance%old = point
-      call evaluate(joint, balance, x + sense*step, far, r_far, scale, good)
+      call evaluate(joint, balance, x + [sense*step, 0.0_wp, 0.0_wp], far, r_far, scale, good)
       updates = updates + 1
-      if (.not. good) return
+      if (.not. good) exit
       if (sense*r_far(1) >= -residual_tolerance*scale) then
         call close_in(joint, balance, sense, x(1), x(1) + sense*step, far, updates, found)
-        point = far
+        call move_point(far, point)
         return
       end if
       if (step > smallest_step*joint%material%s0) then
-        if (may_hide(sense*r(1), derivative(point), sense*r_far(1), derivative(far), step)) then
+        if (may_pass_roots(sense*r(1), derivative(balance%old), sense*r_far(1), derivative(far), step)) then
           step = 0.5_wp*step
           cycle
         end if
       end if
-      point = far
-      x = point%s(free)
+      call move_point(far, balance%old)
+      x(1) = balance%old%s(free)
       r = r_far
-      if (control%spring(free) <= 0.0_wp .and. free == 1 .and. sense > 0.0_wp .and. dead_and_open(point)) return
-      step = step*merge(fast_growth, growth, step < first_step*joint%material%s0 .or. &
-        (free == 1 .and. cannot_soften(joint, point)))
+      associate (now => balance%old)
+        if (control%spring(free) <= 0.0_wp .and. free == 1 .and. sense > 0.0_wp .and. dead_and_open(now)) exit
+        step = step*merge(fast_growth, growth, step < first_step*joint%material%s0 .or. &
+          (free == 1 .and. cannot_soften(joint, now)))
+      end associate
     end do
+    call move_point(balance%old, point)
 
   contains
 
@@ -136,21 +137,21 @@ contains
       slope = at%tangent(free, free) + control%spring(free)
     end function derivative
 
-  end subroutine march
+  end subroutine move_one_free
 
-  !> Whether a function below zero at both ends of a step may reach zero between: where it rises, then falls, by the
-  !> crossing of its tangents.
-  pure function may_hide(f_0, slope_0, f_1, slope_1, step) result(yes)
+  !> Whether a function below zero at both ends of a step may reach zero between them: where it rises, then falls, by
+  !> the crossing of its tangents.
+  pure function may_pass_roots(f_0, slope_0, f_1, slope_1, step) result(yes)
     real(wp), intent(in) :: f_0, f_1           !! values, < 0
     real(wp), intent(in) :: slope_0, slope_1   !! derivatives
     real(wp), intent(in) :: step               !! > 0
     logical :: yes
-    real(wp) :: way
+    real(wp) :: crossing
     yes = slope_0 > 0.0_wp .and. slope_1 < 0.0_wp
     if (.not. yes) return
-    way = min(max((f_1 - slope_1*step - f_0)/(slope_0 - slope_1), 0.0_wp), step)
-    yes = f_0 + slope_0*way >= 0.0_wp
-  end function may_hide
+    crossing = min(max((f_1 - slope_1*step - f_0)/(slope_0 - slope_1), 0.0_wp), step)
+    yes = f_0 + slope_0*crossing >= 0.0_wp
+  end function may_pass_roots
 
   !> The equilibrium between two separations, the residual being short of it at the first: Newton's method, kept inside
   !> the bracket by bisection.
@@ -159,17 +160,17 @@ contains
     type(balance_type), intent(in) :: balance       !! the equation, the point at its start
     real(wp), intent(in) :: sense                   !! of the motion, +1 or -1
     real(wp), intent(in) :: first, last             !! free separation short of the equilibrium and beyond it, length
-    type(point_type), intent(inout) :: point        !! the point at `last` -> at rest
+    type(point_type), intent(inout) :: point        !! the point at `last` -> in equilibrium
     integer, intent(inout) :: updates               !! of the law
     logical, intent(out) :: found                   !! whether the residual is small enough
     !> Newton's step is taken twice, then the interval is halved.
     integer, parameter :: turn = 3
-    real(wp) :: a(3, 3), far, guess, near, r(1), scale, x(1)
+    real(wp) :: a(3, 3), far, guess, near, r(3), scale, x(3)
     logical :: good
     integer :: i
     near = first
     far = last
-    x = last
+    x = [last, 0.0_wp, 0.0_wp]
     i = 0
     do
       i = i + 1
@@ -183,79 +184,80 @@ contains
         far = x(1)
       end if
       a = free_matrix(balance, point)
-      x = near + 0.5_wp*(far - near)
+      x(1) = near + 0.5_wp*(far - near)
       ! exhausted: near and far are neighbours
       if (.not. (abs(x(1) - near) > 0.0_wp .and. abs(x(1) - far) > 0.0_wp)) exit
       if (a(1, 1) > 0.0_wp .and. modulo(i, turn) > 0) then
         guess = point%s(balance%free(1)) - r(1)/a(1, 1)
-        if ((guess - near)*(guess - far) < 0.0_wp) x = guess
+        if ((guess - near)*(guess - far) < 0.0_wp) x(1) = guess
       end if
     end do
-    if (found) call settle(joint, balance, point, updates)
+    if (found) call close_opening(joint, balance, point, updates)
   end subroutine close_in
 
   !> Several free separations: implicit Euler steps of the overdamped motion.
-  pure subroutine creep(joint, control, given, budget, point, updates, iterations, found)
+  pure subroutine move_several_free(joint, control, given, budget, point, updates, iterations, found)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held
+    type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: given(3)                !! its values
     integer, intent(in) :: budget                   !! most updates of the law
-    type(point_type), intent(inout) :: point        !! start -> rest
+    type(point_type), intent(inout) :: point        !! start -> equilibrium
     integer, intent(inout) :: updates               !! of the law
     integer, intent(inout) :: iterations            !! tangent solves
-    logical, intent(out) :: found                   !! whether there is a rest
-    !> Change of the damping after a step that went well, and after one that did not; least that is used, of K.
-    real(wp), parameter :: less = 0.5_wp, more = 4.0_wp, least = 1.0e-13_wp
+    logical, intent(out) :: found                   !! whether there is an equilibrium
     type(balance_type) :: balance
     type(newton_type) :: result
     type(point_type) :: trial
     real(wp) :: damping, drift(3), far, limit, move, stiffness
 
     found = .false.
-    stiffness = stiffness_scale(joint)
+    stiffness = elastic_stiffness(joint)
     limit = first_step*joint%material%s0
     damping = stiffness
     drift = 0.0_wp
-    balance = new_balance(control, given, point)
+    call set_balance(joint, control, given, balance)
+    call move_point(point, balance%old)
     far = farthest_rest(joint, balance)
-    trial = point
-    do while (updates < budget .and. damping < stiffness/residual_tolerance)
-      balance%old = point
-      trial%s = point%s
-      ! at rest from here?
+    do while (updates < budget .and. damping < stiffness/least_damping)
+      ! an equilibrium near the start of the step?
+      balance%damping = 0.0_wp
+      trial%s = balance%old%s
       call newton_solve(joint, balance, .true., trial, result)
       updates = updates + result%updates
       iterations = iterations + result%iterations
-      move = maxval(abs(trial%s - point%s))
-      if (result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far) then
-        point = trial
-        found = .true.
-        return
+      move = maxval(abs(trial%s - balance%old%s))
+      found = result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far
+      if (found) then
+        call move_point(trial, balance%old)
+        exit
       end if
-      ! as the last step went: on the right side of a plane that slides
-      trial%s = point%s + drift
-      call newton_solve(joint, balance, .true., trial, result, damping)
+      ! in the direction of the last step: on the right side of a plane that slides
+      balance%damping = damping
+      trial%s = balance%old%s + drift
+      call newton_solve(joint, balance, .true., trial, result)
       updates = updates + result%updates
       iterations = iterations + result%iterations
-      move = maxval(abs(trial%s - point%s))
+      move = maxval(abs(trial%s - balance%old%s))
       if (.not. (result%converged .and. result%stable) .or. move > limit) then
-        damping = more*damping
-        trial = point
+        damping = more_damping*damping
         cycle
       end if
-      drift = trial%s - point%s
-      point = trial
-      if (flies(joint, balance, point)) return
-      damping = max(less*damping, least*stiffness)
-      limit = min(far, limit*merge(fast_growth, growth, cannot_soften(joint, point)))
-      if (maxval(abs(point%s)) > far) return
+      drift = trial%s - balance%old%s
+      call move_point(trial, balance%old)
+      associate (now => balance%old)
+        if (separates_forever(joint, balance, now)) exit
+        damping = max(less_damping*damping, least_damping*stiffness)
+        limit = min(far, limit*merge(fast_growth, growth, cannot_soften(joint, now)))
+        if (maxval(abs(now%s)) > far) exit
+      end associate
     end do
-  end subroutine creep
+    call move_point(balance%old, point)
+  end subroutine move_several_free
 
-  !> Whether all is open and broken and what is held drives every plane further apart: there is no rest.
-  pure function flies(joint, balance, point) result(yes)
+  !> Whether every plane is open and fully damaged and the prescribed tractions open it further: no equilibrium exists.
+  pure function separates_forever(joint, balance, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(balance_type), intent(in) :: balance       !! what is held
+    type(balance_type), intent(in) :: balance       !! what is given
     type(point_type), intent(in) :: point           !! the point
     logical :: yes
     real(wp) :: force(3)
@@ -267,16 +269,16 @@ contains
       yes = yes .and. dot_product(plane_normal(joint%pattern, k), force) >= 0.0_wp
     end do
     yes = yes .and. any(abs(force) > 0.0_wp)
-  end function flies
+  end function separates_forever
 
-  !> Where all is open and dead and t_N alone is held, every larger opening is an equilibrium, too: go to the one with
-  !> the smallest |s_N|. Nothing is done elsewhere.
-  pure subroutine settle(joint, balance, point, updates)
+  !> Where every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium,
+  !> too: go to the one with the smallest |s_N|. Nothing is done elsewhere.
+  pure subroutine close_opening(joint, balance, point, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
     type(point_type), intent(inout) :: point        !! an equilibrium -> that one
     integer, intent(inout) :: updates               !! of the law
-    real(wp) :: edge(1), normal(3), r(1), scale, step, whole(3)
+    real(wp) :: edge(3), normal(3), r(3), scale, step, whole(3)
     logical :: good
     integer :: k
     if (balance%n /= 1 .or. .not. balance%control%traction(1)) return
@@ -286,18 +288,18 @@ contains
     edge = 0.0_wp
     do k = 1, joint%pattern%n
       normal = plane_normal(joint%pattern, k)
-      edge = max(edge, -dot_product(normal(2:3), whole(2:3))/normal(1))
+      edge(1) = max(edge(1), -dot_product(normal(2:3), whole(2:3))/normal(1))
     end do
     step = spacing(max(edge(1), joint%material%s0))
-    edge = edge - point%state(v_offset)
+    edge(1) = edge(1) - point%state(v_offset)
     do
       call evaluate(joint, balance, edge, point, r, scale, good)
       updates = updates + 1
-      ! exact: every plane is dead and open
+      ! exact: every plane is fully damaged and open
       if (.not. good .or. .not. abs(point%traction(1)) > 0.0_wp) exit
-      edge = edge + step
+      edge(1) = edge(1) + step
       step = 2.0_wp*step
     end do
-  end subroutine settle
+  end subroutine close_opening
 
-end module snap_motion
+end module asperity_snap_motion

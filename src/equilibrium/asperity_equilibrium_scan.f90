@@ -2,12 +2,13 @@
 !>
 !> One free separation: its traction at many values of it, the extreme refined. Several: the residual on a grid,
 !> Newton's method from the best of it. Both from the state of the point, in one increment.
-module equilibrium_scan
+module asperity_equilibrium_scan
+  use asperity_control_point, only: balance_type, control_type, evaluate, free_part, point_type, set_balance, &
+    whole_separation
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use control_point, only: balance_type, control_type, evaluate, new_balance, point_type, whole_separation
-  use newton, only: newton_solve, newton_type
-  use snap_motion, only: farthest_rest
+  use asperity_newton, only: newton_solve, newton_type
+  use asperity_snap_motion, only: farthest_rest
   implicit none
   private
   public :: scan_equilibria
@@ -41,7 +42,8 @@ contains
     real(wp), parameter :: share = 0.5_wp
     type(balance_type) :: balance
     real(wp) :: reach
-    balance = new_balance(control, given, point)
+    call set_balance(joint, control, given, balance)
+    balance%old = point
     scan%n = balance%n
     scan%free = balance%free(1)
     if (scan%n == 0) return
@@ -67,13 +69,14 @@ contains
     type(scan_type), intent(inout) :: scan          !! range -> findings
     integer, parameter :: steps = 20000, refinements = 60
     real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
+    type(point_type) :: at
     real(wp) :: a, b, best, f(2), here, sense, width, x(2)
     integer :: i
 
     sense = 1.0_wp
     ! where the point is, or on its side of the range if it runs away
     x(2) = min(max(point%s(scan%free), scan%lower), scan%upper)
-    here = force(x(2))
+    call look(x(2), at, here)
     scan%short = here < 0.0_wp
     sense = merge(1.0_wp, -1.0_wp, scan%short)
     best = -huge(best)
@@ -81,7 +84,7 @@ contains
     a = 0.0_wp
     do i = 0, steps
       x(1) = scan%lower + width*real(i, wp)
-      f(1) = force(x(1))
+      call look(x(1), at, f(1))
       if (f(1) > best) then
         best = f(1)
         a = x(1)
@@ -94,7 +97,8 @@ contains
     ! the extreme beside the best sample
     do i = 1, refinements
       x = [b - golden*(b - a), a + golden*(b - a)]
-      f = [force(x(1)), force(x(2))]
+      call look(x(1), at, f(1))
+      call look(x(2), at, f(2))
       if (f(1) > f(2)) then
         b = x(2)
       else
@@ -110,17 +114,16 @@ contains
   contains
 
     !> Surplus of the traction in the sense that is missing; far below zero where the law takes nothing.
-    pure function force(s) result(surplus)
-      real(wp), intent(in) :: s   !! free separation
-      real(wp) :: surplus
-      type(point_type) :: at
-      real(wp) :: r(1), scale
+    pure subroutine look(s, at, surplus)
+      real(wp), intent(in) :: s               !! free separation, length
+      type(point_type), intent(inout) :: at   !! -> the point there
+      real(wp), intent(out) :: surplus        !! stress
+      real(wp) :: r(3), scale
       logical :: good
-      at = balance%old
-      call evaluate(joint, balance, [s], at, r, scale, good)
-      surplus = sense*r(1)
-      if (.not. good) surplus = -huge(surplus)
-    end function force
+      call evaluate(joint, balance, [s, 0.0_wp, 0.0_wp], at, r, scale, good)
+      surplus = -huge(surplus)
+      if (good) surplus = sense*r(1)
+    end subroutine look
 
   end subroutine scan_line
 
@@ -134,7 +137,7 @@ contains
     integer, parameter :: steps(3) = [0, 200, 40], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
-    !> Share of the residual of the point itself that an equilibrium may leave: more is no better than to stay.
+    !> A candidate counts only if its residual is below this share of the residual at the last point.
     real(wp), parameter :: closer = 0.1_wp
     real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
@@ -143,22 +146,22 @@ contains
     n = balance%n
     best = huge(best)
     seeds = 0.0_wp
-    at = point
-    call evaluate(joint, balance, point%s(balance%free(:n)), at, r(:n), scale, good)
-    here = maxval(abs(r(:n)))
+    x = free_part(balance, point%s)
+    call evaluate(joint, balance, x, at, r, scale, good)
+    here = maxval(abs(r))
     do i = 0, (steps(n) + 1)**n - 1
       k = i
       do j = 1, n
         x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, steps(n) + 1), wp)/real(steps(n), wp)
         k = k/(steps(n) + 1)
       end do
-      call evaluate(joint, balance, x(:n), at, r(:n), scale, good)
+      call evaluate(joint, balance, x, at, r, scale, good)
       if (.not. good) cycle
-      size_of = maxval(abs(r(:n)))
+      size_of = maxval(abs(r))
       k = maxloc(best, 1)
       if (size_of < best(k)) then
         best(k) = size_of
-        seeds(:n, k) = x(:n)
+        seeds(:, k) = x
       end if
     end do
     scan%samples = (steps(n) + 1)**n
@@ -171,13 +174,14 @@ contains
       at%s(balance%free(:n)) = seeds(:n, i)
       call newton_solve(joint, balance, .true., at, result)
       scan%samples = scan%samples + result%updates
-      if (.not. result%converged .or. maxval(abs(at%s(balance%free(:n)))) > scan%upper) cycle
-      call evaluate(joint, balance, at%s(balance%free(:n)), at, r(:n), scale, good)
-      if (maxval(abs(r(:n))) > closer*here) cycle
+      x = free_part(balance, at%s)
+      if (.not. result%converged .or. maxval(abs(x)) > scan%upper) cycle
+      call evaluate(joint, balance, x, at, r, scale, good)
+      if (maxval(abs(r)) > closer*here) cycle
       scan%found = .true.
       scan%place = at%s
       exit
     end do
   end subroutine scan_grid
 
-end module equilibrium_scan
+end module asperity_equilibrium_scan

@@ -4,7 +4,7 @@
 !>   open      a plane in contact opens
 !>   close     a plane that was open comes into contact
 !>   slip      a damaged plane in contact begins to slide
-module events
+module asperity_events
   use asperity_contract, only: plane_statev, v_damage, v_offset
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -78,4 +78,4 @@ contains
     event = trim(event) // name
   end subroutine name_event
 
-end module events
+end module asperity_events

@@ -1,0 +1,269 @@
+!> A point under mixed control and its equations: what is given of each component, and the residual of the prescribed
+!> tractions.
+module asperity_control_point
+  use asperity_checks, only: all_bounded
+  use asperity_contract, only: n_plane_statev, n_point_statev, v_friction, v_offset, v_rupture, v_stored
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_point
+  use asperity_tolerances, only: coarsest_scale, finest_scale, instability, longest_step
+  implicit none
+  private
+  public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
+    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, released_energy, &
+    work_between, dead_and_open, whole_separation
+
+  !> What is given of each component (N, Tx, Ty), and how long an increment takes.
+  type :: control_type
+    logical :: traction(3) = .false.   !! true: traction + spring*separation is given, false: the separation is
+    real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
+    real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage only), >= 0, time
+  end type control_type
+
+  !> A point: separation, traction, tangent, state.
+  type :: point_type
+    real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
+    real(wp) :: traction(3) = 0.0_wp      !! stress
+    real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
+    real(wp) :: work = 0.0_wp             !! of the traction on the separation so far, stress*length
+    real(wp), allocatable :: state(:)     !! STATEV
+  end type point_type
+
+  !> Equations of a sub-increment: the prescribed tractions at its end, from the state at its start.
+  type :: balance_type
+    type(control_type) :: control
+    real(wp) :: given(3) = 0.0_wp      !! separation, or traction + spring*separation, at the end
+    type(point_type) :: old            !! the point at the start
+    integer :: n = 0                   !! free separations
+    integer :: free(3) = 0             !! which, in the first n
+    real(wp) :: damping = 0.0_wp       !! resistance to the motion from the start, stress/length
+    real(wp) :: finest = 0.0_wp        !! smallest traction scale, stress
+    real(wp) :: coarsest = 0.0_wp      !! largest traction scale by free separations, of strength and given tractions
+    real(wp) :: longest = 0.0_wp       !! longest step where the derivative is singular, of that of an elastic interface
+  end type balance_type
+
+  !> What is stored and dissipated, in STATEV.
+  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
+
+contains
+
+  !> A virgin point at rest, or one that starts from a state, at separation zero or a given one. The work that led to it
+  !> is taken to be what it has stored and dissipated.
+  pure function new_point(joint, state, separation) result(point)
+    type(interface_type), intent(in) :: joint               !! the interface
+    real(wp), intent(in), optional :: state(:)              !! STATEV to start from
+    real(wp), intent(in), optional :: separation(3)         !! (N, Tx, Ty) to start from, length
+    type(point_type) :: point
+    real(wp) :: old(joint%n_statev)
+    old = 0.0_wp
+    if (present(state)) old = state(:joint%n_statev)
+    if (present(separation)) point%s = separation
+    call put_point(joint, point%s, old, point)
+    point%work = sum(point%state(ledger))
+  end function new_point
+
+  !> Put a point to a separation at which it has a state already: its traction and its tangent there.
+  pure subroutine put_point(joint, s, state, point)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
+    real(wp), intent(in), contiguous :: state(:)    !! STATEV
+    type(point_type), intent(inout) :: point        !! -> the point; what the state has held back may grow in it
+    point%s = s
+    if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
+    call update_point(joint, s, s, state, point%state, point%traction, point%tangent)
+  end subroutine put_point
+
+  !> Separation that the planes see: with the offset of an initial traction (STATEV 6-8), length.
+  pure function whole_separation(s, state) result(whole)
+    real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)   !! STATEV
+    real(wp) :: whole(3)
+    whole = s + state(v_offset:v_offset + 2)
+  end function whole_separation
+
+  !> Let a point take the place of another, whose array of state variables the first one keeps: no array is copied.
+  pure subroutine move_point(from, to)
+    type(point_type), intent(inout) :: from   !! the point -> undefined
+    type(point_type), intent(inout) :: to     !! any -> the point
+    real(wp), allocatable :: room(:), state(:)
+    call move_alloc(to%state, room)
+    call move_alloc(from%state, state)
+    to = from
+    call move_alloc(state, to%state)
+    call move_alloc(room, from%state)
+  end subroutine move_point
+
+  !> Equations of a sub-increment; the point at its start stays as it is.
+  pure subroutine set_balance(joint, control, given, balance)
+    type(interface_type), intent(in) :: joint        !! the interface
+    type(control_type), intent(in) :: control        !! which components are given as tractions
+    real(wp), intent(in) :: given(3)                 !! values at the end
+    type(balance_type), intent(inout) :: balance     !! the equations
+    integer :: i
+    balance%control = control
+    balance%given = given
+    balance%n = 0
+    do i = 1, 3
+      if (.not. control%traction(i)) cycle
+      balance%n = balance%n + 1
+      balance%free(balance%n) = i
+    end do
+    balance%damping = 0.0_wp
+    balance%finest = finest_scale*joint%material%k_n*joint%material%s0
+    balance%coarsest = coarsest_scale
+    balance%longest = longest_step
+  end subroutine set_balance
+
+  !> The point at free separations x, the others being as given, and the residual of the prescribed tractions.
+  !>
+  !> The point at the start is not tested: its state must be one of the interface (`state_status`).
+  pure subroutine evaluate(joint, balance, x, point, residual, scale, good)
+    type(interface_type), intent(in) :: joint        !! the interface
+    type(balance_type), intent(in) :: balance        !! the equations
+    real(wp), intent(in) :: x(3)                     !! free separations in the first n, length
+    type(point_type), intent(inout) :: point         !! -> the point with these separations
+    real(wp), intent(out) :: residual(3)             !! traction + spring*separation + damping*move - given, stress
+    real(wp), intent(out) :: scale                   !! traction scale that `residual_tolerance` refers to, > 0, stress
+    logical, intent(out) :: good                     !! false: the law does not take the separation, nothing is known
+    real(wp) :: given, largest
+    integer :: i, k
+
+    residual = 0.0_wp
+    scale = 1.0_wp
+    point%s = balance%given
+    do i = 1, balance%n
+      point%s(balance%free(i)) = x(i)
+    end do
+    good = all_bounded(3, point%s, separation_bound(joint))
+    if (.not. good) return
+    if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
+    call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, point%tangent, &
+      balance%control%dt)
+    point%work = balance%old%work + work_between(balance%old%s, balance%old%traction, point%s, point%traction)
+    given = 0.0_wp
+    do i = 1, balance%n
+      k = balance%free(i)
+      residual(i) = point%traction(k) + balance%control%spring(k)*x(i) - balance%given(k)
+      residual(i) = residual(i) + balance%damping*(x(i) - balance%old%s(k))
+      given = max(given, abs(balance%given(k)))
+    end do
+    ! separations that grow without bound do not make their residuals small, neither in an increment nor over many
+    largest = 0.0_wp
+    do i = 1, 3
+      if (.not. balance%control%traction(i)) largest = max(largest, abs(point%s(i) + point%state(v_offset + i - 1)))
+    end do
+    associate (m => joint%material)
+      largest = balance%coarsest*(m%k_n*m%s0 + given) + stiffest(joint)*largest
+    end associate
+    scale = max(tiny(scale), balance%finest, min(traction_scale(joint, point%s, point%state) + given, largest))
+  end subroutine evaluate
+
+  !> Size of the terms that are summed to the traction of a point, stress: their rounding errors are proportional to it.
+  pure function traction_scale(joint, s, state) result(scale)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)                !! STATEV
+    real(wp) :: scale
+    real(wp) :: largest
+    integer :: i
+    largest = maxval(abs(whole_separation(s, state)))
+    do i = n_point_statev + 2, joint%n_statev, n_plane_statev
+      largest = max(largest, max(abs(state(i)), abs(state(i + 1))))
+    end do
+    scale = stiffest(joint)*largest
+  end function traction_scale
+
+  !> Largest stiffness of a plane, stress/length.
+  pure function stiffest(joint) result(stiffness)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: stiffness
+    stiffness = max(elastic_stiffness(joint), joint%material%k_c)
+  end function stiffest
+
+  !> Elastic stiffness of a plane, stress/length.
+  pure function elastic_stiffness(joint) result(stiffness)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: stiffness
+    stiffness = max(joint%material%k_n, joint%material%k_t)
+  end function elastic_stiffness
+
+  !> The free components of a vector in the first n, the others zero.
+  pure function free_part(balance, v) result(x)
+    type(balance_type), intent(in) :: balance   !! the equations
+    real(wp), intent(in) :: v(3)                !! (N, Tx, Ty)
+    real(wp) :: x(3)
+    integer :: i
+    x = 0.0_wp
+    do i = 1, balance%n
+      x(i) = v(balance%free(i))
+    end do
+  end function free_part
+
+  !> Derivative of the residual by the free separations, in the upper left n x n, stress/length.
+  pure function free_matrix(balance, point) result(a)
+    type(balance_type), intent(in) :: balance   !! the equations
+    type(point_type), intent(in) :: point       !! the point, its tangent
+    real(wp) :: a(3, 3)
+    integer :: i, j
+    a = 0.0_wp
+    do j = 1, balance%n
+      do i = 1, balance%n
+        a(i, j) = point%tangent(balance%free(i), balance%free(j))
+      end do
+      a(j, j) = a(j, j) + balance%control%spring(balance%free(j)) + balance%damping
+    end do
+  end function free_matrix
+
+  !> Whether an overdamped motion leaves an equilibrium with this derivative: an eigenvalue with a negative real part
+  !> (Routh and Hurwitz). Zero is not negative: an open interface that is fully damaged has no stiffness.
+  pure function unstable(n, a, scale) result(yes)
+    integer, intent(in) :: n               !! 0 to 3
+    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
+    real(wp), intent(in) :: scale          !! elastic stiffness, stress/length
+    logical :: yes
+    real(wp) :: b(3, 3), first, second, third
+    if (n < 2) then
+      yes = n == 1 .and. a(1, 1)/scale < -instability
+      return
+    end if
+    b = a/scale
+    select case (n)
+    case (2)
+      yes = b(1, 1) + b(2, 2) < -instability .or. b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) < -instability
+    case default
+      first = b(1, 1) + b(2, 2) + b(3, 3)
+      second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
+        b(2, 3)*b(3, 2)
+      third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
+        b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
+      yes = first < -instability .or. third < -instability .or. first*second - third < -instability
+    end select
+  end function unstable
+
+  !> Work of the traction on the separation over an increment, by the trapezoidal rule, stress*length.
+  pure function work_between(s_old, traction_old, s, traction) result(work)
+    real(wp), intent(in) :: s_old(3), s(3)                 !! separation at the start and at the end, length
+    real(wp), intent(in) :: traction_old(3), traction(3)   !! traction there, stress
+    real(wp) :: work
+    work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
+  end function work_between
+
+  !> Energy that a motion under prescribed tractions sets free, per unit area: the work of these, less that of the
+  !> springs, less what the interface stores and dissipates (docs/solver.md, "Snap").
+  pure function released_energy(balance, old, new) result(energy)
+    type(balance_type), intent(in) :: balance   !! what is given
+    type(point_type), intent(in) :: old, new    !! before and after
+    real(wp) :: energy
+    real(wp) :: work(3)
+    work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
+    energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))
+  end function released_energy
+
+  !> Whether every plane is fully damaged and open, so that nothing is carried: exact, the sums are then zero.
+  pure function dead_and_open(point) result(yes)
+    type(point_type), intent(in) :: point   !! the point
+    logical :: yes
+    yes = .not. (any(abs(point%traction) > 0.0_wp) .or. any(abs(point%tangent) > 0.0_wp))
+  end function dead_and_open
+
+end module asperity_control_point

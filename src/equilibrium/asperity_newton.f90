@@ -1,0 +1,111 @@
+!> Semismooth Newton's method for the prescribed tractions: the consistent tangent is that of the side of a switch on
+!> which the iterate is; line search on request.
+module asperity_newton
+  use asperity_control_point, only: balance_type, elastic_stiffness, evaluate, free_matrix, free_part, &
+    point_type, unstable
+  use asperity_elimination, only: eliminate
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_tolerances, only: most_iterations, residual_tolerance, worst_condition
+  implicit none
+  private
+  public :: newton_solve
+
+  !> What came out.
+  type, public :: newton_type
+    logical :: converged = .false.
+    integer :: iterations = 0                       !! tangent solves
+    integer :: updates = 0                          !! of the law
+    real(wp) :: history(most_iterations + 1) = -1.0_wp !! relative residuals from the guess on, -1: none was needed
+    logical :: stable = .true.                      !! no tangent on the way was that of an unstable equilibrium; not
+                                                    !! looked at without a line search
+    real(wp) :: first(3, 3) = 0.0_wp                !! derivative of the residual at the guess
+    real(wp) :: last(3, 3) = 0.0_wp                 !! and at the end
+    real(wp) :: step(3) = 0.0_wp                    !! first step that Newton's method asked for, length
+  end type newton_type
+
+contains
+
+  !> Solve the equations from the separations of `point` on.
+  !>
+  !> With a line search a step is halved until the largest residual falls; the method gives up where it does not. The
+  !> first step is free: its tangent may be that of the other side of a switch, as where a plane is about to slide.
+  pure subroutine newton_solve(joint, balance, searches, point, result, fine)
+    type(interface_type), intent(in) :: joint            !! the interface
+    type(balance_type), intent(in) :: balance            !! the equations
+    logical, intent(in) :: searches                      !! false: full steps
+    type(point_type), intent(inout) :: point             !! guess -> the point at the end
+    type(newton_type), intent(out) :: result             !! what came out
+    real(wp), intent(in), optional :: fine               !! a solution is improved by a further step, unless one led
+                                                         !! to a residual this small, stress; absent: it is not
+    !> Armijo's constant; shortest step tried.
+    real(wp), parameter :: decrease = 1.0e-4_wp, shortest = 2.0_wp**(-8)
+    real(wp) :: error, length, next_error, r(3), scale, step(3), stiffness, trial(3), x(3)
+    integer :: n
+    logical :: enough, good
+
+    n = balance%n
+    stiffness = elastic_stiffness(joint)
+    x = free_part(balance, point%s)
+    call evaluate(joint, balance, x, point, r, scale, good)
+    error = maxval(abs(r))/scale
+    result%updates = 1
+    if (.not. good) return
+    do
+      result%history(result%iterations + 1) = error
+      result%last = free_matrix(balance, point)
+      if (result%iterations == 0) result%first = result%last
+      if (searches .and. result%stable) result%stable = .not. unstable(n, result%last, stiffness)
+      enough = result%converged
+      if (present(fine)) enough = enough .or. (result%iterations > 0 .and. maxval(abs(r)) <= fine)
+      result%converged = error <= residual_tolerance
+      if (result%converged .and. (enough .or. .not. present(fine))) return
+      if (result%iterations == most_iterations) return
+      call newton_step(balance, stiffness, result%last, r, step, good)
+      if (.not. good) return
+      if (result%iterations == 0) result%step = step
+      result%iterations = result%iterations + 1
+      length = 1.0_wp
+      do
+        trial = x + length*step
+        call evaluate(joint, balance, trial, point, r, scale, good)
+        next_error = maxval(abs(r))/scale
+        result%updates = result%updates + 1
+        if (.not. searches .or. (good .and. result%iterations == 1)) exit
+        if (good .and. (next_error <= residual_tolerance .or. next_error <= (1.0_wp - decrease*length)*error)) exit
+        length = 0.5_wp*length
+        if (length < shortest) return
+      end do
+      if (.not. good) result%converged = .false.
+      if (.not. good) return
+      x = trial
+      error = next_error
+    end do
+  end subroutine newton_solve
+
+  !> Newton's step, or a small one where the derivative is singular, as along a single frictionless plane.
+  pure subroutine newton_step(balance, stiffness, a, r, step, good)
+    type(balance_type), intent(in) :: balance   !! the equations
+    real(wp), intent(in) :: stiffness           !! elastic stiffness, stress/length
+    real(wp), intent(in) :: a(3, 3)             !! derivative of the residual, stress/length
+    real(wp), intent(in) :: r(3)                !! residual, zero beyond the unknowns, stress
+    real(wp), intent(out) :: step(3)            !! length
+    logical, intent(out) :: good                !! false: there is none
+    real(wp) :: b(3, 3), elastic
+    integer :: i
+    elastic = maxval(abs(r))/stiffness
+    b = a
+    step = -r
+    call eliminate(balance%n, b, step, good)
+    if (good .and. .not. balance%damping > 0.0_wp) good = maxval(abs(step)) <= worst_condition*elastic
+    if (good) return
+    b = a
+    do i = 1, balance%n
+      b(i, i) = b(i, i) + stiffness/worst_condition
+    end do
+    step = -r
+    call eliminate(balance%n, b, step, good)
+    if (good) good = maxval(abs(step)) <= balance%longest*elastic
+  end subroutine newton_step
+
+end module asperity_newton
