@@ -4,7 +4,7 @@
 #                      [WORKING_DIRECTORY <dir>])
 #
 # builds the executable <name> and the CTest test <name> (label: suite), which fails when an assertion fails and when no
-# test ran. The global property ASPERITY_SUITES lists the names, for tests/pfunit_stand_in/count_tests.py.
+# test ran.
 #
 # pFUnit 4.14 is found through -DPFUNIT_DIR=<prefix>/PFUNIT-4.14/cmake or CMAKE_PREFIX_PATH; its modules must come from
 # the same compiler. -DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON selects the stand-in in any case.
@@ -27,7 +27,9 @@ else()
   message(STATUS "Test suites: pFUnit not found, its stand-in in tests/pfunit_stand_in")
   add_library(asperity_funit STATIC EXCLUDE_FROM_ALL
     ${ASPERITY_PF_SUPPORT}/pf_operands.f90 ${ASPERITY_PF_SUPPORT}/funit.f90)
-  set_target_properties(asperity_funit PROPERTIES Fortran_MODULE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/mod/funit)
+  set_target_properties(asperity_funit PROPERTIES
+    ASPERITY_SUITE ON
+    Fortran_MODULE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/mod/funit)
   target_include_directories(asperity_funit PUBLIC ${CMAKE_CURRENT_BINARY_DIR}/mod/funit)
 
   # The call of pFUnit, without its MPI and its hooks.
@@ -64,8 +66,8 @@ function(asperity_add_suite name)
     endif()
   endforeach()
   add_pfunit_ctest(${ARGV})
+  set_target_properties(${name} PROPERTIES ASPERITY_SUITE ON)
   set_property(TEST ${name} APPEND PROPERTY LABELS suite)
-  set_property(GLOBAL APPEND PROPERTY ASPERITY_SUITES ${name})
   if(PFUNIT_FOUND)
     # pFUnit passes over what it does not understand: check first.
     list(TRANSFORM PF_TEST_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)

@@ -239,10 +239,10 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
                                    preload_time, separation, traction, state, work, n_rows, n_turns, status, message)
   use asperity_adaptive, only: largest_tolerance, least_tolerance, new_walk, walk_type
   use asperity_checks, only: bounded
-  use asperity_contract, only: status_ok, status_separation
-  use asperity_interface, only: interface_type, new_interface, separation_bound
   use asperity_slip_test, only: adaptive_slip, slip_test_type
   use asperity_text, only: append, integer_text, put_text, to_text
+  use asperity_contract, only: status_ok, status_separation
+  use asperity_interface, only: interface_type, new_interface, separation_bound
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS

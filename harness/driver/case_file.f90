@@ -1,13 +1,14 @@
 !> Meaning of a case file: material, pattern, load path or replay, and the end that is expected.
-!> The groups and their entries: `case_format`, which `rie_driver --help` prints.
+!> The groups and their entries: `print_format`, which `rie_driver --help` calls.
 module case_file
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use asperity_contract, only: status_ok
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use case_initial, only: carry_initial, initial_type, read_initial
-  use case_material, only: read_props
+  use case_material, only: prop_entries, read_props
   use case_state, only: check_state, read_state, state_type
   use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, unknown_name
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
@@ -16,16 +17,18 @@ module case_file
   use text_file, only: lower
   implicit none
   private
-  public :: interpret_case, read_sweep
+  public :: interpret_case, print_format, read_sweep
 
   character(len=*), parameter :: group_names(9) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state", "initial"]
 
-  character(len=*), parameter, public :: case_format(36) = [character(len=104) :: &
+  !> {group} stands for the constants of a group, with their defaults.
+  character(len=*), parameter :: case_format(37) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
-    "  &material  sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard = .false.       ! the last five are", &
-    "  &pattern   sides, theta, flat, turn   or   normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
+    "  &material  {material}", &
+    "  &pattern   sides, {pattern}", &
+    "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
     "  &step      one or more; each goes on from where the last one ended", &
     "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to, one value or a list run", &
     "               through in turn (a shorter list keeps its last value); a component that is not named", &
@@ -46,8 +49,8 @@ module case_file
     "             zero                                                                ! optional", &
     "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: where the run starts (default: virgin and", &
     "             at rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
-    "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3, h = 1,", &
-    "             map = 0, dalpha = 0, r = 0, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
+    "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3,", &
+    "             {replay}, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
     "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &
     "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
     "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
@@ -99,6 +102,21 @@ module case_file
   end type case_type
 
 contains
+
+  !> Print the format of a case file on standard output.
+  subroutine print_format()
+    character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
+    character(len=:), allocatable :: line
+    integer :: at, i, k
+    do i = 1, size(case_format)
+      line = trim(case_format(i))
+      do k = 1, size(groups)
+        at = index(line, "{" // trim(groups(k)) // "}")
+        if (at > 0) line = line(:at - 1) // prop_entries(trim(groups(k)), .true.) // line(at + len_trim(groups(k)) + 2:)
+      end do
+      write (output_unit, "(a)") line
+    end do
+  end subroutine print_format
 
   !> Name and values of the sweep of a case; no values: the case runs once.
   subroutine read_sweep(text, name, values, message)

@@ -1,17 +1,16 @@
 !> PROPS from the groups &material, &pattern and &replay of a case file.
 module case_material
   use asperity_checks, only: review_props
-  use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_dalpha, p_eta, p_flat, &
-    p_gc, p_gc2, p_guard, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table, &
-    status_ok
+  use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_eta, &
+    p_flat, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text
-  use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
+  use asperity_text, only: append, integer_text, to_text
+  use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
   use case_values, only: get_integer, get_real, get_reals, get_switch
   use text_file, only: lower
   implicit none
   private
-  public :: read_props
+  public :: read_props, prop_entries, in_group
 
 contains
 
@@ -21,48 +20,50 @@ contains
     real(wp), allocatable, intent(out) :: props(:)            !! PROPS, admissible if nothing was appended
     logical, intent(out) :: mode_2                            !! tangential strength or energy differ from mode I
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    character(len=*), parameter :: known(3) = [character(len=80) :: &
-      "sigma0, Gc, eta, mu, sigma02, Gc2, tau_v, kc, guard", "sides, theta, flat, turn, normals, weights", &
-      "file, through, ntens, h, map, dalpha, r, dtime, block"]
-    character(len=*), parameter :: owners(3) = [character(len=8) :: "material", "pattern", "replay"]
+    character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
+    !> Entries that are no constants: &replay itself is read elsewhere.
+    character(len=*), parameter :: of_pattern(3) = [character(len=8) :: "sides", "normals", "weights"], &
+      of_replay(5) = [character(len=8) :: "file", "through", "ntens", "dtime", "block"]
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
-    integer :: e, g, i, owner, sides
+    character(len=:), allocatable :: known
+    integer :: e, g, i, k, sides
 
     props = admissible_props()
     given = .false.
     allocate (normals(0), weights(0))
-    do owner = 1, size(owners)
-      g = group_index(text, trim(owners(owner)))
+    do k = 1, size(groups)
+      g = group_index(text, trim(groups(k)))
       if (g == 0) cycle
+      known = prop_entries(trim(groups(k)))
+      if (groups(k) == "pattern") known = listed(of_pattern, "") // ", " // known
+      if (groups(k) == "replay") known = listed(of_replay, "") // ", " // known
       do e = text%groups(g)%first, text%groups(g)%last
-        i = prop_index(text%entries(e)%name, owner)
+        i = prop_index(text%entries(e)%name, trim(groups(k)))
         if (i > 0) then
           given(i) = .true.
           call set_prop(text, e, i, props, message)
-        else if (owner == 2 .and. text%entries(e)%name == "sides") then
+        else if (groups(k) == "pattern" .and. text%entries(e)%name == "sides") then
           given(p_m) = .true.
           sides = 0
           call get_integer(text, e, 0, max_inclined, sides, message)
           if (sides > 0 .and. sides < min_inclined) call append(message, entry_where(text, e) // &
             ": expected 0 (flat) or " // integer_text(min_inclined) // " to " // integer_text(max_inclined))
           props(p_m) = real(sides, wp)
-        else if (owner == 2 .and. text%entries(e)%name == "normals") then
+        else if (groups(k) == "pattern" .and. text%entries(e)%name == "normals") then
           call get_reals(text, e, normals, message)
-        else if (owner == 2 .and. text%entries(e)%name == "weights") then
+        else if (groups(k) == "pattern" .and. text%entries(e)%name == "weights") then
           call get_reals(text, e, weights, message)
-        else if (owner < 3) then
-          call unknown_name(text, e, trim(known(owner)), message)
-        else if (all(text%entries(e)%name /= [character(len=8) :: "file", "through", "ntens", "dtime", "block"])) then
-          call unknown_name(text, e, trim(known(owner)), message)
+        else if (groups(k) /= "replay" .or. all(text%entries(e)%name /= of_replay)) then
+          call unknown_name(text, e, known, message)
         end if
       end do
-      if (owner == 1) then
+      if (groups(k) == "material") then
         do i = 1, n_required_props
           if (.not. given(i)) call append(message, group_where(text, g) // trim(prop_table(i)%name) // &
             " is missing: expected " // trim(prop_table(i)%admissible))
         end do
-      else if (owner == 2) then
+      else if (groups(k) == "pattern") then
         call add_planes(text, g, given, normals, weights, props, message)
       end if
     end do
@@ -86,24 +87,49 @@ contains
     props(p_eta) = 0.5_wp
   end function admissible_props
 
-  !> Index in PROPS of a name of &material, &pattern or &replay; 0: none.
-  pure function prop_index(name, owner) result(i)
-    character(len=*), intent(in) :: name   !! lower case
-    integer, intent(in) :: owner           !! 1, 2 or 3
+  !> Whether constant i has an entry of its name in a group: those of the law in &material, those of the pattern in
+  !> &pattern, those of host and numerics in &replay. The number of planes has not, &pattern says it by others.
+  pure function in_group(i, group) result(yes)
+    integer, intent(in) :: i                 !! index in PROPS
+    character(len=*), intent(in) :: group    !! name of the group
+    logical :: yes
+    select case (prop_table(i)%owner)
+    case ("law")
+      yes = group == "material"
+    case ("pattern")
+      yes = group == "pattern" .and. i /= p_m
+    case ("host", "numerics")
+      yes = group == "replay"
+    case default
+      yes = .false.
+    end select
+  end function in_group
+
+  !> Names of the constants of a group, in the order of PROPS, on request with the defaults of those that have one.
+  pure function prop_entries(group, with_defaults) result(text)
+    character(len=*), intent(in) :: group             !! name of the group
+    logical, intent(in), optional :: with_defaults    !! absent: names alone
+    character(len=:), allocatable :: text
+    logical :: defaults
     integer :: i
-    integer, parameter :: of_material(9) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc, &
-      p_guard], of_pattern(3) = [p_theta, p_flat, p_turn], of_replay(4) = [p_h, p_map, p_dalpha, p_r]
-    logical :: owned
+    defaults = .false.
+    if (present(with_defaults)) defaults = with_defaults
+    text = ""
+    do i = 1, n_fixed_props
+      if (.not. in_group(i, group)) cycle
+      if (len(text) > 0) text = text // ", "
+      text = text // trim(prop_table(i)%name)
+      if (defaults .and. i > n_required_props) text = text // " = " // to_text(prop_table(i)%default)
+    end do
+  end function prop_entries
+
+  !> Index in PROPS of an entry of a group; 0: none.
+  pure function prop_index(name, group) result(i)
+    character(len=*), intent(in) :: name    !! of the entry, lower case
+    character(len=*), intent(in) :: group   !! of the group
+    integer :: i
     do i = n_fixed_props, 1, -1
-      select case (owner)
-      case (1)
-        owned = any(i == of_material)
-      case (2)
-        owned = any(i == of_pattern)
-      case default
-        owned = any(i == of_replay)
-      end select
-      if (owned .and. lower(prop_table(i)%name) == name) exit
+      if (in_group(i, group) .and. lower(prop_table(i)%name) == name) exit
     end do
   end function prop_index
 
@@ -118,7 +144,7 @@ contains
     real(wp) :: trial(n_fixed_props)
     integer :: status
     trial = admissible_props()
-    if (i == p_guard) then
+    if (any(i == integral_props)) then
       call get_switch(text, e, trial(i), message)
     else
       call get_real(text, e, trial(i), message)

@@ -122,9 +122,14 @@ contains
     complaint = ""
     call get_real(text, entry, value, complaint)
     if (len(complaint) == 0) return
-    yes = value > 0.0_wp
-    call get_logical(text, entry, yes, message)
-    value = merge(1.0_wp, 0.0_wp, yes)
+    complaint = ""
+    yes = .false.
+    call get_logical(text, entry, yes, complaint)
+    if (len(complaint) == 0) then
+      value = merge(1.0_wp, 0.0_wp, yes)
+    else
+      call append(message, entry_where(text, entry) // ": expected 0, 1, .true. or .false.")
+    end if
   end subroutine get_switch
 
   !> The only string of an entry.

@@ -1,12 +1,12 @@
 !> Case file that reproduces a failed increment alone: material, pattern, the state at its start, the values it goes to.
 module failed_case
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, n_listed_values, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, &
-    p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, prop_table
+  use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
   use asperity_kinds, only: wp
   use asperity_control_point, only: control_type, point_type
-  use load_path, only: component_names
   use asperity_mixed_control, only: report_type
+  use case_material, only: in_group
+  use load_path, only: component_names
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -31,8 +31,6 @@ contains
     real(wp), intent(in) :: props(:)           !! PROPS
     type(failed_type), intent(in) :: failed    !! the increment
     logical, intent(out) :: written            !! false: the reason is on standard error
-    integer, parameter :: constants(9) = [p_sigma0, p_gc, p_eta, p_mu, p_sigma02, p_gc2, p_tau_v, p_kc, p_guard], &
-      shape_of(3) = [p_theta, p_flat, p_turn]
     character(len=:), allocatable :: text
     integer :: fd, i, k
 
@@ -40,13 +38,7 @@ contains
     if (.not. written) return
     call write_line(fd, path, "&case title = 'failed increment " // integer_text(failed%increment) // &
       " of step " // integer_text(failed%step) // "' /", written)
-    text = ""
-    do i = 1, size(constants)
-      ! what may be left out has the default 0 or is above it
-      if (i <= 4 .or. props(constants(i)) > 0.0_wp) text = text // entry(trim(prop_table(constants(i))%name), &
-        props(constants(i):constants(i)))
-    end do
-    if (written) call write_line(fd, path, "&material" // text // " /", written)
+    if (written) call write_line(fd, path, "&material" // entries("material") // " /", written)
     if (props(p_m) < 0.0_wp) then
       text = ""
       k = nint(-props(p_m))
@@ -54,10 +46,7 @@ contains
         text = entry("normals", reshape(planes(1:3, :), [3*k])) // entry("weights", planes(4, :))
       end associate
     else
-      text = entry("sides", props(p_m:p_m))
-      do i = 1, size(shape_of)
-        text = text // entry(trim(prop_table(shape_of(i))%name), props(shape_of(i):shape_of(i)))
-      end do
+      text = entry("sides", props(p_m:p_m)) // entries("pattern")
     end if
     if (written) call write_line(fd, path, "&pattern" // text // " /", written)
     if (written) call write_line(fd, path, "&state" // entry("separation", failed%start%s) // &
@@ -79,6 +68,19 @@ contains
     call close_file(fd, path, written)
 
   contains
+
+    !> The constants of a group but for those that have their default.
+    pure function entries(group) result(list)
+      character(len=*), intent(in) :: group   !! name of the group
+      character(len=:), allocatable :: list
+      integer :: j
+      list = ""
+      do j = 1, n_fixed_props
+        if (.not. in_group(j, group)) cycle
+        if (j <= n_required_props .or. abs(props(j) - prop_table(j)%default) > 0.0_wp) list = list // &
+          entry(trim(prop_table(j)%name), props(j:j))
+      end do
+    end function entries
 
     !> An entry of a group: a name and its values.
     pure function entry(name, values) result(piece)

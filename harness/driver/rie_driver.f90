@@ -5,7 +5,7 @@ program rie_driver
   use asperity_contract, only: version
   use asperity_kinds, only: wp
   use case_echo, only: echo_case
-  use case_file, only: case_format, case_type, interpret_case, read_sweep
+  use case_file, only: case_type, interpret_case, print_format, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
   use driver_messages, only: exit_input, exit_ok, finish, say, short
@@ -48,7 +48,8 @@ contains
       argument = argument_text(i)
       select case (argument)
       case ("-h", "--help")
-        write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage)), (trim(case_format(i)), i=1, size(case_format))
+        write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage))
+        call print_format()
         call finish(exit_ok)
       case ("--version")
         write (output_unit, "(2a)") "rie_driver ", version

@@ -29,6 +29,7 @@ module asperity_contract
   !> `lower` is -`upper`.
   type :: prop_type
     character(len=8) :: name          !! symbol
+    character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics; none: reserved
     character(len=64) :: meaning      !! one line
     character(len=14) :: unit         !! in the user's consistent set
     character(len=40) :: admissible   !! what an error message says was expected
@@ -51,34 +52,36 @@ module asperity_contract
   real(wp), parameter :: unbounded = huge(1.0_wp)
 
   type(prop_type), parameter, public :: prop_table(n_fixed_props) = [ &
-    prop_type("sigma0", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
-    prop_type("Gc", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
-    prop_type("eta", "ductility 1 - s0/sf", "-", "0 < eta < 1", small, below_one, 0.0_wp), &
-    prop_type("mu", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp), &
-    prop_type("theta", "inclination of the planes", "degree", "0 <= theta < 90", 0.0_wp, below_right, 0.0_wp), &
-    prop_type("m", "inclined planes (0: flat; -k: k listed planes from 20 on)", "-", &
+    prop_type("sigma0", "law", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
+    prop_type("Gc", "law", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
+    prop_type("eta", "law", "ductility 1 - s0/sf", "-", "0 < eta < 1", small, below_one, 0.0_wp), &
+    prop_type("mu", "law", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp), &
+    prop_type("theta", "pattern", "inclination of the planes", "degree", "0 <= theta < 90", &
+              0.0_wp, below_right, 0.0_wp), &
+    prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 20 on)", "-", &
               "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp), &
-    prop_type("flat", "share of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
-    prop_type("turn", "rotation of the pattern about N", "degree", "any finite angle", -unbounded, unbounded, 0.0_wp), &
-    prop_type("h", "thickness the host divides by (strain = separation/h)", "length", &
+    prop_type("flat", "pattern", "share of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
+    prop_type("turn", "pattern", "rotation of the pattern about N", "degree", "any finite angle", &
+              -unbounded, unbounded, 0.0_wp), &
+    prop_type("h", "host", "thickness the host divides by (strain = separation/h)", "length", &
               "> 0 (1e-50 to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp), &
-    prop_type("map", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("sigma02", "tangential strength if different (0: equal)", "stress", &
+    prop_type("map", "host", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp), &
+    prop_type("sigma02", "law", "tangential strength if different (0: equal)", "stress", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("Gc2", "mode II rupture energy if different (0: equal)", "stress*length", &
+    prop_type("Gc2", "law", "mode II rupture energy if different (0: equal)", "stress*length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("tau_v", "relaxation time of the viscous damage, 0: none", "time", &
+    prop_type("tau_v", "law", "relaxation time of the viscous damage, 0: none", "time", &
               ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("dalpha", "growth of damage in an increment that asks for a cut, 0: never", "-", &
+    prop_type("dalpha", "numerics", "growth of damage in an increment that asks for a cut, 0: never", "-", &
               "0 <= dalpha < 1", 0.0_wp, below_one, 0.0_wp), &
-    prop_type("r", "NTENS = 6: stiffness of the other components, share of K h", "-", &
+    prop_type("r", "host", "NTENS = 6: stiffness of the other components, share of K h", "-", &
               "0 <= r <= 1", 0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("kc", "closing stiffness as a multiple of Kn (0: 1)", "-", &
+    prop_type("kc", "law", "closing stiffness as a multiple of Kn (0: 1)", "-", &
               ">= 0 (at most 1e10)", 0.0_wp, top, 1.0_wp), &
-    prop_type("guard", "1: the damage of a plane grows only where that releases energy", "-", "0 or 1", &
+    prop_type("guard", "law", "1: the damage of a plane grows only where that releases energy", "-", "0 or 1", &
               0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("reserved", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp), &
-    prop_type("reserved", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
+    prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
   !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
   integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(3) = [p_h, p_sigma02, p_gc2]
 

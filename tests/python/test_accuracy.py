@@ -130,6 +130,7 @@ def test_tangents() -> None:
     assert runs["numerical"].mean == pytest.approx(consistent.mean, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", accuracy_charts.STUDIES)
 def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The pictures of a study, and its tables on a page, between the markers."""

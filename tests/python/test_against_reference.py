@@ -99,6 +99,7 @@ def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance
     assert np.all(excess <= 0.0), f"{name}{list(worst)}: {actual[worst]!r} instead of {expected[worst]!r}"
 
 
+@pytest.mark.slow
 def test_random_histories() -> None:
     """Tractions, states and tangents of random points, patterns and parameters, every branch met often."""
     rng = np.random.default_rng(SEED)
@@ -151,6 +152,7 @@ def trial_distance(planes: reference.Pattern, s: np.ndarray, state: np.ndarray) 
 hundredths = st.integers(-500, 500).map(lambda i: i / 100)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(
     eta=st.integers(1, 99).map(lambda i: i / 100),
@@ -205,6 +207,7 @@ def test_planar_law() -> None:
         assert_within("energies", found, energies, TRACTION * p.Kn * largest * path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
 def test_figures(figure: str) -> None:
     """Driver, reference and 2D law each follow the equilibrium of a figure's cases, to the same end."""

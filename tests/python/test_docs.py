@@ -68,6 +68,7 @@ def without_code(text: str) -> str:
 # --- examples -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @examples("python")
 def test_python_example(block: Block, tmp_path: Path) -> None:
     """It prints what is shown, and warns of nothing."""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asperity import installed
 from asperity.oracle import reference
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,21 +34,10 @@ RP_4 = "&pattern sides = 4, theta = 30.0 /\n"
 TRACTION_TOLERANCE = 1.1e-10
 
 
-def find_driver() -> Path:
-    """The binary of ASPERITY_DRIVER, or of the tree: of `make check` or `make build` before any other."""
-    if os.environ.get("ASPERITY_DRIVER"):
-        return Path(os.environ["ASPERITY_DRIVER"]).resolve()
-    built = sorted(ROOT.glob("build/*/bin/rie_driver"), key=lambda path: -path.stat().st_mtime)
-    preferred = [path for name in ("test", "release") for path in built if path.parts[-3] == name]
-    if not built:
-        pytest.fail("no rie_driver: `make build` makes one, or set ASPERITY_DRIVER")
-    return (preferred + built)[0]
-
-
 @pytest.fixture(scope="session")
 def driver() -> Path:
     """Path of the driver."""
-    return find_driver()
+    return installed.driver().resolve()
 
 
 class Result:

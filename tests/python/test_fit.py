@@ -90,6 +90,7 @@ def test_normal_stiffness_refused() -> None:
 # --- recovery -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_record_of_the_reference_model() -> None:
     """A record computed by the independent reference, without noise, gives back what it was made with."""
@@ -109,6 +110,7 @@ def test_record_of_the_reference_model() -> None:
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", study.NOISES)
 def test_intervals_hold_at_their_rate(noise: float) -> None:
     """95 % intervals of every parameter and of the ratio: at most 4 of 16 miss (odds of 0.1 %)."""
@@ -127,6 +129,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     assert 0.25 < misses / of < 0.75
 
 
+@pytest.mark.slow
 def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without noise a cycle gives back what it was made with, for the increments are refined.
 
@@ -148,6 +151,7 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "the increments are too long: finer ones move" in "\n".join(identifiability(coarse))
 
 
+@pytest.mark.slow
 def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     """Starts drawn from the record find the minimum near the truth; a smaller step agrees."""
     problem = three_percent.problem
@@ -159,6 +163,7 @@ def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     assert again.values == three_percent.values
 
 
+@pytest.mark.slow
 def test_stiffness_and_cycles() -> None:
     """Records under a normal stiffness and with reversals."""
     for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):

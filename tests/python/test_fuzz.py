@@ -187,6 +187,7 @@ def interface_of(values: tuple[float, ...]) -> Interface:
         )
 
 
+@pytest.mark.slow
 @settings(max_examples=5 * EXAMPLES, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(
     values=st.tuples(

@@ -29,16 +29,14 @@ FORBIDDEN = [
 
 
 def tracked_files() -> list[Path]:
-    """Files git tracks or would track; outside a clone every file of the source folders and of the top."""
+    """Files git tracks or would track; outside a clone every file but what tools make."""
     command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     try:
         names = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split("\0")
         files = [ROOT / name for name in names if name]
     except (FileNotFoundError, subprocess.CalledProcessError):
-        folders = [ROOT / name for name in ("src", "harness", "tests", "python", "docs", "cmake", ".ci")]
-        files = [*ROOT.iterdir(), *(file for folder in folders for file in folder.rglob("*"))]
-        made_by_tools = {"__pycache__", ".hypothesis", ".pytest_cache", ".ruff_cache"}
-        files = [file for file in files if not made_by_tools.intersection(file.parts)]
+        made_by_tools = {"build", ".venv", "__pycache__", ".hypothesis", ".pytest_cache", ".ruff_cache"}
+        files = [f for f in ROOT.rglob("*") if not made_by_tools.intersection(f.relative_to(ROOT).parts)]
     return [file for file in files if file.is_file()]
 
 

@@ -182,6 +182,7 @@ def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_files_are_the_committed_ones(again: Path) -> None:
     """Every entry has its picture and its numbers, and nothing else is there."""
     names = {f"{entry.stem}.{kind}" for entry in gallery.ENTRIES for kind in ("png", "csv")} | {"README.md"}
@@ -194,6 +195,7 @@ def test_files_are_the_committed_ones(again: Path) -> None:
         assert image[..., :3].min() < 0.3 and image[..., :3].max() == 1.0
 
 
+@pytest.mark.slow
 def test_numbers_are_the_committed_ones(again: Path) -> None:
     """Cell by cell, relative to the largest of the column."""
     for path in sorted(again.glob("*.csv")):
@@ -211,6 +213,7 @@ def test_numbers_are_the_committed_ones(again: Path) -> None:
             np.testing.assert_allclose(x, y, rtol=0.0, atol=RELATIVE * scale, err_msg=f"{path.name}, {name}")
 
 
+@pytest.mark.slow
 def test_page_is_the_committed_one(again: Path) -> None:
     """The page has the same words; numbers that are rounding errors or error estimates stay small."""
     words, values = numbers((again / "README.md").read_text(encoding="utf-8"))
@@ -220,6 +223,7 @@ def test_page_is_the_committed_one(again: Path) -> None:
         assert ours == pytest.approx(theirs, rel=1e-3, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """--figure leaves out the others and the page, --pdf adds vector pictures."""
     assert main(["paper", "-o", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0

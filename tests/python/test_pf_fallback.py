@@ -68,6 +68,7 @@ def names_in(text: str) -> list[str]:
     return re.findall(r"@test\n\s*subroutine (\w+)", text)
 
 
+@pytest.mark.slow
 @needs_gfortran
 @pytest.mark.parametrize("flags", [TRAPS, ["-O3"]], ids=["traps", "O3"])
 def test_verdicts(tmp_path: Path, flags: list[str]) -> None:

@@ -82,6 +82,7 @@ def independent_error(scene: Scene, answer: Selection, seed: int) -> float:
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_answer_meets_its_tolerance(seed: int):
     """By an independent implementation, in other directions, at other rows; fewer planes do not."""
@@ -254,6 +255,7 @@ def test_costs_are_the_benchmark(tmp_path: Path):
     assert isinstance(costs, Costs)
 
 
+@pytest.mark.slow
 def test_command(tmp_path: Path):
     """Answer and exit code 0; 1 with a message where there is none."""
     path = tmp_path / "scene.nml"

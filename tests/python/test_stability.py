@@ -133,6 +133,7 @@ def test_vumat_is_the_law(single: bool) -> None:
 # --- maps --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Pictures and CSV; cells agree with the closed forms, the solver gets through where there is a way."""
     assert main(["stability", "map", "-o", str(tmp_path), "--size", "4", "--pdf"]) == 0

@@ -243,6 +243,7 @@ def test_egg_box() -> None:
     assert planes.fabric == pytest.approx(found.fabric, abs=EXACT)
 
 
+@pytest.mark.slow
 def test_errors_of_an_isotropic_pattern() -> None:
     """z = A sin kx sin 2ky with RP-8: every error is a closed form of the two moments, a and b = 4a."""
     a, x, y = grid(64, 1)
@@ -482,6 +483,7 @@ def test_rounded_coordinates(folder: Path) -> None:
     assert scan.x == pytest.approx(a, abs=EXACT) and scan.y == pytest.approx(a, abs=EXACT)
 
 
+@pytest.mark.slow
 def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Doubtful units, two spacings and slopes of noise are told, a plateau is not."""
     x = np.arange(400) * 0.1
@@ -650,6 +652,7 @@ def test_full_list_of_planes() -> None:
     assert max(map(len, case_lines(listed).splitlines())) < 110
 
 
+@pytest.mark.slow
 def test_page(tmp_path: Path) -> None:
     """docs/how-to/surface.md shows what its commands print, and the first of the listed planes."""
     page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"

@@ -34,6 +34,7 @@ def parts(page: str, language: str) -> list[tuple[str, str]]:
     return re.findall(pattern, page, re.MULTILINE | re.DOTALL)
 
 
+@pytest.mark.slow
 def test_tutorial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,14 +1,17 @@
 #!/bin/sh
-# build.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (a few minutes); nothing is installed.
+# build.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (a few minutes), and again when this
+# script has changed; nothing is installed.
 # What is missing of the machine (deb-src entries, headers, run-time libraries) is taken into FOLDER as well.
 # Exit codes: 0 ready, 77 this machine cannot get or build the source, with the reason in the last line.
 set -u
 [ $# = 1 ] || { echo "usage: build.sh FOLDER"; exit 2; }
 mkdir -p "$1" && folder=$(cd "$1" && pwd) || exit 2
-if [ -f "$folder/ready" ]; then
+inputs=$(cksum <"$0")
+if [ -f "$folder/ready" ] && [ "$(cat "$folder/inputs" 2>&1)" = "$inputs" ]; then
   echo "CalculiX: $(cat "$folder/ready"), compiled before"
   exit 0
 fi
+rm -rf "$folder/ready" "$folder/src" "$folder/deb"
 
 skip() {
   echo "CalculiX: $1"
@@ -59,5 +62,6 @@ make -C "$source" -j"${JOBS:-2}" "$name.a" "$name.o" CC=gcc FC=gfortran \
   CFLAGS="-w -O2 -I$folder/deb/usr/include/spooles -DARCH=Linux -DSPOOLES -DARPACK -DMATRIXSTORAGE -DUSE_MT=1" \
   FFLAGS="-w -O2 -fopenmp -fallow-argument-mismatch" >"$folder/make.log" 2>&1 || skip "make failed ($folder/make.log)"
 # without the UMAT that comes with it, an elastic one: a wrong link must not look right
-cp "$source/$name.a" "$folder/ccx.a" && ar d "$folder/ccx.a" umat.o && cp "$source/$name.o" "$folder/ccx.o" && echo "$name" >"$folder/ready"
+cp "$source/$name.a" "$folder/ccx.a" && ar d "$folder/ccx.a" umat.o && cp "$source/$name.o" "$folder/ccx.o" &&
+  echo "$inputs" >"$folder/inputs" && echo "$name" >"$folder/ready"
 echo "CalculiX: $name compiled"

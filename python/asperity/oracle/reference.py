@@ -1,24 +1,28 @@
 """Independent NumPy reference of the interface law of Albarella, Serpieri, Alfano and Sacco (2015).
 
-It is an oracle for the tests and uses nothing of the library.
 Written from the equations of the paper with the corrections listed in docs/theory.md, not from the Fortran
 library, so that the two can be compared.  Numbers in round brackets are the paper's equations.  Components
 are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are the user's consistent set.
+Finite asperity height and wear go beyond the paper: the damaged part of an inclined plane then lives on a
+curved facet (facet.py), while bond and damage stay those of the straight plane.
 
 A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 8 + 3 k entries: damage,
-stored, rupture and friction per unit area, status, the three offsets of the separation, and then (alpha,
-s_dit, s_dih) of every plane; zeros are a virgin point.
+stored, rupture and friction (with wear) per unit area, status, the three offsets of the separation, and then
+(alpha, s_dit, s_dih) of every plane.  With wear, (omega, frictional work) of every plane follow them.
+Zeros are a virgin point.  Floating-point types wider than double precision are kept.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from .facet import Facet, facets
+
+Floats = NDArray[np.floating]
 Pattern = tuple[Floats, Floats]
 
 HEADER = 8
@@ -27,11 +31,14 @@ HEADER = 8
 PER_PLANE = 3
 """Entries of the state per plane: alpha, s_dit, s_dih."""
 
+PER_FACET = 2
+"""Entries of the state per plane with wear, after those of all planes: omega, frictional work."""
+
+GUARD_ROUNDINGS = 16
+"""Rounding errors of K |s|^2 within which the guard takes a release of energy for none."""
+
 OPEN, STICK, SLIP = 0, 1, 2
 """Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
-
-ROUNDINGS = 8.0 * np.finfo(float).eps
-"""Of Kt |s_T|^2, within which no energy is released by growing damage."""
 
 PARALLEL = 1.0e-12
 """Sine of the inclination below which a plane counts as parallel to the average surface."""
@@ -43,7 +50,9 @@ class Parameters:
 
     sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
     tau_v: relaxation time of the damage, 0: it follows at once; guard: damage of a plane stays where its
-    growth would give energy back.
+    growth would give energy back; height: asperity height H, length, 0:
+    dilation never ends; W0: frictional work per unit area of a facet that wears it to 37 %, stress*length,
+    0: no wear.
     Raises ValueError naming every value out of range.
     """
 
@@ -56,6 +65,8 @@ class Parameters:
     kc: float = 1.0
     tau_v: float = 0.0
     guard: bool = False
+    height: float = 0.0
+    W0: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -68,6 +79,8 @@ class Parameters:
             ("Gc2", self.Gc2 >= 0, ">= 0"),
             ("kc", self.kc >= 0, ">= 0"),
             ("tau_v", self.tau_v >= 0, ">= 0"),
+            ("height", self.height >= 0, ">= 0"),
+            ("W0", self.W0 >= 0, ">= 0"),
         )
         wrong = [
             f"{name} = {getattr(self, name)!r}: expected {admissible}"
@@ -102,17 +115,32 @@ class Parameters:
         """Tangential stiffness, stress/length (12)."""
         return (self.sigma02 or self.sigma0) / self.s02
 
+    @property
+    def wears(self) -> bool:
+        """Whether the state holds the wear of the facets."""
+        return self.W0 > 0.0
+
+    @property
+    def curved(self) -> bool:
+        """Whether the damaged part of a plane lives on a facet of its own."""
+        return self.height > 0.0 or self.wears
+
 
 @dataclass(frozen=True)
 class Response:
-    """Answer of the law: traction (..., 3), state (..., 8+3k), tangent (..., 3, 3), and per plane (..., k)
-    the branch (OPEN, STICK or SLIP) and whether its damage grew."""
+    """Answer of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
+
+    Per plane (..., k): the branch of its damaged part (OPEN, STICK or SLIP), whether its damage grew, and the
+    energies that friction and wear took in the increment, per unit area of the plane.
+    """
 
     traction: Floats
     state: Floats
     tangent: Floats
     branch: NDArray[np.int8]
     damaging: NDArray[np.bool_]
+    friction: Floats
+    wear: Floats
 
 
 @dataclass(frozen=True)
@@ -195,9 +223,9 @@ def frames(normals: Floats) -> Floats:
 # --- the law -------------------------------------------------------------
 
 
-def virgin(pattern: Pattern) -> Floats:
-    """State of a virgin point, (8 + 3 k,) zeros."""
-    return np.zeros(HEADER + PER_PLANE * len(pattern[1]))
+def virgin(pattern: Pattern, wears: bool = False) -> Floats:
+    """State of a virgin point, (8 + 3 k,) or with wear (8 + 5 k,) zeros."""
+    return np.zeros(HEADER + (PER_PLANE + PER_FACET * wears) * len(pattern[1]))
 
 
 def update(
@@ -210,48 +238,56 @@ def update(
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
-    s and s_old are (..., 3), state is (..., 8 + 3 k); None means zero.  Leading axes are independent points.
-    dt is the time the increment takes; without viscous damage (tau_v = 0) it has no effect.  With the guard
-    the energy Y that growing damage would give back is judged by the mean of start and end.
+    s and s_old are (..., 3), state is as long as ``virgin`` makes it; None means zero.  Leading axes are
+    independent points.  dt is the time the increment takes; without viscous damage (tau_v = 0) it has no
+    effect.  With the guard the energy Y that growing damage would give back is judged by the mean of start
+    and end.
     """
     gamma = pattern[1]
     frame = frames(pattern[0])
-    s = np.asarray(s, dtype=float)
+    s = _floats(s)
     lead = s.shape[:-1]
-    state = np.broadcast_to(virgin(pattern) if state is None else state, (*lead, len(virgin(pattern))))
+    blank = virgin(pattern, parameters.wears)
+    state = np.broadcast_to(blank if state is None else state, (*lead, len(blank)))
     s_old = np.broadcast_to(np.zeros(3) if s_old is None else s_old, s.shape)
     offset = state[..., 5:8]
-    alpha_old, slip_old = _histories(state)
-    s_new = _resolve(frame, s + offset)
-    s_before = _resolve(frame, s_old + offset)
+    alpha_old, slip_old = _histories(state, len(gamma))
+    omega_old, work_old = _wear_histories(state, len(gamma))
 
-    friction = _, slip, _, branch = _friction(parameters, s_new, slip_old)
-    release = _release_rate(parameters, s_before, slip_old) + _release_rate(parameters, s_new, slip)
+    start = _start(parameters, frame, s_old + offset, state)
+    kinematics = s_new, contact, facet = _kinematics(parameters, frame, s + offset, start.omega)
+
+    returned = tau_d, slip, _, branch = _friction(parameters, contact, slip_old)
+    release = _release_rate(parameters, start.straight, start.contact, slip_old)
+    release = release + _release_rate(parameters, s_new, contact, slip)
     alpha, slope = _damage(parameters, s_new, alpha_old, dt)
     if parameters.guard:
-        # two energies of the same size are subtracted: what is left of them by rounding is nothing
-        whole = (s_before[..., 1:] ** 2).sum(-1) + (s_new[..., 1:] ** 2).sum(-1)
-        gives_back = release < -ROUNDINGS * parameters.Kt * whole
+        gives_back = release < -_rounding(parameters, start.straight, s_new)
         alpha = np.where(gives_back, alpha_old, alpha)
         slope = np.where(gives_back[..., None], 0.0, slope)
     damage = alpha, slope
-    traction, tangent = _assemble(parameters, frame, gamma, s_new, damage, friction)
+    traction, tangent = _assemble(parameters, frame, gamma, kinematics, damage, returned)
 
     # Energies per unit area; the start of the increment is evaluated from the state that came in.
-    strength_before = parameters.mu * alpha_old * _pressure(parameters, s_before)
-    strength = parameters.mu * alpha * _pressure(parameters, s_new)
-    sliding = np.linalg.norm(slip - slip_old, axis=-1)
+    strength_before = parameters.mu * alpha_old * _pressure(parameters, start.contact)
+    strength = parameters.mu * alpha * _pressure(parameters, contact)
+    friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - slip_old, axis=-1)
+    drive = _driving_force(parameters, facet, alpha, tau_d)
+    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(drive, 0.0)) * (start.omega - omega_old)
+    work = work_old + np.where(drive > 0.0, friction, 0.0)
 
-    out = np.empty_like(state)
+    out = np.empty(state.shape, traction.dtype)
     out[..., 0] = (gamma * alpha).sum(-1)
-    out[..., 1] = (gamma * _stored(parameters, s_new, alpha, slip)).sum(-1)
+    out[..., 1] = (gamma * _stored(parameters, s_new, contact, alpha, slip)).sum(-1)
     out[..., 2] = state[..., 2] + (gamma * 0.5 * release * (alpha - alpha_old)).sum(-1)
-    out[..., 3] = state[..., 3] + (gamma * 0.5 * (strength_before + strength) * sliding).sum(-1)
+    out[..., 3] = state[..., 3] + (gamma * (friction + wear)).sum(-1)
     out[..., 4] = 1.0
     out[..., 5:8] = offset
-    planes = np.concatenate([alpha[..., None], slip], axis=-1)
-    out[..., HEADER:] = planes.reshape(*lead, PER_PLANE * len(gamma))
-    return Response(traction, out, tangent, branch, alpha > alpha_old)
+    entries = [np.concatenate([alpha[..., None], slip], axis=-1)]
+    if parameters.wears:
+        entries.append(np.stack([start.omega, work], axis=-1))
+    out[..., HEADER:] = np.concatenate([entry.reshape(*lead, -1) for entry in entries], axis=-1)
+    return Response(traction, out, tangent, branch, alpha > alpha_old, friction, wear)
 
 
 def replay(
@@ -264,23 +300,92 @@ def replay(
 
     times (T,) are the ends of the increments, the first of which starts at 0; None: no time passes.
     """
-    S = np.asarray(S, dtype=float)
-    state = np.zeros((*S.shape[1:-1], len(virgin(pattern))))
+    S = _floats(S)
+    state = np.zeros((*S.shape[1:-1], len(virgin(pattern, parameters.wears))))
     s_old = np.zeros(S.shape[1:])
     steps = []
     clock = np.concatenate([[0.0], np.zeros(len(S)) if times is None else np.asarray(times, dtype=float)])
     for s, dt in zip(S, np.diff(clock), strict=True):
         steps.append(update(parameters, pattern, s, state, s_old, float(dt)))
         state, s_old = steps[-1].state, s
-    names = ("traction", "state", "tangent", "branch", "damaging")
+    names = (entry.name for entry in fields(Response))
     return Response(*(np.stack([getattr(step, name) for step in steps]) for name in names))
 
 
-def _histories(state: Floats) -> tuple[Floats, Floats]:
+def _floats(values: ArrayLike) -> Floats:
+    """Array in double precision, or in the wider type that it has."""
+    array = np.asarray(values)
+    return array.astype(np.result_type(array.dtype, float))
+
+
+def _histories(state: Floats, count: int) -> tuple[Floats, Floats]:
     """Damage (..., k) and slip (..., k, 2) of the planes in a state."""
-    count = (state.shape[-1] - HEADER) // PER_PLANE
-    planes = state[..., HEADER:].reshape(*state.shape[:-1], count, PER_PLANE)
+    planes = state[..., HEADER : HEADER + PER_PLANE * count].reshape(*state.shape[:-1], count, PER_PLANE)
     return planes[..., 0], planes[..., 1:]
+
+
+def _wear_histories(state: Floats, count: int) -> tuple[Floats, Floats]:
+    """omega and frictional work (..., k) of the facets in a state; zeros in a state without them."""
+    entries = state[..., HEADER + PER_PLANE * count :]
+    if entries.shape[-1] == 0:
+        entries = np.zeros((*state.shape[:-1], PER_FACET * count))
+    worn = entries.reshape(*state.shape[:-1], count, PER_FACET)
+    return worn[..., 0], worn[..., 1]
+
+
+def _kinematics(
+    parameters: Parameters, frame: Floats, s: Floats, omega: Floats
+) -> tuple[Floats, Floats, Facet | None]:
+    """Components (..., k, 3) of a separation s (..., 3) on the straight planes and on their facets.
+
+    Bond and damage take the first, contact and friction the second.  Without height and wear the facet is the
+    plane itself (None).
+    """
+    straight = _resolve(frame, s)
+    if not parameters.curved:
+        return straight, straight, None
+    facet = facets(frame, s, parameters.height, omega)
+    return straight, facet.local, facet
+
+
+def _driving_force(parameters: Parameters, facet: Facet | None, alpha: Floats, tau_d: Floats) -> Floats:
+    """Energy A released per unit of wear: alpha (p dg/domega - tau_t ds_t/domega) = -alpha dpsi_d/domega."""
+    if facet is None or not parameters.wears:
+        return np.zeros_like(alpha)
+    p = _pressure(parameters, facet.local)
+    return alpha * (p * facet.by_omega[..., 0] - tau_d[..., 0] * facet.by_omega[..., 1])
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Start of an increment: separations and facets there, friction traction, driving force, omega in it."""
+
+    straight: Floats
+    contact: Floats
+    facet: Facet | None
+    tau_d: Floats
+    drive: Floats
+    omega: Floats
+
+
+def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) -> _Start:
+    """Start of an increment at s_old (..., 3), the offset included; its wear is known there already."""
+    alpha, slip = _histories(state, len(frame))
+    omega, work = _wear_histories(state, len(frame))
+    straight, contact, facet = _kinematics(parameters, frame, s_old, omega)
+    tau_d = parameters.Kt * (contact[..., 1:] - slip)
+    drive = _driving_force(parameters, facet, alpha, tau_d)
+    if parameters.wears:
+        reached = np.maximum(omega, -np.expm1(-work / parameters.W0))
+        omega = np.where(drive > 0.0, reached, omega)
+    return _Start(straight, contact, facet, tau_d, drive, omega)
+
+
+def _rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats:
+    """What rounding may leave of a trapezoid of Y (..., k) that is zero."""
+    stiffness = np.array([max(1.0, parameters.kc) * parameters.Kn, parameters.Kt, parameters.Kt])
+    size = (stiffness * (s_before**2 + s_new**2)).sum(-1)
+    return GUARD_ROUNDINGS * np.finfo(size.dtype).eps * size
 
 
 def _resolve(frame: Floats, s: Floats) -> Floats:
@@ -288,28 +393,46 @@ def _resolve(frame: Floats, s: Floats) -> Floats:
     return np.einsum("kab,...b->...ka", frame, s)
 
 
-def _traction(frame: Floats, gamma: Floats, alpha: Floats, undamaged: Floats, damaged: Floats) -> Floats:
+def _traction(
+    frame: Floats, gamma: Floats, alpha: Floats, undamaged: Floats, damaged: Floats, facet: Facet | None
+) -> Floats:
     """Traction (..., 3) of the interface from the local ones of the two parts of the planes, (3), (22)."""
-    sigma = (1.0 - alpha)[..., None] * undamaged + alpha[..., None] * damaged
-    return np.einsum("k,kab,...ka->...b", gamma, frame, sigma)
+    undamaged, damaged = (1.0 - alpha)[..., None] * undamaged, alpha[..., None] * damaged
+    if facet is None:
+        return np.einsum("k,kab,...ka->...b", gamma, frame, undamaged + damaged)
+    straight = np.einsum("k,kab,...ka->...b", gamma, frame, undamaged)
+    return straight + np.einsum("k,...kab,...ka->...b", gamma, facet.gradient, damaged)
 
 
 def _assemble(
     parameters: Parameters,
     frame: Floats,
     gamma: Floats,
-    s: Floats,
+    kinematics: tuple[Floats, Floats, Facet | None],
     damage: tuple[Floats, Floats],
     friction: tuple[Floats, Floats, Floats, NDArray[np.int8]],
 ) -> tuple[Floats, Floats]:
-    """Traction (..., 3) and consistent tangent (..., 3, 3) from the local separation and what it led to."""
+    """Traction (..., 3) and tangent (..., 3, 3) from the local separations and what they led to."""
+    s, contact, facet = kinematics
     alpha, damage_slope = damage
     tau_d, _, trial, branch = friction
-    undamaged, damaged = _parts(parameters, s, tau_d)
-    local = _tangent(parameters, s, alpha, trial, branch)
-    local = local + (damaged - undamaged)[..., :, None] * damage_slope[..., None, :]
-    tangent = (gamma[:, None, None] * frame.transpose(0, 2, 1) @ local @ frame).sum(-3)
-    return _traction(frame, gamma, alpha, undamaged, damaged), tangent
+    undamaged, damaged = _parts(parameters, s, contact, tau_d)
+    traction = _traction(frame, gamma, alpha, undamaged, damaged, facet)
+    Q, Q_T = frame, frame.transpose(0, 2, 1)
+    if facet is None:
+        local = _tangent(parameters, s, alpha, trial, branch)
+        local = local + (damaged - undamaged)[..., :, None] * damage_slope[..., None, :]
+        return traction, (gamma[:, None, None] * Q_T @ local @ Q).sum(-3)
+    none, all_ = np.zeros_like(alpha), np.ones_like(alpha)
+    share = alpha[..., None, None]
+    D_u = _tangent(parameters, s, none, trial, np.where(s[..., 0] > 0.0, OPEN, STICK))
+    D_d = _tangent(parameters, contact, all_, trial, branch)
+    G, G_T = facet.gradient, np.swapaxes(facet.gradient, -1, -2)
+    of_geometry = np.einsum("...i,...iab->...ab", damaged[..., :2], facet.curvature)
+    change = np.einsum("...ab,...a->...b", G, damaged) - np.einsum("kab,...ka->...kb", Q, undamaged)
+    of_damage = change[..., :, None] * np.einsum("kab,...ka->...kb", Q, damage_slope)[..., None, :]
+    plane = (1.0 - share) * (Q_T @ D_u @ Q) + share * (G_T @ D_d @ G + of_geometry) + of_damage
+    return traction, (gamma[:, None, None] * plane).sum(-3)
 
 
 def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float = 0.0) -> tuple[Floats, Floats]:
@@ -357,12 +480,11 @@ def _pressure(parameters: Parameters, s: Floats) -> Floats:
     return -parameters.kc * parameters.Kn * np.minimum(s[..., 0], 0.0)
 
 
-def _parts(parameters: Parameters, s: Floats, tau_d: Floats) -> tuple[Floats, Floats]:
+def _parts(parameters: Parameters, s: Floats, contact: Floats, tau_d: Floats) -> tuple[Floats, Floats]:
     """Local tractions of the undamaged part (11) and of the damaged part (13), (23)."""
-    closing = -_pressure(parameters, s)
-    normal = parameters.Kn * np.maximum(s[..., 0], 0.0) + closing
+    normal = parameters.Kn * np.maximum(s[..., 0], 0.0) - _pressure(parameters, s)
     undamaged = np.concatenate([normal[..., None], parameters.Kt * s[..., 1:]], axis=-1)
-    damaged = np.concatenate([closing[..., None], tau_d], axis=-1)
+    damaged = np.concatenate([-_pressure(parameters, contact)[..., None], tau_d], axis=-1)
     return undamaged, damaged
 
 
@@ -395,20 +517,27 @@ def _tangent(
     return out
 
 
-def _release_rate(parameters: Parameters, s: Floats, slip: Floats) -> Floats:
+def _release_rate(parameters: Parameters, s: Floats, contact: Floats, slip: Floats) -> Floats:
     """Energy Y released per unit growth of damage: stored energy of the undamaged less the damaged part."""
     whole = (s[..., 1:] ** 2).sum(-1)
-    elastic = ((s[..., 1:] - slip) ** 2).sum(-1)
-    return 0.5 * parameters.Kn * np.maximum(s[..., 0], 0.0) ** 2 + 0.5 * parameters.Kt * (whole - elastic)
+    elastic = ((contact[..., 1:] - slip) ** 2).sum(-1)
+    opening = 0.5 * parameters.Kn * np.maximum(s[..., 0], 0.0) ** 2
+    closing = _closing(parameters, s) - _closing(parameters, contact)
+    return opening + 0.5 * parameters.Kt * (whole - elastic) + closing
 
 
-def _stored(parameters: Parameters, s: Floats, alpha: Floats, slip: Floats) -> Floats:
+def _stored(parameters: Parameters, s: Floats, contact: Floats, alpha: Floats, slip: Floats) -> Floats:
     """Stored energy psi of every plane, the potential of (11) and (16) weighted as in (4)."""
     opening = 0.5 * parameters.Kn * np.maximum(s[..., 0], 0.0) ** 2
-    closing = 0.5 * parameters.kc * parameters.Kn * np.minimum(s[..., 0], 0.0) ** 2
     whole = 0.5 * parameters.Kt * (s[..., 1:] ** 2).sum(-1)
-    elastic = 0.5 * parameters.Kt * ((s[..., 1:] - slip) ** 2).sum(-1)
-    return (1.0 - alpha) * (opening + whole) + closing + alpha * elastic
+    elastic = 0.5 * parameters.Kt * ((contact[..., 1:] - slip) ** 2).sum(-1)
+    undamaged = opening + _closing(parameters, s) + whole
+    return (1.0 - alpha) * undamaged + alpha * (_closing(parameters, contact) + elastic)
+
+
+def _closing(parameters: Parameters, s: Floats) -> Floats:
+    """Energy stored in a closed contact."""
+    return 0.5 * parameters.kc * parameters.Kn * np.minimum(s[..., 0], 0.0) ** 2
 
 
 # --- slip under a held normal traction -----------------------------------
@@ -429,13 +558,15 @@ def confined_slip(
     preload_increments: int = 20,
     times: ArrayLike | None = None,
     preload_time: float = 0.0,
+    state: ArrayLike | None = None,
 ) -> SlipHistory:
     """Slip (T,) prescribed along direction_deg in the Tx-Ty plane while the normal traction sigma_N is held.
 
     sigma_N is first applied at zero slip in preload_increments equal parts (not rows of the result).
     direction_deg and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
-    the preload takes preload_time and times (T,) are those of the slips after it.  The test of Sections
-    4.1 and 4.2; docs/solver.md says which root is followed.
+    the preload takes preload_time and times (T,) are those of the slips after it.  state is the state before
+    the preload, without offset; None: virgin.  The test of Sections 4.1 and 4.2; docs/solver.md says which
+    root is followed.
     """
     direction, target = np.broadcast_arrays(
         np.radians(np.asarray(direction_deg, float)), np.asarray(sigma_N, float)
@@ -444,7 +575,7 @@ def confined_slip(
     direction, target = np.atleast_1d(direction), np.atleast_1d(target)
     lanes = len(direction)
     along = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
-    point = _HeldPoint(parameters, pattern, lanes)
+    point = _HeldPoint(parameters, pattern, lanes, state)
     for part in range(1, preload_increments + 1):
         point.dt = preload_time / preload_increments
         point.advance(-1, np.zeros((lanes, 2)), target * part / preload_increments)
@@ -468,20 +599,24 @@ class _HeldPoint:
     march from the last root in the sign of (sigma_N - t_N) to the first equilibrium.
     """
 
-    def __init__(self, parameters: Parameters, pattern: Pattern, lanes: int) -> None:
+    def __init__(
+        self, parameters: Parameters, pattern: Pattern, lanes: int, state: ArrayLike | None = None
+    ) -> None:
         self.parameters = parameters
         self.pattern = pattern
         self.dt = 0.0
         self.frame = frames(pattern[0])
         self.s = np.zeros((lanes, 3))
         self.traction = np.zeros((lanes, 3))
-        self.state = np.tile(virgin(pattern), (lanes, 1))
         self.work = np.zeros(lanes)
+        self.omega = np.zeros((lanes, len(pattern[1])))
+        self.state = np.tile(virgin(pattern, parameters.wears) if state is None else state, (lanes, 1))
         self.events: list[tuple[int, int, str]] = []
 
     def advance(self, row: int, s_T: Floats, sigma_N: Floats) -> None:
         """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium becomes NaN for good."""
         alive = np.isfinite(self.s[:, 0])
+        self.omega = _start(self.parameters, self.frame, self.s, self.state).omega
         s = np.concatenate([self.s[:, :1], s_T], axis=-1)
         trusted = np.zeros(len(s), dtype=bool)
         trusted[alive] = self._newton(s, sigma_N, np.flatnonzero(alive))
@@ -498,13 +633,14 @@ class _HeldPoint:
         self.work = self.work + 0.5 * ((self.traction + traction) * (s - self.s)).sum(-1)
         self.s, self.traction, self.state = s, traction, state
 
-    def _normal(self, s: Floats, state: Floats) -> tuple[Floats, Floats]:
-        """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3), no energies."""
-        alpha_old, slip_old = _histories(state)
-        local = _resolve(self.frame, s)
-        damage = _damage(self.parameters, local, alpha_old, self.dt)
-        friction = _friction(self.parameters, local, slip_old)
-        traction, tangent = _assemble(self.parameters, self.frame, self.pattern[1], local, damage, friction)
+    def _normal(self, s: Floats, lanes: NDArray[np.intp] | int) -> tuple[Floats, Floats]:
+        """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
+        alpha_old, slip_old = _histories(self.state[lanes], len(self.pattern[1]))
+        kinematics = straight, contact, _ = _kinematics(self.parameters, self.frame, s, self.omega[lanes])
+        damage = _damage(self.parameters, straight, alpha_old, self.dt)
+        friction = _friction(self.parameters, contact, slip_old)
+        gamma = self.pattern[1]
+        traction, tangent = _assemble(self.parameters, self.frame, gamma, kinematics, damage, friction)
         return traction[..., 0], tangent[..., 0, 0]
 
     def _tolerance(self, sigma_N: Floats) -> Floats:
@@ -519,7 +655,7 @@ class _HeldPoint:
         busy = np.ones(len(lanes), dtype=bool)
         for _ in range(15):
             i = lanes[busy]
-            t_N, slope = self._normal(s[i], self.state[i])
+            t_N, slope = self._normal(s[i], i)
             residual = sigma_N[i] - t_N
             good[busy] &= slope > 0.0
             moving = (np.abs(residual) > self._tolerance(sigma_N[i])) & good[busy]
@@ -536,16 +672,16 @@ class _HeldPoint:
     def _march(self, row: int, lane: int, s_T: Floats, sigma_N: float) -> float:
         """First equilibrium met from the last s_N in the sign of the residual; NaN where there is none."""
         tolerance = float(self._tolerance(np.asarray(sigma_N)))
-        state, old = self.state[lane], self.s[lane]
+        old = self.s[lane]
 
         def residual(x: float) -> float:
-            value = sigma_N - float(self._normal(np.array([x, *s_T]), state)[0])
+            value = sigma_N - float(self._normal(np.array([x, *s_T]), lane)[0])
             return 0.0 if abs(value) <= tolerance else value
 
         here = float(old[0])
         r_here = residual(here)
         if r_here == 0.0:
-            if self._normal(np.array([here, *s_T]), state)[1] != 0.0:
+            if self._normal(np.array([here, *s_T]), lane)[1] != 0.0:
                 return here
             # A continuum of dead states (all planes open): the one with the smallest |s_N|.
             return 0.0 if residual(0.0) == 0.0 else _next_root(residual, 0.0, here)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # step.sh HEADLINE LOG COMMAND...: runs a command quietly. Prints the headline, then the last line of the output and the
-# time; if the command fails, its output and a clear last line.
+# time; if the command fails, its output and a clear last line. Status 77 (this machine cannot do it) is no failure.
 headline=$1
 log=$2
 shift 2
@@ -10,6 +10,9 @@ start=$(date +%s)
 "$@" >"$log" 2>&1 </dev/null
 status=$?
 seconds=$(($(date +%s) - start))
+if [ $status -eq 77 ]; then
+  status=0
+fi
 if [ $status -eq 0 ]; then
   printf '%s (%d s)\n' "$(tail -n 1 "$log")" $seconds
 else

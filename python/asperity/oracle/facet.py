@@ -1,0 +1,150 @@
+"""Curved facet of an inclined plane in the NumPy reference: finite asperity height and wear.
+
+Beyond the paper, whose planes rise without end.  An inclined plane of slope T = tan(theta) is the foot of a
+facet with the profile z = rho z0(u), rho = 1 - omega being the share that wear has left of it:
+z0 = H (1 - exp(-u T/H)) for u > 0, z0 = u T for u <= 0, and z0 = u T for every u if H is not finite.  The
+separation of the facet is that of the point of the profile at u, measured along the normal there and along
+the arc.  Components are (N, Tx, Ty), omega is 0 for a virgin facet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Facet:
+    """Kinematics of the facets of a pattern at a separation, for every plane (..., k).
+
+    local: gap g, climbed arc s_t and s_h (..., k, 3), length.
+    gradient: G, derivatives of these (rows) with respect to the separation (columns), (..., k, 3, 3).
+    curvature: second derivatives of g and of s_t with respect to the separation, (..., k, 2, 3, 3), 1/length.
+    by_omega: derivatives of (g, s_t, s_h) with respect to omega at a constant separation (..., k, 3), length.
+    """
+
+    local: Floats
+    gradient: Floats
+    curvature: Floats
+    by_omega: Floats
+
+
+def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
+    """Facets of the planes with the frames (k, 3, 3) at the separation s (..., 3).
+
+    height: H, length, 0 for a profile without end.  omega: worn share (..., k).
+    """
+    axes, T = uphill_axes(frame)
+    w, u, v = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
+    rho = 1.0 - omega
+    z0, dz0, d2z0, d3z0 = profile(u, T, height)
+    z, dz, d2z, d3z = rho * z0, rho * dz0, rho * d2z0, rho * d3z0
+
+    # tan(phi) = z'; c = cos(phi), q = sin(phi); derivatives of phi with respect to u
+    c = 1.0 / np.sqrt(1.0 + dz**2)
+    q = dz * c
+    dphi = d2z * c**2
+    d2phi = d3z * c**2 - 2.0 * d2z * c * q * dphi
+
+    g = (w - z) * c
+    s_t = arc_length(u, T, height, rho) + (w - z) * q
+    f = 1.0 + (w - z) * dphi
+    f_w, f_u = dphi, -dz * dphi + (w - z) * d2phi
+    zero, one = np.zeros_like(u), np.ones_like(u)
+    # with respect to (w, u, v)
+    gradient = _matrix([[c, -q * f, zero], [q, c * f, zero], [zero, zero, one]])
+    curvature = np.stack(
+        [
+            # f_w and the derivative of c (of q) with respect to u give the same mixed derivative
+            _matrix([[zero, -q * f_w, zero], [-q * dphi, -c * dphi * f - q * f_u, zero], [zero] * 3]),
+            _matrix([[zero, c * f_w, zero], [c * dphi, -q * dphi * f + c * f_u, zero], [zero] * 3]),
+        ],
+        axis=-3,
+    )
+
+    # with dz/domega = -z0, dphi/domega = -z0' c^2
+    g_omega = z0 * c + (w - z) * q * dz0 * c**2
+    s_t_omega = -arc_length_by_rho(u, T, height, rho) + z0 * q - (w - z) * c * dz0 * c**2
+    return Facet(
+        np.stack([g, s_t, v], axis=-1),
+        gradient @ axes,
+        axes[:, None].swapaxes(-1, -2) @ curvature @ axes[:, None],
+        np.stack([g_omega, s_t_omega, zero], axis=-1),
+    )
+
+
+def uphill_axes(frame: Floats) -> tuple[Floats, Floats]:
+    """Rows N, e, h (k, 3, 3) and slope T = tan(theta) (k,) of planes with the rows n, t, h.
+
+    e is the unit vector of the average surface that points uphill, t without its component along N.
+    """
+    sine, cosine = frame[:, 1, 0], frame[:, 0, 0]
+    e = frame[:, 1] * [0.0, 1.0, 1.0]
+    e = e / np.linalg.norm(e, axis=-1, keepdims=True)
+    N = np.zeros_like(e)
+    N[:, 0] = 1.0
+    return np.stack([N, e, frame[:, 2]], axis=1), sine / cosine
+
+
+def profile(u: Floats, T: Floats, height: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """z0 of an unworn facet and its first three derivatives with respect to u, each (..., k)."""
+    zero = np.zeros_like(u)
+    if height == 0.0:
+        return u * T, T + zero, zero, zero
+    climbs = u > 0.0
+    rate = T / height
+    decay = np.exp(-np.where(climbs, u, 0.0) * rate)
+    return (
+        np.where(climbs, -height * np.expm1(-u * np.where(climbs, rate, 0.0)), u * T),
+        T * decay,
+        np.where(climbs, -rate * T * decay, 0.0),
+        np.where(climbs, rate**2 * T * decay, 0.0),
+    )
+
+
+def arc_length(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
+    """A: integral of sqrt(1 + z'^2) from 0 to u, length.
+
+    u <= 0, or no end: u sqrt(1 + rho^2 T^2).  u > 0: (H/T) (F(rho T) - F(z')) with
+    F(x) = sqrt(1 + x^2) - asinh(1/x).  With m = u T/H, r = sqrt(1 + z'^2) (0: at u = 0, 1: at u) and
+    asinh(1/x) = log((1 + r)/x) it is (H/T) (m + r0 - r1 - log((1 + r0)/(1 + r1))), and
+    r0 - r1 = (rho T)^2 (1 - exp(-2 m))/(r0 + r1) has no cancellation.
+    """
+    r0 = np.sqrt(1.0 + (rho * T) ** 2)
+    if height == 0.0:
+        return u * r0
+    foot = rho * T  # slope at u = 0
+    r1, rise = _rise(u, T, height, rho)
+    turn = np.log1p(foot * rise / (1.0 + r1)) / np.where(foot > 0.0, foot, 1.0)
+    return np.where(u > 0.0, u + height * rho * (rise - turn), u * r0)
+
+
+def arc_length_by_rho(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
+    """Derivative of A with respect to rho at a constant u, length.
+
+    u <= 0, or no end: u rho T^2/sqrt(1 + rho^2 T^2).  u > 0: (H/(T rho)) (r0 - r1).
+    """
+    straight = u * rho * T**2 / np.sqrt(1.0 + (rho * T) ** 2)
+    if height == 0.0:
+        return straight
+    return np.where(u > 0.0, height * _rise(u, T, height, rho)[1], straight)
+
+
+def _rise(u: Floats, T: Floats, height: float, rho: Floats) -> tuple[Floats, Floats]:
+    """r1 = sqrt(1 + z'(u)^2), and (r0 - r1)/(rho T) with r0 = sqrt(1 + (rho T)^2), for u > 0."""
+    m = np.where(u > 0.0, u, 0.0) * T / height
+    r0, r1 = np.sqrt(1.0 + (rho * T) ** 2), np.sqrt(1.0 + (rho * T * np.exp(-m)) ** 2)
+    return r1, -rho * T * np.expm1(-2.0 * m) / (r0 + r1)
+
+
+def _matrix(rows: list[list[Floats]]) -> Floats:
+    """Matrix (..., 3, 3) of fields (...)."""
+    out = np.empty((*rows[0][0].shape, 3, 3), rows[0][0].dtype)
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            out[..., i, j] = entry
+    return out

@@ -1,0 +1,49 @@
+#!/bin/sh
+# build-and-test.sh PRESET [CMAKE_OPTION...]: configures a preset of CMakePresets.json into build/PRESET, builds it, runs every
+# suite and counts the tests ('N passed, N failed'). SUITES='name name': only these suites. Ends with status 77 where this
+# machine cannot run the preset, and says why.
+set -eu
+cd "$(dirname "$0")/.."
+preset=$1
+shift
+folder=build/$preset
+python=$PWD/.venv/bin/python
+[ -x "$python" ] || python=$(command -v python3)
+
+case $preset in
+wide)
+  if ! grep -qsw avx2 /proc/cpuinfo || ! grep -qsw fma /proc/cpuinfo; then
+    echo "not this processor, left out"
+    exit 77
+  fi
+  # the law and what is compared with it bit for bit
+  : "${SUITES:=test_same_results test_block test_points}"
+  ;;
+flang)
+  compiler=$(tools/flang.sh)
+  if [ -z "$compiler" ]; then
+    echo "not installed, left out"
+    exit 77
+  fi
+  # shellcheck disable=SC2086  # a list of options
+  set -- $compiler "$@"
+  ;;
+esac
+
+cmake --preset "$preset" -DPython3_EXECUTABLE="$python" "$@"
+# shellcheck disable=SC2086  # a list of words
+cmake --build "$folder" --parallel "${JOBS:-2}" ${SUITES:+--target $SUITES}
+# coverage and counts must be of this run
+log=$folder/Testing/Temporary/LastTest.log
+rm -f "$log"
+find "$folder" -name '*.gcda' -delete
+status=0
+only=$(echo "${SUITES:-.*}" | tr ' ' '|')
+ctest --test-dir "$folder" --parallel "${JOBS:-2}" --timeout 300 --no-tests=error --output-on-failure -R "^($only)\$" ||
+  status=$?
+[ -f "$log" ] || exit 1
+if [ $status -ne 0 ]; then
+  echo "--- what failed, from $log"
+  grep -A 4 -E '\.\.\. FAILED$|^Failure|^ *[0-9]+\) |ERROR: |\.c(pp)?:[0-9]+: ' "$log" | head -n 40 || true
+fi
+"$python" tests/pfunit_stand_in/count_tests.py "$log" && exit $status

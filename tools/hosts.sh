@@ -1,0 +1,40 @@
+#!/bin/sh
+# hosts.sh: the library inside Kratos, scikit-fem and CalculiX. What this machine cannot get is left out.
+#
+# Kratos and scikit-fem come as wheels, CalculiX as Debian's source package (built once, build/calculix), which takes
+# longest and is last. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+set -eu
+cd "$(dirname "$0")/.."
+python=.venv/bin/python
+export ASPERITY_KRATOS=build/hosts/harness/hosts/libasperity_kratos.so
+export ASPERITY_LIBRARY=build/hosts/src/libasperity.so
+export ASPERITY_CALCULIX=build/calculix
+
+# step HEADLINE LOG COMMAND...
+step() {
+  headline=$1 log=build/logs/$2.log
+  shift 2
+  tools/step.sh "$headline" "$log" "$@"
+}
+
+# tests HOST; pytest ends with 5 where all tests are left out
+tests() {
+  # shellcheck disable=SC2016  # $? is for that shell
+  step "Tests: $1" "hosts-$1-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA --junitxml="build/hosts/$1.xml" \
+    "harness/hosts/$1" || {
+    grep "^FAILED" "build/logs/hosts-$1-tests.log"
+    exit 1
+  }
+  grep "^SKIPPED" "build/logs/hosts-$1-tests.log" || true
+}
+
+rm -f build/hosts/*.xml
+step "Library and adapter for the hosts" hosts sh -ec 'cmake --preset hosts
+  cmake --build build/hosts --parallel "${JOBS:-2}" --target asperity_kratos_adapter; echo build/hosts'
+step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiphysics.GeoMechanicsApplication
+tests kratos
+step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem scipy
+tests python
+step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
+tests calculix
+step "Pictures" hosts-pictures harness/hosts/pictures.sh "$python" build/hosts
