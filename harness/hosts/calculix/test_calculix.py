@@ -89,8 +89,8 @@ def test_mixed_mode_and_the_symmetric_solver(ccx: Path, tmp_path: Path) -> None:
         found[name] = steady
         print(f"{name}: energy release rate {steady:.4f} N/mm, {result.run.attempts} attempts")
         print(f"  {len(iterations)} increments, {sum(iterations)} iterations, at most {max(iterations)}")
-    # without friction the tangent is symmetric and each plane dissipates Gc in any mode; the error of increments
-    # and elements is 1 %
+    # without friction the tangent is symmetric and each plane dissipates Gc in any mode; the error of
+    # increments and elements is 1 %
     assert found["mu = 0"] == pytest.approx(0.3, rel=1e-2)
     assert found["mu = 0.5"] > 1.04 * found["mu = 0"]
 
