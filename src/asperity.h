@@ -1,8 +1,8 @@
 /* asperity: interface law for rough quasi-brittle interfaces (damage, friction, interlocking), C API.
  *
  * Components are (N, Tx, Ty), tension positive; separation in length, traction in stress, any consistent units.
- * PROPS and STATEV: docs/reference/contract.md. Every function is stateless; several threads may call it at once.
- * A message buffer may be NULL; a message that does not fit is cut. Texts are closed by a zero. */
+ * docs/reference/contract.md describes PROPS and STATEV. The functions keep no data between calls, so several threads
+ * may call them at once. A message buffer may be NULL. A message that does not fit is cut. A zero ends every text. */
 #ifndef ASPERITY_H
 #define ASPERITY_H
 
@@ -16,11 +16,11 @@ enum asperity_status {
   ASPERITY_BAD_PROPS = 1,      /* a material constant is out of its range */
   ASPERITY_FEW_PROPS = 2,      /* fewer constants than the material needs */
   ASPERITY_FEW_STATEV = 3,     /* nstatv smaller than asperity_nstatv */
-  ASPERITY_BAD_NTENS = 4,      /* number of components no host has (UMAT only) */
-  ASPERITY_BAD_SEPARATION = 5, /* not finite, or too large */
-  ASPERITY_BAD_STATE = 6,      /* not finite, or a damage outside 0..1 */
+  ASPERITY_BAD_NTENS = 4,      /* number of components that no host has (UMAT only) */
+  ASPERITY_BAD_SEPARATION = 5, /* a separation is not finite, or too large */
+  ASPERITY_BAD_STATE = 6,      /* a state is not finite, or a damage is outside 0..1 */
   ASPERITY_BAD_SIZE = 7,       /* a negative number of points, or of bytes of a message */
-  ASPERITY_BAD_TIME = 8,       /* viscous damage: a time increment that is missing, not finite or negative */
+  ASPERITY_BAD_TIME = 8,       /* viscous damage: a time increment is missing, not finite or negative */
   ASPERITY_BAD_INITIAL = 9     /* an initial traction that the state cannot carry */
 };
 
@@ -30,23 +30,23 @@ int asperity_version(char *text, int size);
 /* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
 int asperity_nstatv(const double *props, int nprops, char *message, int size);
 
-/* Give n states the separation at which they carry a traction (state variables 6 to 8), before their first increment.
+/* Set the offset (state variables 6 to 8) of n states, before their first increment, so that each carries a traction.
  *   traction double[n][3], finite
- *   state    double[n][nstatv], planes as they are (all zero: virgin) -> the same with offset, slips and energies
- * The traction grows from what the state carries, in proportion; the next asperity_update with s = 0 returns it.
- * Returns ASPERITY_OK, or the status of the first point that was rejected: its state and those after it are as they
- * came, those before it have their offset (and keep it if they are given again). */
+ *   state    double[n][nstatv], state of the planes (all zero: virgin) -> with offset, damage, slips and energies
+ * The traction grows proportionally from the traction that the state carries. An asperity_update with s = 0 then
+ * returns the given traction. Returns ASPERITY_OK, or the status of the first rejected point. The states of that point
+ * and of those after it do not change; those before it have their offset, and a second call with them keeps it. */
 int asperity_initial_state(const double *props, int nprops, int n, const double *traction, int nstatv, double *state,
                            char *message, int size);
 
 /* Update n points over one increment.
- *   dt       duration of the increment, >= 0: needed by viscous damage (tau_v > 0, PROPS 13), else not looked at
- *   s_old    double[n][3], separation at the start (needed by the energies only); NULL: zero
+ *   dt       duration of the increment, >= 0; used only by viscous damage (tau_v > 0, PROPS 13)
+ *   s_old    double[n][3], separation at the start (used only by the energies and the guard); NULL: zero
  *   s        double[n][3], separation at the end
  *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
  *   traction double[n][3], traction at the end
- *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric); NULL: not wanted
- * Returns ASPERITY_OK, or the status of the first point that was rejected, with nothing written but the message. */
+ *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric); NULL: not computed
+ * Returns ASPERITY_OK, or the status of the first rejected point; then only the message is written. */
 int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s, int nstatv,
                     double *state, double *traction, double *tangent, char *message, int size);
 

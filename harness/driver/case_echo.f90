@@ -1,12 +1,13 @@
-!> A case as JSON on standard output, as the driver understands it. Other programs read that instead of the file.
+!> Output of a case as JSON, with all defaults; other programs read this instead of the case file.
 !>
-!> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group
-!> &pattern in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin,
-!> or the group initial or state that gives another start), `props` (PROPS) and `steps`; a replay has none.
+!> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
+!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the
+!> group initial or state that gives another start), `props` (PROPS) and `steps`, of which a replay has none.
 !>
-!> A step has the targets of each component that moves, by name, with all cycles: s_N or t_N and so on. A step along
-!> a slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N,
-!> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time`, `tolerance` (0: as given).
+!> A step has the targets of each component that moves, by name, with all cycles: s_N or t_N and so on. A step along a
+!> slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N,
+!> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time` and `tolerance` (0: fixed
+!> increments).
 module case_echo
   use asperity_text, only: integer_text, to_text
   use asperity_kinds, only: wp
@@ -18,10 +19,10 @@ module case_echo
   private
   public :: echo_case
 
-  !> Text that grows.
+  !> A text to which pieces are appended.
   type :: json_type
-    character(len=:), allocatable :: room   !! twice as long whenever it is too short
-    integer :: length = 0                   !! characters that are there
+    character(len=:), allocatable :: room   !! doubled in length if it is too short
+    integer :: length = 0                   !! number of characters of the text
   end type json_type
 
 contains
@@ -32,7 +33,7 @@ contains
     character(len=*), intent(in) :: sweep        !! name of the sweep, empty: none
     real(wp), intent(in) :: values(:)            !! of the sweep, size 0: none
     type(case_type), intent(in) :: cases(:)      !! the runs
-    logical, intent(out) :: good                 !! false: it cannot be written, the reason is on standard error
+    logical, intent(out) :: good                 !! false: it cannot be written; the reason is on standard error
     type(json_type) :: json
     character(len=:), allocatable :: start, value
     integer :: file, i, j
@@ -62,7 +63,7 @@ contains
     if (good) call write_line(file, "standard output", json%room(:json%length), good)
   end subroutine echo_case
 
-  !> Add a step.
+  !> Append a step.
   pure subroutine put_step(json, step)
     type(json_type), intent(inout) :: json   !! text so far
     type(step_type), intent(in) :: step      !! the step
@@ -85,7 +86,7 @@ contains
     call put(json, """time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // "}")
   end subroutine put_step
 
-  !> Add a name and its numbers, and a comma.
+  !> Append a name, its numbers and a comma.
   pure subroutine put_list(json, name, values)
     type(json_type), intent(inout) :: json   !! text so far
     character(len=*), intent(in) :: name     !! of the list
@@ -99,7 +100,7 @@ contains
     call put(json, "], ")
   end subroutine put_list
 
-  !> Add a piece.
+  !> Append a piece of text.
   pure subroutine put(json, piece)
     type(json_type), intent(inout) :: json   !! text so far
     character(len=*), intent(in) :: piece    !! what is added
@@ -110,14 +111,14 @@ contains
     json%length = json%length + len(piece)
   end subroutine put
 
-  !> A truth value.
+  !> A logical value as JSON.
   pure function truth(yes) result(word)
     logical, intent(in) :: yes   !! the value
     character(len=:), allocatable :: word
     word = trim(merge("true ", "false", yes))
   end function truth
 
-  !> A string in quotes; what JSON does not take is escaped.
+  !> A string as JSON, in quotes and with escaped characters.
   pure function quoted(string) result(json)
     character(len=*), intent(in) :: string   !! without control characters but tabs
     character(len=:), allocatable :: json

@@ -1,16 +1,18 @@
 !> Random input of the fuzz run: any bits, awkward numbers, admissible constants; the same for the same seed and case.
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_guard, p_h, p_kc, p_m, p_map, &
-    p_mu, p_r, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn
+  use asperity_contract, only: divisor_props, integral_props, n_fixed_props, n_listed_values, n_required_props, &
+    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, &
+    prop_table
   use asperity_kinds, only: wp
   use random_numbers, only: chance, log_uniform, pick, random_bits, uniform
   implicit none
   private
   public :: any_value, draw_props
 
-  !> Most constants that are drawn: 19 and eight listed planes.
-  integer, parameter, public :: most_props = n_fixed_props + 8*4
+  !> Most planes that are listed, and most constants that are drawn.
+  integer, parameter :: most_listed = 8
+  integer, parameter, public :: most_props = n_fixed_props + most_listed*n_listed_values
 
 contains
 
@@ -50,8 +52,13 @@ contains
     integer :: i, j, k
 
     props = 0.0_wp
+    props(:n_fixed_props) = prop_table%default
     n = n_fixed_props
     far = chance(stream, 0.1_wp)
+    do i = n_required_props + 1, n_fixed_props
+      if (prop_table(i)%owner /= "law") cycle
+      if (chance(stream, 0.3_wp)) call draw_prop(stream, i, far, props(i))
+    end do
     props(p_sigma0) = log_uniform(stream, merge(-50.0_wp, -3.0_wp, far), merge(50.0_wp, 3.0_wp, far))
     props(p_gc) = log_uniform(stream, merge(-50.0_wp, -4.0_wp, far), merge(50.0_wp, 3.0_wp, far))
     props(p_eta) = 1.0_wp - log_uniform(stream, merge(-15.0_wp, -3.0_wp, far), 0.0_wp)
@@ -65,32 +72,49 @@ contains
     props(p_turn) = 1000.0_wp*(uniform(stream) - 0.5_wp)
     props(p_h) = log_uniform(stream, merge(-50.0_wp, -6.0_wp, far), merge(50.0_wp, 3.0_wp, far))
     props(p_map) = real(pick(stream, 2) - 1, wp)
-    if (chance(stream, 0.2_wp)) props(p_sigma02) = 2.0_wp*props(p_sigma0)
-    if (chance(stream, 0.2_wp)) props(p_gc2) = 0.3_wp*props(p_gc)
-    ! 0, or within 1e-50 to 1e50
+    ! the stiffnesses of a bond may not lie too far apart: those of mode II are 0, or within 1e-50 to 1e50
+    props(p_sigma02) = merge(2.0_wp, 0.0_wp, chance(stream, 0.2_wp))*props(p_sigma0)
+    props(p_gc2) = merge(0.3_wp, 0.0_wp, chance(stream, 0.2_wp))*props(p_gc)
     where (props([p_sigma02, p_gc2]) > 0.0_wp) props([p_sigma02, p_gc2]) = &
       min(max(props([p_sigma02, p_gc2]), 1.0e-50_wp), 1.0e50_wp)
-    if (chance(stream, 0.3_wp)) props(p_tau_v) = log_uniform(stream, merge(-300.0_wp, -3.0_wp, far), &
-      merge(50.0_wp, 3.0_wp, far))
     if (chance(stream, 0.3_wp)) props(p_dalpha) = uniform(stream)
     if (chance(stream, 0.3_wp)) props(p_r) = uniform(stream)
     props(p_kc) = log_uniform(stream, merge(-10.0_wp, -2.0_wp, far), merge(9.9_wp, 4.0_wp, far))
-    if (chance(stream, 0.5_wp)) props(p_guard) = 1.0_wp
     if (.not. chance(stream, 0.15_wp)) return
     ! listed planes
-    k = pick(stream, 8)
+    k = pick(stream, most_listed)
     props(p_m) = -real(k, wp)
-    n = n_fixed_props + 4*k
+    n = n_fixed_props + n_listed_values*k
     total = 0.0_wp
     do i = 1, k
-      j = n_fixed_props + 4*(i - 1)
+      j = n_fixed_props + n_listed_values*(i - 1)
       props(j + 1) = log_uniform(stream, -3.0_wp, 3.0_wp)
       props(j + 2) = uniform(stream) - 0.5_wp
       props(j + 3) = uniform(stream) - 0.5_wp
       props(j + 4) = 0.1_wp + uniform(stream)
       total = total + props(j + 4)
     end do
-    props(n_fixed_props + 4:n:4) = props(n_fixed_props + 4:n:4)/total
+    props(n_fixed_props + 4:n:n_listed_values) = props(n_fixed_props + 4:n:n_listed_values)/total
   end subroutine draw_props
+
+  !> A value of a constant in its range: of an integral one any, of a share any, of others one of a size that occurs.
+  subroutine draw_prop(stream, i, far, value)
+    integer(int64), intent(inout) :: stream   !! 1..largest_seed
+    integer, intent(in) :: i                  !! of PROPS
+    logical, intent(in) :: far                !! whether to go to the ends of the range
+    real(wp), intent(out) :: value            !! the constant
+    real(wp) :: least
+    associate (low => prop_table(i)%lower, high => prop_table(i)%upper)
+      if (any(i == integral_props)) then
+        value = low + real(pick(stream, nint(high - low) + 1) - 1, wp)
+      else if (high <= 1.0_wp) then
+        value = low + (high - low)*uniform(stream)
+      else
+        least = -3.0_wp
+        if (far) least = merge(-50.0_wp, -300.0_wp, any(i == divisor_props))
+        value = min(max(log_uniform(stream, least, merge(50.0_wp, 3.0_wp, far)), low), high)
+      end if
+    end associate
+  end subroutine draw_prop
 
 end module fuzz_draw

@@ -41,15 +41,15 @@ _HOMES = {
     "library": "installed",
     "select": "selection.search",
 }
-"""Names of the package and their modules, which are imported when a name is used first."""
+"""Module of each public name. A module is imported when one of its names is first used."""
 
 __all__ = list(_HOMES)
 
 
-if not TYPE_CHECKING:  # to a type checker every name would be there
+if not TYPE_CHECKING:  # a type checker would accept every name
 
     def __getattr__(name: str) -> Any:
-        """Import what is asked for."""
+        """Import the module of a public name and return the value of the name."""
         home = _HOMES.get("contract" if name == "__version__" else name)
         if home is None:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -63,5 +63,5 @@ if not TYPE_CHECKING:  # to a type checker every name would be there
 
 
 def __dir__() -> list[str]:
-    """Names that are there, and those that are imported when they are used."""
+    """Names already imported, and the public names that are imported on first use."""
     return sorted({*globals(), *__all__, "__version__"})

@@ -1,10 +1,10 @@
-"""Cases as the driver reads them, `rie_driver --echo`, and the slip tests among them."""
+"""Cases as the driver reads them (`rie_driver --echo`), and the slip tests in these cases."""
 
 from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ from .pattern import Pattern
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a case; value is that of the sweep, None without one.
+    """One run of a case; value: of the sweep, None without a sweep.
 
-    start: virgin, initial or state, the group that gives it.  steps: the load path, as
-    harness/driver/case_echo.f90 says; a replay has none.
+    start: virgin, or the group of the initial state, initial or state.  steps: the load path as
+    harness/driver/case_echo.f90 writes it; a replay has none.
     """
 
     value: float | None
@@ -36,22 +36,19 @@ class Run:
 
     @property
     def interface(self) -> Interface:
-        """Material and pattern together."""
+        """Interface with the material and the pattern of the run."""
         return Interface(self.material, self.pattern)
 
     def of_host(self) -> dict[str, Any]:
-        """PROPS of a host by name: h, map, dalpha, r."""
-        found: dict[str, Any] = {
-            name: self.props[contract.index(name)] for name in ("h", "map", "dalpha", "r")
-        }
-        return found | {"map": int(found["map"])}
+        """Entries of PROPS that belong to the host and to the numerics, by name."""
+        return _values(self.props, "host", "numerics")
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A case file; sweep is the name of its sweep, empty without one.
+    """Content of a case file; sweep: its name, empty without a sweep.
 
-    before, after: what stands in the file before and after the group &pattern.
+    before, after: text of the file before and after the group &pattern.
     """
 
     path: Path
@@ -64,9 +61,9 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class SlipTest:
-    """Slips (T,) along direction (degrees) under a held sigma_N, applied first in `preload` increments.
+    """Slips (T,) along direction (degrees) under a constant sigma_N, applied first in `preload` increments.
 
-    A case that opens the interface in mode I has no slips.  value is that of the sweep, None without one.
+    A case that opens the interface in mode I has no slips.  value: of the sweep, None without a sweep.
     """
 
     value: float | None
@@ -79,9 +76,9 @@ class SlipTest:
 
 
 def read_case(path: Path) -> Case:
-    """A case with all that it says or leaves to defaults; raises ValueError with the driver's messages.
+    """Read a case file, defaults included; raises ValueError with the messages of the driver.
 
-    Mode II values of their own are a ModelWarning, as in Material.
+    Mode II values that differ from mode I give a ModelWarning, as in Material.
     """
     done = subprocess.run([driver(), path, "--echo"], capture_output=True, check=False)
     if done.returncode != 0:
@@ -92,21 +89,25 @@ def read_case(path: Path) -> Case:
     return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
 
 
+def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
+    """Entries of PROPS of these owners by name, the integral ones as integers."""
+    found = ((row, props[row.index - 1]) for row in contract.owned(*owners))
+    return {row.name: int(value) if row.integral else value for row, value in found}
+
+
 def _run(path: Path, run: dict[str, Any]) -> Run:
-    props = {row.name: value for row, value in zip(contract.props_table(), run["props"], strict=False)}
-    material = Material(**{name: props[name] for name in Material.__dataclass_fields__})
-    listed = np.reshape(run["props"][contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
-    pattern = Pattern(
-        int(props["m"]), props["theta"], props["flat"], props["turn"], tuple(tuple(plane) for plane in listed)
-    )
-    return Run(run["value"], tuple(run["props"]), material, pattern, run["start"], tuple(run["steps"]))
+    props = tuple(run["props"])
+    material = Material(**_values(props, "law"))
+    listed = np.reshape(props[contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
+    pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
+    return Run(run["value"], props, material, pattern, run["start"], tuple(run["steps"]))
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:
     """Tests of a case, one for each value of its sweep.
 
-    Raises ValueError for a case that is neither slip under a held normal traction nor opening in mode I, or
-    that does not start virgin.
+    Raises ValueError unless the case starts virgin and is slip under a constant normal traction or opening in
+    mode I.
     """
     for run in case.runs:
         if run.start != "virgin":

@@ -1,4 +1,4 @@
-"""Command `asperity`: its subcommands, of which only the chosen one is imported."""
+"""Command `asperity`. Only the module of the chosen subcommand is imported."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .installed import cases, driver
 from .results import read_rows, results_of
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
-"""Exit codes; the last one is the driver's."""
+"""Exit codes; the last one is that of the driver after a lost equilibrium."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns the exit code, 0 if all is well."""
+    """Run the command and return the exit code, 0 for success."""
     arguments = sys.argv[1:] if arguments is None else arguments
     # the matrices of the commands are small: more threads of BLAS only wait, 6 % of the time of a fit
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class _Version(argparse.Action):
-    """Print the version, which the library has, and end."""
+    """Print the version of the library and exit."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from . import __version__
@@ -90,7 +90,7 @@ def _compare_arguments(compare: argparse.ArgumentParser) -> None:
         "--figure",
         action="append",
         metavar="NUMBER",
-        help="a figure of the paper, may be repeated (default: all)",
+        help="figure of the paper; the option may be repeated (default: all)",
     )
     compare.set_defaults(action=_compare)
 
@@ -109,12 +109,12 @@ def _chart_arguments(chart: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="picture, .png or .pdf (default: %(default)s)",
     )
-    speed.add_argument("--quick", action="store_true", help="a short, rough run")
-    speed.add_argument("--table", action="store_true", help="print a table in Markdown too")
+    speed.add_argument("--quick", action="store_true", help="short run with rough results")
+    speed.add_argument("--table", action="store_true", help="also print a table in Markdown")
     speed.set_defaults(action=_speed)
     accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
     _imported("studies.accuracy_charts")(charts.add_parser("accuracy", help=accuracy))
-    explain = "the pictures that explain the law and the solver"
+    explain = "pictures that explain the law and the solver"
     _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
 
@@ -123,7 +123,7 @@ def _tables_arguments(table: argparse.ArgumentParser) -> None:
         "files", nargs="*", type=Path, metavar="FILE.md", help="fill between <!-- props --> markers"
     )
     table.add_argument(
-        "--check", action="store_true", help="change nothing, exit 1 if a file is not up to date"
+        "--check", action="store_true", help="change nothing; exit with 1 if a file is not up to date"
     )
     table.set_defaults(action=_tables)
 
@@ -134,17 +134,20 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
     "paper": ("recompute the figures and tables of the paper", _imported("studies.paper")),
     "card": ("print the material block for the input of a host program", _imported("cards.command")),
-    "fit": ("identify parameters from shear-box records", _imported("fit.command")),
-    "select": ("find the cheapest pattern that a scene needs", _imported("selection.command")),
+    "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
+    "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
     "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
-    "stability": ("where methods fail, shown, and what survives", _imported("studies.stability.command")),
+    "stability": (
+        "show where solution methods fail and which ones succeed",
+        _imported("studies.stability.command"),
+    ),
 }
-"""Subcommands: summary, and what adds the arguments."""
+"""Summary of each subcommand, and the function that adds its arguments."""
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Driver, then the picture of what it wrote; its exit code, with 2 the rows that converged are drawn."""
+    """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
     units = options.units.split(",")
     if len(units) != 2:
         raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
@@ -165,7 +168,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """Lines for each case, one for each it is compared with, as they are done."""
+    """Yield a line for each case and each solution it is compared with."""
     from .oracle.compare import LAW_TOLERANCE, OPENING_TOLERANCE, TEST_TOLERANCE, compare, find, within
 
     wanted = [path for figure in options.figure for path in find(figure)] if options.figure else cases()
@@ -181,7 +184,7 @@ def _compare(options: argparse.Namespace) -> int:
         result = compare(path)
         start = f"{result.case:<20}{result.curves:>7}{result.rows:>7}"
         for name, found in result.differences.items():
-            # along given separations s_N is the same
+            # s_N is prescribed along given separations
             texts = ("-" if name.startswith("law") and i == 1 else f"{v:.1e}" for i, v in enumerate(found))
             verdict = "agrees" if within(name, found) else "DIFFERS"
             line = f"{start}  {name:<10}" + "".join(f"{text:>10}" for text in texts)
@@ -191,7 +194,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _speed(options: argparse.Namespace) -> int:
-    """Read the benchmark's CSV or run it, then draw."""
+    """Read the CSV of the benchmark or run the benchmark, then draw."""
     from .studies.speed_charts import draw_speed, measure, read_timings, table
 
     if options.csv is not None and options.quick:
@@ -206,7 +209,7 @@ def _speed(options: argparse.Namespace) -> int:
 
 
 def _tables(options: argparse.Namespace) -> int:
-    """Print, fill or check."""
+    """Print the tables, fill them into files, or check the files."""
     from . import tables
 
     if not options.files:

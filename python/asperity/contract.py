@@ -27,14 +27,22 @@ MOST = int(np.iinfo(np.intc).max)
 
 @dataclass(frozen=True)
 class Prop:
-    """One entry of PROPS; index counts from 1, default is None where a value is required."""
+    """One entry of PROPS; index counts from 1, default is None where a value is required.
+
+    owner: what it belongs to, law, pattern, host or numerics; none where it is reserved.  lower and upper
+    enclose the admissible values.
+    """
 
     index: int
     name: str
+    owner: str
     meaning: str
     unit: str
     admissible: str
+    lower: float
+    upper: float
     default: float | None
+    integral: bool
 
 
 @dataclass(frozen=True)
@@ -56,10 +64,15 @@ def props_table() -> tuple[Prop, ...]:
     """Entries of PROPS before the listed planes, the reserved ones included, in their order."""
     rows = []
     for index in range(1, N_FIXED_PROPS + 1):
-        name, meaning, unit, admissible, default = _core.contract_prop(index)
-        texts = _text(name), _text(meaning), _text(unit), _text(admissible)
-        rows.append(Prop(index, *texts, None if index <= N_REQUIRED_PROPS else default))
+        *texts, lower, upper, default, integral = _core.contract_prop(index)
+        given = None if index <= N_REQUIRED_PROPS else default
+        rows.append(Prop(index, *map(_text, texts), lower, upper, given, integral == 1))
     return tuple(rows)
+
+
+def owned(*owners: str) -> tuple[Prop, ...]:
+    """Entries of PROPS that belong to the law, the pattern, the host or the numerics, in their order."""
+    return tuple(row for row in props_table() if row.owner in owners)
 
 
 @cache

@@ -21,12 +21,12 @@ def library() -> Path:
 
 
 def driver() -> Path:
-    """Path of the driver rie_driver: the installed one, or that of the variable ASPERITY_DRIVER."""
+    """Path of the driver rie_driver: the value of the variable ASPERITY_DRIVER, or the installed driver."""
     return _program("rie_driver", DRIVER_VARIABLE)
 
 
 def bench() -> Path:
-    """Path of the benchmark: the installed one, or that of the variable ASPERITY_BENCH."""
+    """Path of the benchmark: the value of the variable ASPERITY_BENCH, or the installed benchmark."""
     return _program("bench", BENCH_VARIABLE)
 
 

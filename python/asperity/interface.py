@@ -35,10 +35,10 @@ class Update:
 
 @dataclass(frozen=True)
 class Snap:
-    """A jump to another branch of equilibria: its row, separation (N, Tx, Ty) before and after, length.
+    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after, length.
 
-    released: energy per unit area that is set free, the work of what is held less what is stored and
-    dissipated.
+    released: energy per unit area set free by the jump: the work of the prescribed tractions less the stored
+    and the dissipated energy.
     """
 
     row: int
@@ -49,7 +49,7 @@ class Snap:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """One point along a path; the first axis of every field is the row.
+    """One point along a load path; the first axis of every field is the row.
 
     separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); work (T,): of the
     traction on the separation, the preload included, stress*length; events: (row, text), those of a preload
@@ -70,13 +70,13 @@ class History:
 
 
 class EquilibriumLost(RuntimeError):
-    """No equilibrium was found for a row of a path; `history` holds the rows before it, `row` its number.
+    """No equilibrium was found for the row with number `row`; `history` holds the rows before it.
 
-    A preload that finds none has no rows, and row 0.
+    If the preload has no equilibrium, there are no rows and `row` is 0.
     """
 
     def __init__(self, message: str, history: History) -> None:
-        """Message and the rows that converged."""
+        """Message and converged rows."""
         super().__init__(message)
         self.history = history
 
@@ -86,7 +86,7 @@ class EquilibriumLost(RuntimeError):
         return len(self.history.damage)
 
     def __reduce__(self) -> tuple[type[EquilibriumLost], tuple[str, History]]:
-        """Survive the way between processes."""
+        """Arguments for pickle, which sends the exception between processes."""
         return type(self), (str(self), self.history)
 
 
@@ -122,12 +122,12 @@ class Interface:
         s_old: ArrayLike | None = None,
         dt: float | None = None,
     ) -> Update:
-        """Take n points over one increment; nothing that comes in is modified.
+        """Take n points over one increment; the arguments are not modified.
 
-        s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): at the start, None is
-        zero, the virgin point at rest (s_old enters the energies only).  dt: duration of the increment, time,
-        needed and looked at where tau_v > 0.  Raises ValueError for wrong shapes and for values that are
-        missing, not finite or out of range.
+        s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): state and separation at
+        the start; None means zero, a virgin point (s_old enters the energies only).  dt: duration of the
+        increment, time, used only if tau_v > 0 and then required.  Raises ValueError for wrong shapes and
+        for values that are missing, not finite or out of range.
         """
         s = _array("s", s, 3)
         n = len(s)
@@ -135,7 +135,7 @@ class Interface:
         s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
         traction, tangent = np.empty((n, 3)), np.empty((n, 3, 3))
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
-        if n > 0:  # f2py takes no empty arrays
+        if n > 0:  # f2py accepts no empty arrays
             _raise(
                 *_core.interface_update(
                     self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
@@ -147,10 +147,10 @@ class Interface:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
 
         damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of
-        all planes, (2,), or of each, (Np, 2); None is zero.  The traction grows in proportion; the
-        separation it needs is kept as the offset (STATEV 6 to 8), the energies are those of that way.
-        Raises ValueError for wrong input and for a traction that the state cannot carry, with what it does
-        carry.
+        all planes, (2,), or of each, (Np, 2); None is zero.  The traction is applied in proportion, from
+        zero; the separation that belongs to it becomes the offset (STATEV 6 to 8), and the energies are those
+        of this load path.  Raises ValueError for wrong input and for a traction that the state cannot carry;
+        the message contains the traction that it can.
         """
         given = contract.array("traction", traction)
         tractions = _array("traction", np.atleast_2d(given), 3).copy()
@@ -169,9 +169,9 @@ class Interface:
         return state[0] if given.ndim == 1 else state
 
     def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
-        """Take one virgin point along the separations S (T, 3), length, a row for each increment.
+        """Take one virgin point along the separations S (T, 3), length; each row is the end of an increment.
 
-        times (T,): ends of the increments from 0 on, not decreasing, needed where tau_v > 0.  Raises
+        times (T,): ends of the increments, which start at 0, not decreasing; required if tau_v > 0.  Raises
         ValueError for a wrong shape and for values that are missing, not finite or too large.
         """
         S = _array("S", S, 3)
@@ -192,23 +192,23 @@ class Interface:
         tolerance: float | None = None,
         stiffness: float = 0.0,
     ) -> History:
-        """Slip test of Section 4 under a held normal traction: a row for each of the slips (T,), length.
+        """Slip test of Section 4 under a constant normal traction: a row for each of the slips (T,), length.
 
         The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
-        applied first at zero slip in `preload` increments (its damage counts, it is no row), then held.
-        stiffness >= 0, stress/length, is that of the surroundings (CNS, constant normal stiffness): from the
-        start of the slip on, the normal traction changes by -stiffness times the change of s_N.
-        times (T,): of the slips, from 0 at the end of the preload, not decreasing, needed where tau_v > 0;
-        the preload takes preload_time.
+        applied first at zero slip in `preload` increments, which may damage the joint and give no row, and is
+        then constant.  stiffness >= 0, stress/length, is that of the surroundings (CNS, constant normal
+        stiffness): from the start of the slip on, the normal traction changes by -stiffness times the change
+        of s_N.  times (T,): of the slips, from 0 at the end of the preload, not decreasing, required if
+        tau_v > 0; the preload takes preload_time.
 
-        With a tolerance (1e-8 to 0.1) the slips are turning points, increments are adaptive, in the preload
-        too, and the rows are those that were needed: straight lines between them are within tolerance times
-        the larger of sigma0 and the largest traction so far, of s_f and the largest s_N.  The energies of
-        the state and the work are extrapolated (Richardson): the area under tau is the change of work less
-        that of sigma_N s_N.
+        With a tolerance (1e-8 to 0.1) the slips are the reversals of the path and increments are adaptive,
+        also in the preload.  The rows are then the increments: straight lines between them are off by at most
+        the tolerance times the larger of sigma0 and the largest traction so far (traction), or of s_f and the
+        largest s_N so far (s_N).  The energies of the state and the work are extrapolated (Richardson): the
+        area under tau is the change of work less that of sigma_N s_N.
 
-        Raises ValueError for wrong input and EquilibriumLost, which has the rows that converged, where no
-        equilibrium is found; warns where sigma_N closes an inclined plane by more than a small share of s_f.
+        Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
+        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -259,7 +259,7 @@ class Interface:
         times: Floats,
         preload_time: float,
     ) -> History:
-        """Rows of adaptive increments between turning points."""
+        """Rows of adaptive increments between reversals."""
         if len(turns) == 0:
             return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)), np.empty(0))
         rows = 512
@@ -278,8 +278,8 @@ class Interface:
         if reached < 0:
             lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
         elif reached < len(turns):
-            lost = f"no equilibrium on the way to slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
-        # copies, so that the room is given back
+            lost = f"no equilibrium before slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
+        # copies of the used rows free the larger buffers
         kept = (part[:rows].copy() for part in (separation, traction, state, work))
         history = self._history(*kept, lost)
         if lost:
@@ -325,7 +325,7 @@ class Interface:
 
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
-        elements.  They are checked: remarks go into the block, and a ModelWarning tells what is not fine.
+        elements.  They are checked: remarks go into the block, and problems also give a ModelWarning.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
         found = remarks(self.material, self.pattern, stress, modulus, size)
@@ -346,14 +346,14 @@ class Interface:
         return text
 
     def _is_missing(self, name: str, value: object) -> bool:
-        """Whether a time is None; ValueError where viscous damage needs it."""
+        """Whether the time is None; raises ValueError if viscous damage needs a time."""
         if value is None and self.material.tau_v > 0.0:
             tau_v = self.material.tau_v
             raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
         return value is None
 
     def _times(self, times: ArrayLike | None, rows: int) -> Floats:
-        """Times (rows,), zeros where there are none."""
+        """Times (rows,), zeros if none are given."""
         if self._is_missing("times", times):
             return np.zeros(rows)
         array = np.asarray(times, dtype=float, order="C")
@@ -377,7 +377,7 @@ class Interface:
         lost: str = "",
         jumps: Floats | None = None,
     ) -> History:
-        """History with its events; jumps (1 + T', 9) of the preload and the rows, interface_confined_slip."""
+        """History with events; jumps (1 + T', 9): of preload and rows, as from interface_confined_slip."""
         rows = len(separation)
         damage = contract.statev_index("damage")
         snaps: list[Snap] = []
@@ -400,7 +400,7 @@ class Interface:
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:
-    """Work (T,) of a traction (T, 3) along a separation (T, 3) from rest, by the trapezoidal rule."""
+    """Work (T,) of a traction (T, 3) along a separation (T, 3) from zero, by the trapezoidal rule."""
     before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
     change = np.diff(separation, axis=0, prepend=0.0)
     return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))

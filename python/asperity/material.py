@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, make_dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,25 +16,27 @@ class ModelWarning(UserWarning):
     """The input is admissible, but leaves the ground the model stands on."""
 
 
-@dataclass(frozen=True)
-class Material:
-    """Material of the planes (Section 2.2): strength, rupture energy, ductility, friction.
+def _field(row: contract.Prop) -> tuple[str, type] | tuple[str, type, float]:
+    """Name, type and default of a constant of the law; one that is 0 or 1 is a truth value."""
+    kind = bool if row.integral and row.upper == 1.0 else float
+    return (row.name, kind) if row.default is None else (row.name, kind, kind(row.default))
 
-    sigma0, sigma02: stress; Gc, Gc2: stress*length; tau_v: time; eta, mu, kc: dimensionless.  sigma02, Gc2
-    = 0: equal to the mode I value.  guard: the damage of a plane grows only where that releases energy, so
-    that no increment has a negative dissipation.  Raises ValueError naming every value out of range; warns
-    where mode II differs (Remark 2).
+
+_Constants: Any = make_dataclass("_Constants", map(_field, contract.owned("law")), frozen=True)
+
+
+@dataclass(frozen=True)
+class Material(_Constants):
+    """Material of the planes (Section 2.2): the constants of PROPS that belong to the law.
+
+    Raises ValueError naming every value out of range; warns where mode II differs (Remark 2).  The constants,
+    in their order:
     """
 
-    sigma0: float
-    Gc: float
-    eta: float
-    mu: float
-    sigma02: float = contract.default("sigma02")
-    Gc2: float = contract.default("Gc2")
-    tau_v: float = contract.default("tau_v")
-    kc: float = contract.default("kc")
-    guard: bool = bool(contract.default("guard"))
+    if TYPE_CHECKING:
+
+        def __init__(self, sigma0: float, Gc: float, eta: float, mu: float, **others: float) -> None:
+            """All of them: the four that have no default, and others by name."""
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -78,3 +81,8 @@ class Material:
         below = np.cos(angle) - self.mu * slope / w
         locked = np.full(np.shape(below), np.inf)
         return np.divide(np.sin(angle) * c + self.mu / w, below, out=locked, where=below > 0.0)[()]
+
+
+Material.__doc__ = f"{Material.__doc__}\n" + "".join(
+    f"    {row.name} [{row.unit}]: {row.meaning}; {row.admissible}\n" for row in contract.owned("law")
+)

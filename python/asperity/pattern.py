@@ -94,7 +94,7 @@ class Pattern:
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the pattern, by name."""
-        return {"m": self.m, "theta": self.theta, "flat": self.flat, "turn": self.turn}
+        return {row.name: getattr(self, row.name) for row in contract.owned("pattern")}
 
     def constants(self) -> list[float]:
         """Values of the listed planes, which follow the entries that have a name."""

@@ -16,14 +16,14 @@ from .contract import Floats
 from .results import Rows
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#E69F00", "#CC79A7")
-"""Colours that colour-blind readers tell apart (Okabe and Ito), for up to six curves."""
+"""Colours that colour-blind readers can distinguish (Okabe and Ito), for up to six curves."""
 
 LINES = ("-", "--", "-.", ":")
 """Line styles, for print in black and white."""
 
 
 def slip_direction(separation: Floats) -> Floats:
-    """Unit vector (Tx, Ty) of a path's first slip of half the largest size; (1, 0) where there is none."""
+    """Unit vector (Tx, Ty) of the first slip of at least half the largest size; (1, 0) without slip."""
     slip = separation[:, 1:]
     size = np.hypot(*slip.T)
     if not size.any():
@@ -36,9 +36,9 @@ def slip_direction(separation: Floats) -> Floats:
 def draw(
     results: Mapping[float | None, Rows], png: Path, title: str, sweep: str, length: str, stress: str
 ) -> None:
-    """Traction, dilation and damage of the results over the slip, or over the opening where nothing slips.
+    """Draw traction, dilation and damage of the results over the slip, or over the opening without slip.
 
-    results by the value of the sweep, whose name goes to the legend; length and stress: units for the labels.
+    results: by the value of the sweep.  name: of the sweep, for the legend.  length, stress: units of labels.
     A cross marks a lost equilibrium.
     """
     slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())

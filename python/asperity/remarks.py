@@ -1,4 +1,4 @@
-"""What a model should respect that uses an interface: locking, soft contact, snap-back, mesh."""
+"""Checks of a model with an interface: locking, soft contact, snap-back, mesh."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .material import Material, ModelWarning
 from .pattern import Pattern
 
 SMALL_CLOSURE = 0.1
-"""Closure of the facing planes under a normal traction, as a share of s_f, above which a warning is given."""
+"""Closure of the facing planes under a normal traction over s_f, above which a warning is given."""
 
 FEWEST_ELEMENTS = 3
 """Elements in the cohesive zone below which the softening is not resolved (Turon et al. 2007, Section 3)."""
@@ -23,16 +23,16 @@ FEWEST_ELEMENTS = 3
 
 @dataclass(frozen=True)
 class Remark:
-    """A sentence with its numbers, and whether the model is fine in this respect."""
+    """Sentence with its numbers, and whether the model passes the check."""
 
     text: str
     good: bool
 
 
 def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float, float]:
-    """Closure of a plane that carries sigma_N (< 0, stress) alone, as a share of s_f, and its weight gamma.
+    """Closure over s_f of a plane that carries sigma_N (< 0, stress) alone, and weight gamma of the plane.
 
-    The plane is the inclined one of the least weight; the flat one if there is no other.
+    The plane is the inclined one of the smallest weight; the flat one if there is no other.
     """
     inclined = _slopes(pattern) > 0.0
     gamma = float(pattern.weights[inclined].min() if inclined.any() else pattern.weights.min())
@@ -41,7 +41,7 @@ def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float
 
 
 def warn_if_soft(material: Material, pattern: Pattern, sigma_N: float) -> None:
-    """ModelWarning where sigma_N, carried by one inclined plane alone, closes it visibly."""
+    """Issue a ModelWarning where sigma_N, carried by one inclined plane alone, closes this plane visibly."""
     if not (sigma_N < 0.0 and _slopes(pattern).any()):
         return
     share, gamma = closure(material, pattern, sigma_N)
@@ -57,7 +57,7 @@ def warn_if_soft(material: Material, pattern: Pattern, sigma_N: float) -> None:
 
 @contextmanager
 def shown_warnings() -> Iterator[None]:
-    """Print the warnings of a command on standard error, each once, instead of Python's lines."""
+    """Print each warning of a command once on standard error, in one line."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield
@@ -72,11 +72,11 @@ def remarks(
     modulus: float | None = None,
     size: float | None = None,
 ) -> list[Remark]:
-    """What there is to say of an interface in a model.
+    """Remarks on an interface in a model.
 
-    stress: largest compression it carries, sigma_N < 0.  modulus: Young's modulus E of the solid beside it,
-    stress; size: length L of its elements, length; these two go together.  Raises ValueError for values out
-    of range.
+    stress: largest compression of the interface, sigma_N < 0.  modulus: Young's modulus E of the solid beside
+    it, stress; size: length L of the elements of the solid.  modulus and size must be given together.  Raises
+    ValueError for values out of range.
     """
     if stress is not None and not (np.isfinite(stress) and stress < 0.0):
         raise ValueError(f"stress = {stress:g}: expected the normal traction in compression, < 0")
@@ -101,7 +101,7 @@ def _slopes(pattern: Pattern) -> contract.Floats:
 
 
 def _locking(material: Material, pattern: Pattern) -> Remark | None:
-    """A dead interface slides up a plane at (mu + tan theta)/(1 - mu tan theta) of the normal traction."""
+    """Residual strength (mu + tan theta)/(1 - mu tan theta) up the steepest plane, or locking."""
     steepest = float(_slopes(pattern).max())
     if steepest == 0.0:
         return None
@@ -118,7 +118,7 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
 
 
 def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:
-    """The contact is as soft as the bond."""
+    """Closure under the pressure: with kc = 1 the contact is as soft as the bond."""
     share, gamma = closure(material, pattern, stress)
     text = (
         f"sigma_N = {stress:g} closes a plane that carries it alone by {share:.2g} s_f "
@@ -130,7 +130,7 @@ def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:
 
 
 def _snap_back(material: Material, modulus: float, size: float) -> Remark:
-    """In series with an element the joint unloads it: the slopes compare as sigma0/(s_f - s0) and E/L."""
+    """Snap-back: the joint must not soften by sigma0/(s_f - s0) faster than the element unloads by E/L."""
     limit = 2.0 * material.eta * _zone_length(material, modulus)
     text = f"element size {size:g}, limit 2 eta E Gc/sigma0^2 = {limit:.4g} in mode I"
     if size >= limit:
@@ -143,7 +143,7 @@ def _snap_back(material: Material, modulus: float, size: float) -> Remark:
 
 
 def _zone(material: Material, modulus: float, size: float) -> Remark:
-    """Elements in the cohesive zone, whose length is that of Hillerborg et al. (1976)."""
+    """Number of elements in the cohesive zone, with the length of Hillerborg et al. (1976)."""
     length = _zone_length(material, modulus)
     text = f"cohesive zone E Gc/sigma0^2 = {length:.4g}, {length / size:.3g} elements long"
     if length < FEWEST_ELEMENTS * size:
@@ -152,7 +152,7 @@ def _zone(material: Material, modulus: float, size: float) -> Remark:
 
 
 def _compliance(material: Material, modulus: float, size: float) -> Remark:
-    """Elastic opening of the unbroken joint beside that of an element."""
+    """Elastic opening of the undamaged joint, compared with that of an element."""
     share = modulus / (material.K * size)
     return Remark(
         f"unbroken, the joint opens by {share:.3g} times the stretch of an element: E/(K L)", good=True

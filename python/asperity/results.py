@@ -1,4 +1,4 @@
-"""Results of the driver: the files a run writes, and their rows."""
+"""Results of the driver: files of a run and their rows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ENERGIES = ("stored", "rupture", "friction", "work")
 """Energies per unit area, in the order of the columns."""
 
 COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", *ENERGIES, "event")
-"""Columns that are read."""
+"""Columns that this module reads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Rows:
 
 
 def read_rows(path: Path) -> Rows:
-    """Rows of a driver's CSV; raises ValueError where columns that are read, or rows, are missing."""
+    """Read the CSV of a driver run; raises ValueError if a column of COLUMNS or all rows are missing."""
     import numpy as np
 
     header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
@@ -57,7 +57,7 @@ def read_rows(path: Path) -> Rows:
 
 @contextmanager
 def driven(case: Path) -> Iterator[tuple[subprocess.CompletedProcess[str], Path]]:
-    """Run of a case by the driver, and its output, which is kept as long as the context is open."""
+    """Run of a case by the driver; its output exists as long as the context is open."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "out.csv")
         command = [driver(), case, "-o", output, "--quiet"]
@@ -65,7 +65,7 @@ def driven(case: Path) -> Iterator[tuple[subprocess.CompletedProcess[str], Path]
 
 
 def drive(case: Path) -> dict[float | None, Rows]:
-    """Rows of a case by the value of its sweep, None without one; ValueError with the driver's message."""
+    """Rows by the value of the sweep, None without one; raises ValueError with the message of the driver."""
     with driven(case) as (run, output):
         if run.returncode != 0:
             raise ValueError(run.stderr.strip())
@@ -73,10 +73,12 @@ def drive(case: Path) -> dict[float | None, Rows]:
 
 
 def results_of(output: Path) -> dict[float | None, Path]:
-    """Files of a run with this output by the value of the sweep, in order of size; None without one."""
+    """Result files of a run by the value of the sweep, in ascending order; None without a sweep."""
     found: dict[float | None, Path] = {None: output} if output.is_file() else {}
     values = {}
-    stem = output.name.removesuffix(".csv")  # as the driver: another ending stays
+    stem = output.name.removesuffix(
+        ".csv"
+    )  # as in the driver, only the ending .csv is removed before the value is appended
     for path in output.parent.glob(f"{glob.escape(stem)}_*.csv"):
         try:
             values[float(path.stem.removeprefix(stem + "_"))] = path

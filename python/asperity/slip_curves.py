@@ -21,11 +21,11 @@ ROW = 6
 
 @dataclass(frozen=True, eq=False)
 class SlipCurves:
-    """Curves (C) of confined slip tests over the slips (T); rows without equilibrium are NaN.
+    """C curves of confined slip tests over T slips; rows without equilibrium are NaN.
 
     direction (C,), degrees; sigma_N (C,), stress; slips (T,), s_N (C, T), length; tau_L (along the direction)
     and tau_across (left of it), (C, T), stress; damage (C, T); work (C, T), that of the preload included,
-    stress*length; rows (C,) that converged, of the T; iterations (C,) of Newton's method.
+    stress*length; rows (C,): number of converged rows; iterations (C,) of Newton's method.
     """
 
     direction: Floats
@@ -50,7 +50,7 @@ def slip_curves(
 ) -> SlipCurves:
     """`Interface.confined_slip` for every pair of direction_deg and sigma_N, which are broadcast to (C,).
 
-    A curve that loses equilibrium ends there, without an error.  threads: default, one for each processor.
+    A curve that loses equilibrium ends there, without an error.  threads: by default one for each processor.
     Raises ValueError for values that are not finite, an empty path and a preload below 1.
     """
     angles, held = np.broadcast_arrays(
@@ -72,7 +72,7 @@ def slip_curves(
             props, angles[block].copy(), held[block].copy(), free[block], s_L, int(preload), rows[block].T
         )
 
-    # several parts a worker, as curves differ in their cost
+    # several chunks for each worker, because curves differ in their cost
     parts = [range(count)[i : i + _part(count, workers)] for i in range(0, count, _part(count, workers))]
     if workers == 1 or len(parts) == 1:
         done = [solve(part) for part in parts]

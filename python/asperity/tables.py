@@ -10,7 +10,7 @@ from . import contract
 
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = False) -> str:
-    """Table in Markdown; numbers: the columns after the first are aligned to the right."""
+    """Table in Markdown; with `numbers` the columns after the first are aligned to the right."""
     lines = [head, ["---", *["--:" if numbers else "---"] * (len(head) - 1)], *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
 
@@ -45,16 +45,16 @@ TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
 
 
 def fill(text: str, contents: Mapping[str, Callable[[], str]] = TABLES) -> str:
-    """Text with the contents between their markers <!-- name --> ... <!-- /name -->."""
+    """Text in which the contents stand between the markers <!-- name --> ... <!-- /name -->."""
     for name, table in contents.items():
         begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # re.sub reads backslashes
+        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # for re.sub
         text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
     return text
 
 
 def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:
-    """Fill the tables of a file; with check, leave it alone and say whether they are up to date.
+    """Fill the tables of a file and return whether they were up to date; with `check` do not write.
 
     Raises ValueError for a file without markers.
     """

@@ -1,4 +1,4 @@
-!> C API (asperity.h): the law for arrays of points, without any Fortran on the caller's side.
+!> C API of the library, declared in asperity.h: the law for arrays of points.
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use asperity_call_checks, only: explain_point, explain_points, explain_time
@@ -43,17 +43,17 @@ contains
       call review_props(props, status, text, nprops)
     end if
     call put_text(text, message, size)
-    deallocate (text)   ! flang 16 does not do it
+    deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_nstatv
 
-  !> Give n states the offset at which they carry a traction; returns 0, or the status of the first point that cannot.
+  !> Set the offset of n states so that each carries a traction; returns 0, or the status of the first rejected point.
   function asperity_initial_state(props, nprops, n, traction, nstatv, state, message, size) bind(C) result(status)
     integer(c_int), value :: nprops                     !! number of constants
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
     real(c_double), intent(in) :: props(nprops)         !! material constants
     real(c_double), intent(in) :: traction(3, n)        !! double[n][3] traction (N, Tx, Ty), stress
-    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] planes as they are -> with the offset
+    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state of the planes -> with the offset
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
@@ -77,14 +77,14 @@ contains
       end do
     end if
     call put_text(text, message, size)
-    deallocate (text)   ! flang 16 does not do it
+    deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_initial_state
 
-  !> Update n points over one increment; returns 0, or a status code with the reasons in the message, nothing written.
+  !> Update n points over one increment; returns 0, or a status code with the reasons in the message only.
   function asperity_update(props, nprops, dt, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
     result(status)
     integer(c_int), value :: nprops                     !! number of constants
-    real(c_double), value :: dt                         !! duration, >= 0, time; not looked at if tau_v = 0
+    real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = 0
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
     real(c_double), intent(in) :: props(nprops)         !! material constants
@@ -104,7 +104,7 @@ contains
     text = ""
     call begin(props, nprops, n, nstatv, size, joint, status, text)
     if (status == status_ok) then
-      ! a pointer to nothing is an absent argument
+      ! a null pointer is an absent optional argument
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
@@ -115,15 +115,15 @@ contains
         call explain_points(joint, failed, s, state, text, from)
       else if (associated(d)) then
         do i = 1, n
-          d(:, :, i) = transpose(d(:, :, i))   ! rows first in C
+          d(:, :, i) = transpose(d(:, :, i))   ! C stores rows first
         end do
       end if
     end if
     call put_text(text, message, size)
-    deallocate (text)   ! flang 16 does not do it
+    deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_update
 
-  !> Interface of PROPS for n points, or why there is none. Counts are those that came in, negative ones too.
+  !> Make the interface from PROPS and check the counts as the caller passed them, which may be negative.
   subroutine begin(props, nprops, n, nstatv, size, joint, status, text)
     real(c_double), intent(in), contiguous :: props(:)        !! material constants
     integer(c_int), intent(in) :: nprops                      !! number of constants
@@ -131,7 +131,7 @@ contains
     integer(c_int), intent(in) :: nstatv                      !! state variables per point
     integer(c_int), intent(in) :: size                        !! bytes of the message
     type(interface_type), intent(out) :: joint                !! the interface
-    integer(c_int), intent(out) :: status                     !! 0 or that of what is wrong
+    integer(c_int), intent(out) :: status                     !! 0 or the status of the first error
     character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
     call new_interface(props, joint, status)
     if (status /= status_ok) then
@@ -148,7 +148,7 @@ contains
     end if
   end subroutine begin
 
-  !> Copy a text into a C buffer, cut to its size, always closed by a zero.
+  !> Copy a text into a C buffer; a text that does not fit is cut, and a zero ends it always.
   subroutine put_text(text, buffer, size)
     character(len=*), intent(in) :: text   !! what to copy
     type(c_ptr), intent(in) :: buffer      !! char[size], may be NULL

@@ -1,4 +1,4 @@
-!> What the host adapters share: component orders, requests for a smaller increment, and the rejection of a call.
+!> Procedures of all host adapters: component orders, requests for a smaller increment, and rejection of a call.
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: n_plane_statev, n_point_statev
@@ -8,12 +8,12 @@ module asperity_host
   private
   public :: component_map, vumat_map, reject, request_cut, request_slower_damage
 
-  !> Increment factor asked for when a call is rejected.
+  !> Increment factor requested when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
-  !> Increment factors asked for where damage grows too fast: the first bounds what one cut costs, the second leaves the
-  !> next attempt a margin, as growth need not go with the increment.
+  !> Increment factors requested where damage grows too fast. The first is the smallest factor of one cut. The second is
+  !> a safety factor, as the growth of damage need not be proportional to the increment.
   real(wp), parameter, public :: least_pnewdt = 0.1_wp, largest_pnewdt = 0.75_wp
-  !> Set by its bits, which raises no floating-point exception.
+  !> NaN from its bits, which raises no floating-point exception.
   real(wp), parameter :: quiet_nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
 
 contains
@@ -39,16 +39,16 @@ contains
   pure function vumat_map(ndir, nshr) result(position)
     integer, intent(in) :: ndir   !! direct components: 1
     integer, intent(in) :: nshr   !! shear components: 1 or 2
-    integer :: position(3)        !! all 0 if it is another element
+    integer :: position(3)        !! all 0 for any other element
     position = 0
     if (ndir == 1 .and. nshr == 1) position = [1, 2, 0]
     if (ndir == 1 .and. nshr == 2) position = [1, 3, 2]
   end function vumat_map
 
-  !> Ask the host for a smaller increment: PNEWDT may arrive as 1 (Abaqus), -1 (CalculiX) or absent (Kratos).
+  !> Request a smaller increment from the host: PNEWDT may arrive as 1 (Abaqus), -1 (CalculiX) or absent (Kratos).
   pure subroutine request_cut(factor, pnewdt)
-    real(wp), intent(in) :: factor                !! wanted, < 1
-    real(wp), intent(inout), optional :: pnewdt   !! the host's suggestion
+    real(wp), intent(in) :: factor                !! requested factor, < 1
+    real(wp), intent(inout), optional :: pnewdt   !! the host's increment factor
     if (.not. present(pnewdt)) return
     if (pnewdt > 0.0_wp) then
       pnewdt = min(pnewdt, factor)
@@ -57,12 +57,12 @@ contains
     end if
   end subroutine request_cut
 
-  !> Ask the host for a smaller increment where the damage of a plane grew by more than PROPS 14.
+  !> Request a smaller increment from the host if the damage of a plane grew by more than PROPS 14.
   pure subroutine request_slower_damage(joint, old, new, pnewdt)
     type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in) :: old(:)                          !! (Np) damage of the planes at the start
     real(wp), intent(in), contiguous :: new(:)              !! STATEV at the end
-    real(wp), intent(inout), optional :: pnewdt             !! the host's suggestion
+    real(wp), intent(inout), optional :: pnewdt             !! the host's increment factor
     real(wp) :: growth
     growth = maxval(new(n_point_statev + 1:joint%n_statev:n_plane_statev) - old)
     if (growth > joint%dalpha) then
@@ -70,7 +70,7 @@ contains
     end if
   end subroutine request_slower_damage
 
-  !> Fill what a rejected call returns with NaN, so that the host's solver stops.
+  !> Fill stress and tangent of a rejected call with NaN, so that the host's solver stops.
   pure subroutine reject(stress, tangent)
     real(wp), intent(inout) :: stress(:)         !! filled with NaN
     real(wp), intent(inout) :: tangent(:, :)     !! filled with NaN

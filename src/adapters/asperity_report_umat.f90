@@ -1,4 +1,4 @@
-!> Rejected calls of the UMAT, in hosts without routines for messages; for Abaqus see the folder abaqus.
+!> Report of a rejected call of the UMAT in hosts without message routines; the folder abaqus has that for Abaqus.
 module asperity_report_umat
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none
@@ -7,7 +7,7 @@ module asperity_report_umat
 
 contains
 
-  !> Tell on standard error why a call was rejected.
+  !> Write why a call was rejected to standard error.
   subroutine report_umat(message)
     character(len=*), intent(in) :: message   !! lines that name the values and what was expected
     write (error_unit, "(2a)") "asperity umat: ", message

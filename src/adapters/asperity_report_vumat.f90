@@ -1,4 +1,4 @@
-!> Rejected calls of the VUMATs, in hosts without routines for messages; for Abaqus see the folder abaqus.
+!> Report of a rejected call of a VUMAT in hosts without message routines; the folder abaqus has that for Abaqus.
 module asperity_report_vumat
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none
@@ -7,7 +7,7 @@ module asperity_report_vumat
 
 contains
 
-  !> Tell on standard error why a call was rejected.
+  !> Write why a call was rejected to standard error.
   subroutine report_vumat(routine, message)
     character(len=*), intent(in) :: routine   !! name of the user routine
     character(len=*), intent(in) :: message   !! lines that name the values and what was expected

@@ -1,10 +1,9 @@
-!> UMAT of Abaqus/Standard, CalculiX and Kratos: unpack, one call of the law, pack.
+!> UMAT of Abaqus/Standard, CalculiX and Kratos.
 !>
-!> PROPS, STATEV, component orders: docs/reference/contract.md. DDSDDE is the consistent tangent, unsymmetric (Abaqus:
-!> UNSYMM). Hosts may pass NULL for the optional arguments; SSE, SPD, SCD are written, never read. STRESS on entry is
-!> used once, by a point that was never called (STATEV 5 is 0): it starts from that traction; afterwards the law is
-!> total. DTIME is read for viscous damage (PROPS 13) only. A rejected call fills STRESS and DDSDDE with NaN and leaves
-!> STATEV as it came.
+!> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent; it is
+!> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
+!> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
+!> for viscous damage (PROPS 13). A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
@@ -23,17 +22,17 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   integer, intent(in) :: ntens                   !! stress components: 2, 3 or 6
   integer, intent(in) :: nstatv                  !! state variables
   integer, intent(in) :: nprops                  !! material constants
-  real(wp), intent(inout) :: stress(ntens)       !! traction, start (of a point never called) -> end, stress
+  real(wp), intent(inout) :: stress(ntens)       !! traction: initial (first call) -> at the end, stress
   real(wp), intent(inout) :: statev(nstatv)      !! state, start -> end
   real(wp), intent(inout) :: ddsdde(ntens, ntens)   !! d stress_i/d strain_j, stress
   real(wp), intent(inout) :: sse, spd, scd       !! stored, friction, rupture energy, each divided by h
   real(wp), intent(in) :: stran(ntens)           !! strain at the start (separation/h, engineering shear)
   real(wp), intent(in) :: dstran(ntens)          !! strain increment
   real(wp), intent(in) :: props(nprops)          !! material constants
-  character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character, no length)
-  real(wp), intent(inout), optional :: pnewdt    !! suggested increment factor, written only to ask for a cut
+  character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character)
+  real(wp), intent(inout), optional :: pnewdt    !! increment factor, written only to request a cut
   real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage
-  ! not used, and NULL in some hosts
+  ! the following arguments are not used, and NULL in some hosts
   real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
   real(wp), intent(in), optional :: time(*), temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
     dfgrd0(*), dfgrd1(*)
@@ -56,7 +55,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     end do
     if (first_traction(traction, statev)) then
       call carry_traction(joint, traction, position > 0, statev, status)
-      ! the traction belongs to the strain at the start
+      ! the initial traction belongs to the separation at the start, which is not zero in every host
       if (status == status_ok) statev(v_offset:v_offset + 2) = statev(v_offset:v_offset + 2) - from
     end if
   end if
@@ -81,7 +80,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, damage(:n), statev, pnewdt)
 
   if (ntens == max_ntens) then
-    ! components of a solid layer that are not those of an interface
+    ! the three components of a solid layer that an interface does not have
     layer_stiffness = joint%r*joint%material%k_n*joint%h
     stress = layer_stiffness*(stran + dstran)
     ddsdde = 0.0_wp

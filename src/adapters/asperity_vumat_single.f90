@@ -1,6 +1,7 @@
 !> VUMAT of Abaqus/Explicit in single precision.
 !>
-!> PROPS, STATEV: docs/reference/contract.md. A rejected block fills stressNew with NaN and leaves the state as it came.
+!> docs/reference/contract.md describes PROPS and STATEV. If a block is rejected, stressNew is filled with NaN and the
+!> state does not change.
 subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &
                         coordMp, charLength, props, density, strainInc, relSpinInc, tempOld, stretchOld, defgradOld, &
                         fieldOld, stressOld, stateOld, enerInternOld, enerInelasOld, tempNew, stretchNew, &

@@ -1,10 +1,10 @@
-!> Adaptive increments: a step of two halves against one whole increment, as large as a tolerance allows.
+!> Adaptive increments: each step is solved as two halves and as one whole increment; their difference gives its size.
 !>
-!> What the tolerance bounds is the curve drawn through the rows: straight lines between them are within
-!> tolerance*largest traction of the traction, and as close to a separation that is free; the trapezoids of rupture,
-!> friction and work are as good. The energies that are kept are extrapolated from both runs and better than that
-!> (the law is total: a single increment is often exact at its end, so that the end alone says nothing).
-!> A step that is too large and in which a plane switches ends at the first switch instead: docs/solver.md.
+!> The tolerance bounds the error of straight lines between the rows: tolerance*largest traction for the tractions, the
+!> same fraction of the largest separation for the free separations, and likewise for rupture, friction and work by the
+!> trapezoidal rule. The reported energies are extrapolated from both solutions and have a smaller error. The end of a
+!> step alone does not show its error, because a single increment of the total law is often exact at its end. A step
+!> that is too large, and in which a plane switches its regime, ends at the first switch (docs/solver.md).
 module asperity_adaptive
   use asperity_contract, only: plane_statev, v_friction, v_rupture
   use asperity_control_point, only: control_type, point_type, whole_separation
@@ -15,45 +15,46 @@ module asperity_adaptive
   private
   public :: walk_type, new_walk, adaptive_step
 
-  !> Range of the tolerance: below, rounding errors and the solver's tolerance show; above, it bounds nothing.
+  !> Range of the tolerance. A smaller one is below the errors of rounding and of the solver; a larger one has no
+  !> effect.
   real(wp), parameter, public :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
 
-  !> Largest step as a share of the way to a target: what happens in a smaller part may be missed.
+  !> Largest step, as a fraction of the load path to a target. An event that lasts for less than a step may be missed.
   real(wp), parameter :: largest_size = 0.125_wp
-  !> Smallest step as a multiple of the tolerance: a jump (snap) that narrow is drawn as the jump it is.
+  !> Smallest step, as a multiple of the tolerance: a steeper change of the curve is drawn as a jump (snap).
   real(wp), parameter :: least_size = 1.0e-2_wp
-  !> Smallest step, share of the way: as many rows as a step of fixed increments may have.
+  !> Smallest step, as a fraction of the load path: it gives as many rows as a step of fixed increments may have.
   real(wp), parameter :: least_step = 1.0e-7_wp
-  !> A step changes by these factors at most, and aims a little below the tolerance.
+  !> Largest growth and cut of the step size, and safety factor on the tolerance.
   real(wp), parameter :: most_growth = 4.0_wp, most_cut = 0.1_wp, safety = 0.9_wp
-  !> Share of the distance from the middle to the straight line over the whole step that the lines of the two halves
-  !> miss: 1/4 on a parabola, up to 2 at a kink.
+  !> Error of the lines over the two halves, as a fraction of the distance from the middle to the line over the whole
+  !> step: 1/4 on a parabola (0.3 is taken), up to 2 at a kink.
   real(wp), parameter :: smooth_share = 0.3_wp, kink_share = 2.0_wp
-  !> Safety factor on the difference at the end of a step, as errors of the path of the slips accumulate over steps.
+  !> Safety factor on the difference at the end of a step, because path errors of the slips accumulate over steps.
   real(wp), parameter :: path_share = 3.0_wp
-  !> A switch is looked for where the step would have to shrink to a third, and for few planes: of many, single ones
-  !> matter little, and the search costs more than the rows it saves (docs/solver.md).
+  !> Relative error above which a switch is searched, instead of cutting the step to less than a third, and the largest
+  !> number of planes for it. With more planes the search costs more than the rows it saves (docs/solver.md).
   real(wp), parameter :: search_threshold = 10.0_wp
   integer, parameter :: most_planes = 8
-  !> Share of the step at which the regime of the planes at its start is evaluated.
+  !> Fraction of the step at which the regime of the planes at its start is evaluated.
   real(wp), parameter :: probe = 1.0e-6_wp
 
-  !> What the steps of a path have in common.
+  !> Step control of a load path: tolerance, scales and step size.
   type :: walk_type
     real(wp) :: tolerance = 1.0e-3_wp  !! relative, least_tolerance to largest_tolerance
     real(wp) :: traction               !! scale: strength, or largest traction so far, stress
     real(wp) :: separation             !! scale: s_f, or largest separation of a free component so far, length
-    real(wp) :: size = largest_size    !! next step as a share of the way to the target
+    real(wp) :: size = largest_size    !! next step, fraction of the load path to the target
     logical :: lands = .true.          !! whether rejected steps end at switches
-    logical, allocatable :: does(:, :) !! what the planes do at the start of the next step
-    real(wp) :: tried = 0.0_wp         !! end of the last step tried, share of the way
+    logical, allocatable :: does(:, :) !! regime of the planes at the start of the next step
+    real(wp) :: tried = 0.0_wp         !! end of the last step tried, fraction of the load path
     integer :: solves = 0              !! increments solved, rejected ones included
     integer :: rejected = 0            !! steps rejected
   end type walk_type
 
 contains
 
-  !> Steps from rest.
+  !> Step control of a virgin point with zero traction.
   pure function new_walk(joint) result(walk)
     type(interface_type), intent(in) :: joint       !! the interface
     type(walk_type) :: walk
@@ -64,18 +65,18 @@ contains
     walk%lands = joint%pattern%n <= most_planes
   end function new_walk
 
-  !> One accepted step on the way from `start` to `target`: its middle and its end.
+  !> Take one accepted step on the load path from `start` to `target`; its middle and its end are returned.
   !>
-  !> Where no equilibrium is found `reached` is below 1, and `at`, `point` and the middle are the last ones found.
+  !> If no equilibrium is found, `reached` is below 1, and `at`, `point` and `middle` are the last ones found.
   pure subroutine adaptive_step(joint, control, start, target, walk, at, point, at_middle, middle, iterations, &
                                 reached, reports)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is given, and the time that the whole way takes
-    real(wp), intent(in) :: start(3), target(3)     !! given values at both ends of the way, as `advance` takes them
+    type(control_type), intent(in) :: control       !! what is given; dt is the duration of the whole load path
+    real(wp), intent(in) :: start(3), target(3)     !! given values at both ends, as of `advance`
     type(walk_type), intent(inout) :: walk          !! step size and scales
-    real(wp), intent(inout) :: at                   !! share of the way, before -> after
+    real(wp), intent(inout) :: at                   !! fraction of the load path, before -> after
     type(point_type), intent(inout) :: point        !! the point, before -> after
-    real(wp), intent(out) :: at_middle              !! share of the way of the middle, not beyond `at`
+    real(wp), intent(out) :: at_middle              !! fraction of the load path of the middle, <= `at`
     type(point_type), intent(out) :: middle         !! the point there
     integer, intent(out) :: iterations(2)           !! Newton iterations to the middle and from there to the end
     real(wp), intent(out) :: reached                !! 1, or below: equilibrium lost
@@ -108,7 +109,8 @@ contains
       whole = point
       middle = point
       iterations = 0
-      ! Newton's method alone where it can: an increment that was solved in the same two parts says nothing about them
+      ! Newton's method alone, if it converges: the full solver might use the two halves as sub-increments, and the
+      ! difference would then be zero
       call solve_to(at, next, whole, used, reached, walk%solves, report, plain_newton)
       single = .not. reached < 1.0_wp
       if (.not. single) then
@@ -140,7 +142,7 @@ contains
       size = merge(switch - at, shorter, landed)
     end do
     if (reached < 1.0_wp) then
-      ! as far as there is equilibrium
+      ! up to the last equilibrium
       walk%tried = next
       call solve_to(at, next, point, iterations(1), reached, walk%solves, reports(1))
       at = at + reached*(next - at)
@@ -160,15 +162,15 @@ contains
 
   contains
 
-    !> Take a point from one share of the way to another.
+    !> Take a point from one fraction of the load path to another.
     pure subroutine solve_to(from, to, moved, used, reached, solves, report, method)
-      real(wp), intent(in) :: from, to            !! shares of the way
+      real(wp), intent(in) :: from, to            !! fractions of the load path
       type(point_type), intent(inout) :: moved    !! the point
       integer, intent(out) :: used                !! Newton iterations
-      real(wp), intent(out) :: reached            !! 1: all of it
-      integer, intent(inout) :: solves            !! counted
+      real(wp), intent(out) :: reached            !! 1: complete
+      integer, intent(inout) :: solves            !! number of solves, increased
       type(report_type), intent(out) :: report    !! what happened
-      integer, intent(in), optional :: method     !! of `advance`
+      integer, intent(in), optional :: method     !! method of `advance`
       call advance(joint, share_of(control, to - from), between(start, target, from), between(start, target, to), &
         moved, used, reached, report=report, method=method)
       solves = solves + 1
@@ -176,11 +178,11 @@ contains
 
   end subroutine adaptive_step
 
-  !> End of a step of that size, without a splinter left at the end of the way.
+  !> End of a step of the given size; the step is extended if a very small step to the target would remain.
   pure function whole_way(at, size) result(next)
-    real(wp), intent(in) :: at, size   !! shares of the way
+    real(wp), intent(in) :: at, size   !! fractions of the load path
     real(wp) :: next
-    !> A step may be that much larger to reach the end.
+    !> Largest factor by which a step is extended to reach the target.
     real(wp), parameter :: stretch = 1.01_wp
     next = at + size
     if (at + stretch*size >= 1.0_wp) then
@@ -190,7 +192,7 @@ contains
     end if
   end function whole_way
 
-  !> Given values at a share of the way; both ends exact.
+  !> Given values at a fraction of the load path, exact at both ends.
   pure elemental function between(start, target, share) result(value)
     real(wp), intent(in) :: start, target   !! values at the ends
     real(wp), intent(in) :: share           !! 0 to 1
@@ -199,9 +201,9 @@ contains
     if (share >= 1.0_wp) value = target
   end function between
 
-  !> Control of an increment over a share of the way: it takes that share of the time.
+  !> Control of an increment over a fraction of the load path, with the same fraction of the duration.
   pure function share_of(control, share) result(part)
-    type(control_type), intent(in) :: control   !! of the whole way
+    type(control_type), intent(in) :: control   !! of the whole load path
     real(wp), intent(in) :: share               !! 0 to 1
     type(control_type) :: part
     part = control
@@ -215,11 +217,12 @@ contains
     length = sqrt(sum(v**2))
   end function size_of
 
-  !> Weight of the difference at the end of a step: friction forgets, viscous damage sums up over its relaxation time.
+  !> Weight of the difference at the end of a step. With viscous damage errors accumulate over the relaxation time, else
+  !> only over a few steps of friction.
   pure function path_weight(joint, control, size) result(weight)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! with the time that the whole way takes
-    real(wp), intent(in) :: size                    !! of the step as a share of the way
+    type(control_type), intent(in) :: control       !! dt is the duration of the whole load path
+    real(wp), intent(in) :: size                    !! step, fraction of the load path
     real(wp) :: weight
     weight = path_share
     associate (tau_v => joint%material%tau_v)
@@ -227,14 +230,14 @@ contains
     end associate
   end function path_weight
 
-  !> Error of a step in units of what the tolerance allows.
+  !> Error of a step, relative to the tolerance.
   pure function step_error(control, walk, weight, old, whole, middle, ending, switched, single) result(error)
     type(control_type), intent(in) :: control                   !! what is given
     type(walk_type), intent(in) :: walk                         !! tolerance and scales
     real(wp), intent(in) :: weight                              !! of the difference at the end
     type(point_type), intent(in) :: old, whole, middle, ending  !! start, end in one increment, middle and end in two
     logical, intent(in) :: switched                             !! whether a plane switches within the step
-    logical, intent(in) :: single                               !! whether no increment was solved in parts
+    logical, intent(in) :: single                               !! whether no increment needed sub-increments
     real(wp) :: error
     real(wp) :: energy, separation, share, traction
     share = merge(kink_share, smooth_share, switched)
@@ -247,14 +250,14 @@ contains
     separation = separation/max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     energy = energy/max(tiny(1.0_wp), max(walk%traction, size_of(ending%traction))*(size_of(middle%s - old%s) &
       + size_of(ending%s - middle%s)))/3.0_wp
-    ! what is left after extrapolation is two orders smaller, where all is smooth; parts spoil it
+    ! if the step is smooth, the error after extrapolation is two orders smaller; not if sub-increments were needed
     if (.not. single) energy = 3.0_wp*energy
     if (single .and. .not. switched) energy = energy**2
     error = max(traction, separation, energy)/walk%tolerance
   end function step_error
 
-  !> Energies of the two halves without the leading error of the trapezoids, that of the whole being four times as
-  !> large (Richardson); friction does not fall.
+  !> Remove the leading error of the trapezoidal rule from the energies of the two halves (Richardson extrapolation: the
+  !> error of the whole increment is four times as large). The friction energy must not decrease.
   pure subroutine extrapolate(old, whole, middle, ending)
     type(point_type), intent(in) :: old, whole            !! start, end in one increment
     type(point_type), intent(inout) :: middle, ending     !! middle and end in two increments
@@ -269,14 +272,14 @@ contains
     ending%state(v_friction) = max(ending%state(v_friction), middle%state(v_friction))
   end subroutine extrapolate
 
-  !> What adds up by trapezoids: rupture, friction, work, stress*length.
+  !> Energies that are sums by the trapezoidal rule: rupture, friction, work, stress*length.
   pure function spent(point) result(energies)
     type(point_type), intent(in) :: point   !! the point
     real(wp) :: energies(3)
     energies = [point%state(v_rupture), point%state(v_friction), point%work]
   end function spent
 
-  !> What every plane does in an increment: in contact, sliding in contact, damage growing, dead.
+  !> Regime of every plane in an increment: in contact, sliding in contact, damage growing, fully damaged.
   pure function regime(joint, old, new) result(does)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! start and end of the increment
@@ -284,14 +287,14 @@ contains
     does = criteria(joint, old, new) > 0.0_wp
   end function regime
 
-  !> How far every plane is from its switches, positive: in contact, sliding in contact, damage growing, dead.
-  !>
-  !> Separations are in units of s0; the damage (6), (7) and the slip (38) are those of the law.
+  !> Margins of the regime of every plane; a margin is positive if the plane is in contact, slides in contact, has
+  !> growing damage or is fully damaged, in this order. Separations are relative to s0; damage (6), (7) and slip (38)
+  !> are those of the law.
   pure function criteria(joint, old, new) result(margin)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! start and end of the increment
     real(wp) :: margin(4, joint%pattern%n)
-    !> Openings that are rounding errors: a dead plane under no traction just touches.
+    !> Openings below this are rounding errors: a fully damaged plane without traction just touches.
     real(wp), parameter :: touching = 1.0e-10_wp
     real(wp) :: alpha, r, reach, s(3), s_h, s_n, s_t, slope
     integer :: i, k
@@ -310,27 +313,26 @@ contains
         margin(2, k) = min(reach/m%s0, margin(1, k))
         margin(3, k) = r*(1.0_wp - m%eta*alpha) - 1.0_wp
         margin(4, k) = r*(1.0_wp - m%eta) - 1.0_wp
-        ! a dead plane grows no more
+        ! the damage of a fully damaged plane does not grow
         if (alpha >= 1.0_wp) margin(3:4, k) = 1.0_wp
       end do
     end associate
   end function criteria
 
-  !> Share of the way just beyond the first switch of a plane, 0: none is found.
+  !> Fraction of the load path just beyond the first switch of a plane, 0: none is found.
   !>
-  !> The first plane that no longer does what it did at the start is found by false position on the smallest margin, and
-  !> halving.
+  !> The switch is located by false position and bisection on the smallest margin, relative to the regime at the start.
   pure subroutine first_switch(joint, control, start, target, at, next, point, walk, switch)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: start(3), target(3)     !! given values at both ends of the way
-    real(wp), intent(in) :: at, next                !! shares of the way between which to look
+    real(wp), intent(in) :: start(3), target(3)     !! given values at both ends
+    real(wp), intent(in) :: at, next                !! fractions of the load path that bound the search
     type(point_type), intent(in) :: point           !! the point at `at`
     type(walk_type), intent(inout) :: walk          !! counts the solves
-    real(wp), intent(out) :: switch                 !! share of the way
-    !> Halving alone would take 20 to get as close.
+    real(wp), intent(out) :: switch                 !! fraction of the load path
+    !> Largest number of solves; bisection alone would need 20 for the same accuracy.
     integer, parameter :: most = 30
-    ! the bracket that is left is as narrow as the tolerance, so that the kink in it is drawn within that
+    ! stop when the bracket is as narrow as the tolerance: the kink inside is then drawn within the tolerance
     real(wp), dimension(4, joint%pattern%n) :: far_margin, margin, near_margin
     real(wp) :: far, near, near_least, far_least, trial
     logical :: good
@@ -346,12 +348,12 @@ contains
     side = 0
     do i = 1, most
       if (far - near <= walk%tolerance*(next - at)) exit
-      ! of the planes that have switched at the far end
+      ! only planes that have switched at the far end count
       near_least = minval(near_margin, mask=far_margin < 0.0_wp)
       far_least = minval(far_margin)
       if (near_least <= 0.0_wp) return
       trial = near + (far - near)*near_least/(near_least - far_least)
-      ! halve where the same end moved twice: margins have kinks, and those of planes that just touch begin near zero
+      ! bisect if the same end moved twice: margins have kinks, and those of planes that just touch begin near zero
       if (abs(side) > 1 .or. .not. (trial > near .and. trial < far)) trial = 0.5_wp*(near + far)
       call margins_at(trial, margin, good, walk%solves)
       if (.not. good) return
@@ -369,12 +371,13 @@ contains
 
   contains
 
-    !> Margins of the planes at a share of the way, negative: it does otherwise than at the start.
+    !> Margins of the planes at a fraction of the load path; a margin is negative if the regime is not that of the
+    !> start.
     pure subroutine margins_at(share, margin, good, solves)
-      real(wp), intent(in) :: share               !! of the way
-      real(wp), intent(out) :: margin(:, :)       !! of what every plane does
+      real(wp), intent(in) :: share               !! of the load path
+      real(wp), intent(out) :: margin(:, :)       !! of the regime of every plane
       logical, intent(out) :: good                !! whether there is equilibrium
-      integer, intent(inout) :: solves            !! counted
+      integer, intent(inout) :: solves            !! number of solves, increased
       real(wp) :: reached
       type(point_type) :: moved
       integer :: used

@@ -1,4 +1,4 @@
-!> A point under mixed control and its equations: what is given of each component, and the residual of the prescribed
+!> A point under mixed control and its equations: the given value of each component, and the residual of the prescribed
 !> tractions.
 module asperity_control_point
   use asperity_checks, only: all_bounded
@@ -10,10 +10,9 @@ module asperity_control_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
-    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, released_energy, &
-    work_between, dead_and_open, whole_separation
+    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation
 
-  !> What is given of each component (N, Tx, Ty), and how long an increment takes.
+  !> Which value of each component (N, Tx, Ty) is given, and the duration of an increment.
   type :: control_type
     logical :: traction(3) = .false.   !! true: traction + spring*separation is given, false: the separation is
     real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
@@ -25,7 +24,7 @@ module asperity_control_point
     real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
     real(wp) :: traction(3) = 0.0_wp      !! stress
     real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
-    real(wp) :: work = 0.0_wp             !! of the traction on the separation so far, stress*length
+    real(wp) :: work = 0.0_wp             !! work of the traction so far, stress*length
     real(wp), allocatable :: state(:)     !! STATEV
   end type point_type
 
@@ -34,21 +33,22 @@ module asperity_control_point
     type(control_type) :: control
     real(wp) :: given(3) = 0.0_wp      !! separation, or traction + spring*separation, at the end
     type(point_type) :: old            !! the point at the start
-    integer :: n = 0                   !! free separations
-    integer :: free(3) = 0             !! which, in the first n
+    integer :: n = 0                   !! number of free separations
+    integer :: free(3) = 0             !! their components, in the first n
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the start, stress/length
     real(wp) :: finest = 0.0_wp        !! smallest traction scale, stress
-    real(wp) :: coarsest = 0.0_wp      !! largest traction scale by free separations, of strength and given tractions
-    real(wp) :: longest = 0.0_wp       !! longest step where the derivative is singular, of that of an elastic interface
+    real(wp) :: coarsest = 0.0_wp      !! largest traction scale due to free separations, as a multiple of strength plus
+                                       !! given tractions
+    real(wp) :: longest = 0.0_wp       !! longest step if the derivative is singular, as a multiple of the elastic step
   end type balance_type
 
-  !> What is stored and dissipated, in STATEV.
-  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
+  !> Positions of the stored and the dissipated energies in STATEV.
+  integer, parameter, public :: ledger(3) = [v_stored, v_rupture, v_friction]
 
 contains
 
-  !> A virgin point at rest, or one that starts from a state, at separation zero or a given one. The work that led to it
-  !> is taken to be what it has stored and dissipated.
+  !> A virgin point with zero separation, or a point with the given state and separation. Its work so far is set to the
+  !> sum of its stored and dissipated energies.
   pure function new_point(joint, state, separation) result(point)
     type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in), optional :: state(:)              !! STATEV to start from
@@ -62,18 +62,18 @@ contains
     point%work = sum(point%state(ledger))
   end function new_point
 
-  !> Put a point to a separation at which it has a state already: its traction and its tangent there.
+  !> Set the separation and the state of a point, and compute traction and tangent by an update without increment.
   pure subroutine put_point(joint, s, state, point)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
     real(wp), intent(in), contiguous :: state(:)    !! STATEV
-    type(point_type), intent(inout) :: point        !! -> the point; what the state has held back may grow in it
+    type(point_type), intent(inout) :: point        !! -> the point; damage that was delayed may grow in it
     point%s = s
     if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
     call update_point(joint, s, s, state, point%state, point%traction, point%tangent)
   end subroutine put_point
 
-  !> Separation that the planes see: with the offset of an initial traction (STATEV 6-8), length.
+  !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8), length.
   pure function whole_separation(s, state) result(whole)
     real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)   !! STATEV
@@ -81,7 +81,7 @@ contains
     whole = s + state(v_offset:v_offset + 2)
   end function whole_separation
 
-  !> Let a point take the place of another, whose array of state variables the first one keeps: no array is copied.
+  !> Move a point to another by exchanging their arrays of state variables: no array is copied.
   pure subroutine move_point(from, to)
     type(point_type), intent(inout) :: from   !! the point -> undefined
     type(point_type), intent(inout) :: to     !! any -> the point
@@ -93,7 +93,7 @@ contains
     call move_alloc(room, from%state)
   end subroutine move_point
 
-  !> Equations of a sub-increment; the point at its start stays as it is.
+  !> Set the equations of a sub-increment; the point at its start does not change.
   pure subroutine set_balance(joint, control, given, balance)
     type(interface_type), intent(in) :: joint        !! the interface
     type(control_type), intent(in) :: control        !! which components are given as tractions
@@ -114,9 +114,10 @@ contains
     balance%longest = longest_step
   end subroutine set_balance
 
-  !> The point at free separations x, the others being as given, and the residual of the prescribed tractions.
+  !> Update the point for free separations x and given other separations, and compute the residual of the prescribed
+  !> tractions.
   !>
-  !> The point at the start is not tested: its state must be one of the interface (`state_status`).
+  !> The state of the point at the start is not tested; it must be admissible (`state_status`).
   pure subroutine evaluate(joint, balance, x, point, residual, scale, good)
     type(interface_type), intent(in) :: joint        !! the interface
     type(balance_type), intent(in) :: balance        !! the equations
@@ -124,7 +125,7 @@ contains
     type(point_type), intent(inout) :: point         !! -> the point with these separations
     real(wp), intent(out) :: residual(3)             !! traction + spring*separation + damping*move - given, stress
     real(wp), intent(out) :: scale                   !! traction scale that `residual_tolerance` refers to, > 0, stress
-    logical, intent(out) :: good                     !! false: the law does not take the separation, nothing is known
+    logical, intent(out) :: good                     !! false: the separation is out of range, no result
     real(wp) :: given, largest
     integer :: i, k
 
@@ -147,7 +148,8 @@ contains
       residual(i) = residual(i) + balance%damping*(x(i) - balance%old%s(k))
       given = max(given, abs(balance%given(k)))
     end do
-    ! separations that grow without bound do not make their residuals small, neither in an increment nor over many
+    ! The scale is bounded: otherwise a residual would count as small if separations grow without bound, in one
+    ! increment or over many.
     largest = 0.0_wp
     do i = 1, 3
       if (.not. balance%control%traction(i)) largest = max(largest, abs(point%s(i) + point%state(v_offset + i - 1)))
@@ -158,7 +160,7 @@ contains
     scale = max(tiny(scale), balance%finest, min(traction_scale(joint, point%s, point%state) + given, largest))
   end subroutine evaluate
 
-  !> Size of the terms that are summed to the traction of a point, stress: their rounding errors are proportional to it.
+  !> Size of the terms whose sum is the traction of a point, stress. Rounding errors are proportional to it.
   pure function traction_scale(joint, s, state) result(scale)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: s(3)                    !! separation (N, Tx, Ty), length
@@ -199,7 +201,7 @@ contains
     end do
   end function free_part
 
-  !> Derivative of the residual by the free separations, in the upper left n x n, stress/length.
+  !> Derivative of the residual with respect to the free separations, in the upper left n x n, stress/length.
   pure function free_matrix(balance, point) result(a)
     type(balance_type), intent(in) :: balance   !! the equations
     type(point_type), intent(in) :: point       !! the point, its tangent
@@ -214,8 +216,9 @@ contains
     end do
   end function free_matrix
 
-  !> Whether an overdamped motion leaves an equilibrium with this derivative: an eigenvalue with a negative real part
-  !> (Routh and Hurwitz). Zero is not negative: an open interface that is fully damaged has no stiffness.
+  !> Whether an equilibrium with this derivative of the residual is unstable: an eigenvalue has a negative real part
+  !> (criterion of Routh and Hurwitz). A zero eigenvalue is admitted: an open interface that is fully damaged has no
+  !> stiffness.
   pure function unstable(n, a, scale) result(yes)
     integer, intent(in) :: n               !! 0 to 3
     real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
@@ -247,23 +250,5 @@ contains
     real(wp) :: work
     work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
-
-  !> Energy that a motion under prescribed tractions sets free, per unit area: the work of these, less that of the
-  !> springs, less what the interface stores and dissipates (docs/solver.md, "Snap").
-  pure function released_energy(balance, old, new) result(energy)
-    type(balance_type), intent(in) :: balance   !! what is given
-    type(point_type), intent(in) :: old, new    !! before and after
-    real(wp) :: energy
-    real(wp) :: work(3)
-    work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
-    energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))
-  end function released_energy
-
-  !> Whether every plane is fully damaged and open, so that nothing is carried: exact, the sums are then zero.
-  pure function dead_and_open(point) result(yes)
-    type(point_type), intent(in) :: point   !! the point
-    logical :: yes
-    yes = .not. (any(abs(point%traction) > 0.0_wp) .or. any(abs(point%tangent) > 0.0_wp))
-  end function dead_and_open
 
 end module asperity_control_point

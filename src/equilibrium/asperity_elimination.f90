@@ -9,8 +9,8 @@ contains
 
   !> Solve a x = b in place by Gaussian elimination with partial pivoting, in the order of LAPACK's dgesv.
   !>
-  !> Not solved is a system with a pivot that is zero, or so small that x is above 1e150 or its products with a are
-  !> above 1e300. Whether x is accurate is for the caller to judge.
+  !> A system is not solved if a pivot is zero, or so small that x exceeds 1e150 or a product of x and a exceeds 1e300.
+  !> The caller must judge the accuracy of x.
   pure subroutine eliminate(n, a, b, solved)
     integer, intent(in) :: n               !! number of unknowns, 0 to 3
     real(wp), intent(inout) :: a(3, 3)     !! matrix in the upper left n x n, finite -> destroyed

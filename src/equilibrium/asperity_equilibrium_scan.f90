@@ -1,7 +1,8 @@
-!> Is there an equilibrium at all? A look at the free separations far around a point where none was found.
+!> Search for an equilibrium in a wide range of the free separations around a point where the solver found none.
 !>
-!> One free separation: its traction at many values of it, the extreme refined. Several: the residual on a grid,
-!> Newton's method from the best of it. Both from the state of the point, in one increment.
+!> One free separation: its traction is computed at many values, and the extreme is refined. Several free separations:
+!> the residual is computed on a grid, and Newton's method starts from the best grid points. Every trial is one
+!> increment from the state of the point.
 module asperity_equilibrium_scan
   use asperity_control_point, only: balance_type, control_type, evaluate, free_part, point_type, set_balance, &
     whole_separation
@@ -13,10 +14,10 @@ module asperity_equilibrium_scan
   private
   public :: scan_equilibria
 
-  !> What a scan found.
+  !> Result of a scan.
   type, public :: scan_type
     integer :: n = 0                       !! free separations
-    integer :: free = 0                    !! the first of them, 1 to 3
+    integer :: free = 0                    !! component of the first of them, 1 to 3
     integer :: samples = 0                 !! updates of the law
     logical :: found = .false.             !! whether there is an equilibrium
     real(wp) :: place(3) = 0.0_wp          !! separation of the equilibrium or of the extreme, length
@@ -28,17 +29,17 @@ module asperity_equilibrium_scan
 
 contains
 
-  !> Look for equilibria under given values around a point.
+  !> Search for equilibria under given values around a point.
   pure subroutine scan_equilibria(joint, control, given, point, scan)
     type(interface_type), intent(in) :: joint       !! the interface
-    type(control_type), intent(in) :: control       !! what is held, at least one traction
+    type(control_type), intent(in) :: control       !! what is given, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
     type(point_type), intent(in) :: point           !! the last point found
-    type(scan_type), intent(out) :: scan            !! what was found
-    !> Range to each side: multiples of s_f, of the largest separation and slip so far, of the closure under what is
-    !> held.
+    type(scan_type), intent(out) :: scan            !! result
+    !> Range to each side, as multiples of s_f, of the largest separation and slip so far, and of the closure under the
+    !> given tractions.
     real(wp), parameter :: around = 5.0_wp
-    !> At most this share of where separations count as running away.
+    !> Largest range, as a fraction of the separation beyond which the solver stops a motion as endless.
     real(wp), parameter :: share = 0.5_wp
     type(balance_type) :: balance
     real(wp) :: reach
@@ -74,7 +75,7 @@ contains
     integer :: i
 
     sense = 1.0_wp
-    ! where the point is, or on its side of the range if it runs away
+    ! at the point, or at the end of the range if the point is beyond it
     x(2) = min(max(point%s(scan%free), scan%lower), scan%upper)
     call look(x(2), at, here)
     scan%short = here < 0.0_wp
@@ -94,7 +95,7 @@ contains
     if (sense*here > best) a = x(2)
     b = a + width
     a = a - width
-    ! the extreme beside the best sample
+    ! refine the extreme between the neighbours of the best sample
     do i = 1, refinements
       x = [b - golden*(b - a), a + golden*(b - a)]
       call look(x(1), at, f(1))
@@ -113,7 +114,8 @@ contains
 
   contains
 
-    !> Surplus of the traction in the sense that is missing; far below zero where the law takes nothing.
+    !> Excess of the traction over the given one, in the sense of the missing traction; a large negative number if the
+    !> separation is out of range.
     pure subroutine look(s, at, surplus)
       real(wp), intent(in) :: s               !! free separation, length
       type(point_type), intent(inout) :: at   !! -> the point there
@@ -133,11 +135,11 @@ contains
     type(balance_type), intent(in) :: balance       !! the equations
     type(point_type), intent(in) :: point           !! where the search ended
     type(scan_type), intent(inout) :: scan          !! range -> findings
-    !> Values of each of two and of three separations; best ones that Newton's method starts from.
+    !> Grid points for each of two and of three separations; number of best points from which Newton's method starts.
     integer, parameter :: steps(3) = [0, 200, 40], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
-    !> A candidate counts only if its residual is below this share of the residual at the last point.
+    !> A candidate counts only if its residual is below this fraction of the residual at the last point.
     real(wp), parameter :: closer = 0.1_wp
     real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n

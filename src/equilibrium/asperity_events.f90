@@ -1,4 +1,4 @@
-!> What happened between two states of a point, by name, joined by +:
+!> Names of the events between two states of a point, joined by +:
 !>   onset     damage begins
 !>   damaged   every plane is fully damaged
 !>   open      a plane in contact opens
@@ -13,17 +13,17 @@ module asperity_events
   private
   public :: planes_type, put_at_rest, find_events, name_event
 
-  !> Characters that hold all names.
+  !> Length of a text that holds all names.
   integer, parameter, public :: event_length = 64
 
-  !> What the planes did at the last row.
+  !> Regime of the planes at the last row.
   type :: planes_type
-    logical, allocatable :: contact(:), apart(:), slides(:)   !! per plane; one that just touches is as it was
+    logical, allocatable :: contact(:), apart(:), slides(:)   !! per plane; a plane that just touches keeps its values
   end type planes_type
 
 contains
 
-  !> Planes of a point at rest: neither in contact nor apart (no function: flang 16 cannot assign its result).
+  !> Planes of a virgin point: neither in contact nor open (a subroutine, as flang 16 cannot assign such a result).
   pure subroutine put_at_rest(joint, planes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(planes_type), intent(out) :: planes        !! its planes
@@ -35,7 +35,7 @@ contains
     planes%slides = .false.
   end subroutine put_at_rest
 
-  !> What happened since the last row.
+  !> Find the events since the last row.
   pure subroutine find_events(joint, s, old, new, planes, event)
     type(interface_type), intent(in) :: joint           !! the interface
     real(wp), intent(in) :: s(3)                        !! separation (N, Tx, Ty) of this row, length
@@ -50,7 +50,7 @@ contains
     do k = 1, size(contact)
       i = plane_statev(k)
       s_n = dot_product(plane_normal(joint%pattern, k), s + new(v_offset:v_offset + 2))
-      ! a plane that just touches is as it was
+      ! a plane that just touches keeps its values
       contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)
       apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)
       slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
@@ -68,7 +68,7 @@ contains
     planes%slides = slides
   end subroutine find_events
 
-  !> Add a name where its event happened.
+  !> Append a name if its event happened.
   pure subroutine name_event(event, name, happened)
     character(len=event_length), intent(inout) :: event   !! names so far
     character(len=*), intent(in) :: name                  !! of the event

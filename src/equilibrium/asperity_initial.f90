@@ -1,6 +1,6 @@
-!> Initial states: the separation at which a point, virgin or cracked, carries a traction before its first increment.
+!> Initial states: the separation at which a point, virgin or damaged, carries a traction before its first increment.
 !>
-!> That separation becomes the offset of STATEV 6-8 (contract), which the law adds to what the host calls separation.
+!> That separation is stored as the offset (STATEV 6-8), which the law adds to the separation of the host.
 module asperity_initial
   use asperity_call_checks, only: state_status
   use asperity_checks, only: bounded
@@ -11,7 +11,6 @@ module asperity_initial
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
   use asperity_newton, only: newton_solve, newton_type
   use asperity_pattern, only: plane_normal
   use asperity_text, only: append, integer_text, to_text
@@ -22,18 +21,19 @@ module asperity_initial
   private
   public :: first_traction, carry_traction, explain_initial
 
-  !> Parts the traction is applied in, proportionally: the slips of inclined planes follow a curved path.
+  !> Number of equal sub-increments of the traction; several are needed, as the slips of inclined planes depend on the
+  !> path.
   integer, parameter :: parts = 32
-  !> Closure of planes that just touch, of s0.
+  !> Closure of planes that just touch, as a multiple of s0.
   real(wp), parameter :: touch = 1.0e-6_wp
-  !> Steps of a motion, at most.
+  !> Largest number of steps of a motion.
   integer, parameter :: most_steps = 2000
 
 contains
 
-  !> Whether a point that was never called comes with a traction (contract, STATEV 5).
+  !> Whether a point has an initial traction: STATEV 5 is 0 and the traction is finite and not zero.
   !>
-  !> Looked at by the bits: what is not finite is no traction, but what a host left undefined.
+  !> The test uses the bits: a traction that is not finite comes from an array that the host left undefined.
   pure function first_traction(traction, state) result(yes)
     real(wp), intent(in) :: traction(3)   !! (N, Tx, Ty), 0 where the host has no such component; any bits
     real(wp), intent(in) :: state(:)      !! STATEV
@@ -43,21 +43,22 @@ contains
     if (yes) yes = any(abs(traction) > 0.0_wp)
   end function first_traction
 
-  !> Give a state the offset at which it carries a traction; nothing is changed where it cannot.
+  !> Set the offset of a state so that it carries a traction; the state does not change if it cannot carry it.
   !>
-  !> The traction grows proportionally from what the state carries at the separation it starts from: its offset, or, if
-  !> that is zero, the one that fits the slips of its planes best. Damage, slips and energies follow that path; where it
-  !> ends the point moves on under the traction held then, if there is a rest (docs/solver.md, "Snap"). What the host
-  !> calls separation is taken as zero; where it is not, the caller takes it off the offset.
+  !> The traction grows proportionally from the traction that the state carries at its offset or, if the offset is zero,
+  !> at the separation that fits the slips of its planes best. Damage, slips and energies follow that load path. Where
+  !> the branch of equilibria ends, the point moves under constant traction to the next stable equilibrium, if there is
+  !> one (docs/solver.md, "Snap"). The separation of the host is assumed to be zero; if it is not, the caller subtracts
+  !> it from the offset.
   pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
-    logical, intent(in) :: held(3)                     !! whether it is to be carried; else the separation stays
+    logical, intent(in) :: held(3)                     !! true: prescribed; false: the separation is constant
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
-    real(wp), intent(out), optional :: carried(3)      !! as much of the traction as was carried, stress
-    logical, intent(out), optional :: endless          !! whether beyond that the planes part or slide without end; else
-                                                       !! no rest was found in the steps allowed
+    real(wp), intent(out), optional :: carried(3)      !! largest carried part of the traction, stress
+    logical, intent(out), optional :: endless          !! true: beyond `carried` the planes open or slide without bound;
+                                                       !! false: no stable equilibrium was found in the allowed steps
     type(interface_type) :: rested
     type(control_type) :: control
     type(balance_type) :: balance
@@ -103,7 +104,7 @@ contains
         reached = next
         step = min(2.0_wp*step, 1.0_wp/real(parts, wp))
         if (reached < 1.0_wp) cycle
-        ! damage that the guard has held back on the load path may grow at its end: once more from there
+        ! damage that the guard prevented on the load path may grow at its end: solve once more from there
         call put_point(rested, balance%old%s, balance%old%state, trial)
         if (.not. most_growth_of(balance%old%state, trial%state) > 0.0_wp) cycle
         start = trial%traction
@@ -132,13 +133,13 @@ contains
     growth = maxval(new(n_point_statev + 1::n_plane_statev) - old(n_point_statev + 1::n_plane_statev))
   end function most_growth_of
 
-  !> No neighbouring separation carries the traction: the overdamped motion under it to the first stable equilibrium, by
-  !> implicit Euler steps.
+  !> Overdamped motion to the first stable equilibrium under the given traction, by implicit Euler steps, if no
+  !> neighbouring separation carries that traction.
   pure subroutine move_on(joint, left, balance, trial, found)
     type(interface_type), intent(in) :: joint          !! the interface
-    integer, intent(inout) :: left                     !! steps that may be taken; 0 if the motion cannot go on
+    integer, intent(inout) :: left                     !! remaining steps; 0 if the motion cannot continue
     type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
-    type(point_type), intent(inout) :: trial           !! room
+    type(point_type), intent(inout) :: trial           !! work space
     logical, intent(out) :: found                      !! whether there is an equilibrium
     real(wp) :: damping, far, softest
     logical :: good
@@ -159,8 +160,8 @@ contains
     if (maxval(abs(balance%old%s)) < far) left = 0
   end subroutine move_on
 
-  !> Separation whose tangential parts fit the slips of the planes best (least squares with their weights), opened no
-  !> more than the planes need to be clear of each other.
+  !> Separation whose components along the planes fit the slips of the planes best (weighted least squares), with the
+  !> smallest opening for which no plane is in contact.
   pure function slipped_separation(joint, state, held) result(s)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: state(:)                !! STATEV
@@ -184,7 +185,7 @@ contains
       end do
     end associate
     if (.not. any(abs(b) > 0.0_wp)) return
-    ! a small stiffness against opening: planes that are all flat say nothing of it
+    ! a small stiffness in the normal direction, as flat planes do not determine the opening
     a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
     do i = 1, 3
       if (held(i)) cycle
@@ -200,48 +201,48 @@ contains
     opening = 0.0_wp
     do k = 1, joint%pattern%n
       n = plane_normal(joint%pattern, k)
-      ! the smaller one before dividing, as n_N may be tiny
+      ! take the minimum before the division, as n_N may be tiny
       opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
     end do
     s = [opening, b(2:)]
   end function slipped_separation
 
-  !> One step to where the traction, and the resistance to the motion there, are what is given; the point stays as it
-  !> was if no such separation is found that is stable and near.
+  !> One step to the separation at which the traction plus the damping of the motion equals the given traction. The
+  !> point does not change if no stable solution is found near it.
   pure subroutine take_step(joint, damping, balance, trial, good)
     type(interface_type), intent(in) :: joint               !! the interface
     real(wp), intent(in) :: damping                         !! resistance to the motion, stress/length
     type(balance_type), intent(inout) :: balance            !! what is given; the point at the start -> at the end
-    type(point_type), intent(inout) :: trial                !! room
+    type(point_type), intent(inout) :: trial                !! work space
     logical, intent(out) :: good                            !! whether there is one
     type(newton_type) :: result
     real(wp) :: fine
-    ! a further step to rounding costs little
+    ! residual at which a further Newton step is omitted
     fine = rounding*(joint%material%k_n*joint%material%s0 + maxval(abs(balance%given), mask=balance%control%traction))
     balance%damping = damping
     trial%s = balance%old%s
     call newton_solve(joint, balance, .false., trial, result, fine)
     if (.not. result%converged .and. abs(joint%material%k_c - joint%material%k_n) > 0.0_wp) then
-      ! where planes just touch, the tangent is that of the bond: from a little closure
+      ! planes that just touch have the tangent of the bond: start again from a small closure
       trial%s = balance%old%s
       trial%s(1) = trial%s(1) - touch*joint%material%s0
       call newton_solve(joint, balance, .false., trial, result, fine)
     end if
     good = result%converged .and. .not. unstable(balance%n, result%last, elastic_stiffness(joint))
-    ! with the guard, damage that was held back may grow by any amount in one step
+    ! with the guard, damage that was prevented earlier may grow by any amount in one step
     if (good) good = joint%material%guard .or. &
       most_growth_of(balance%old%state, trial%state) <= most_growth
     if (good) call move_point(trial, balance%old)
   end subroutine take_step
 
-  !> Largest traction that is tried: that of an elastic plane at the largest separation, stress.
+  !> Largest admissible traction: that of an elastic plane at the largest separation, stress.
   pure function largest_traction(joint) result(largest)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: largest
     largest = elastic_stiffness(joint)*separation_bound(joint)
   end function largest_traction
 
-  !> Say why a state cannot carry a traction, and how much of it it does; nothing is appended if it can.
+  !> Append why a state cannot carry a traction and what it carries; nothing is appended if it can carry the traction.
   pure subroutine explain_initial(joint, target, held, state, message)
     type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
@@ -278,7 +279,7 @@ contains
     else
       reason = "outside the friction of the pattern"
     end if
-    ! the normal traction first, to tell which part of the traction it is
+    ! the normal traction first, to find out which component is not carried
     call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &

@@ -1,12 +1,12 @@
-!> One point under mixed control: some components of the separation given, for the others the traction.
+!> One point under mixed control: for each component either the separation or the traction is prescribed.
 !>
-!> Semismooth Newton with a line search, continuation along the branch by sub-increments, and where the branch
-!> ends the overdamped motion to the next equilibrium: a snap (docs/solver.md, "Branch" and "Snap").
+!> The solver is a semismooth Newton method with a line search. It follows a branch of equilibria by sub-increments.
+!> Where the branch ends, an overdamped motion leads to the next equilibrium: a snap (docs/solver.md, "Branch", "Snap").
 module asperity_mixed_control
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, free_part, &
-    move_point, new_point, point_type, released_energy, set_balance, unstable, whole_separation
+    ledger, move_point, new_point, point_type, set_balance, unstable, whole_separation
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -20,27 +20,27 @@ module asperity_mixed_control
 
   !> Methods: Newton alone; with halved increments; with continuation and motion through snaps.
   integer, parameter, public :: plain_newton = 1, halved_newton = 2, full_solver = 3
-  !> How an increment ended: complete, no equilibrium beyond, work limit, a start or targets that the law does not take.
+  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range.
   integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3
-  !> Most updates of the law in an increment.
+  !> Largest number of updates of the law in an increment.
   integer, parameter, public :: most_updates = 50000
-  !> Largest given value that is tried: differences of two stay finite.
+  !> Largest given value, so that the difference of two is finite.
   real(wp), parameter :: largest_target = 0.25_wp*huge(1.0_wp)
 
-  !> What happened in an increment.
+  !> Report of an increment.
   type, public :: report_type
     integer :: ended = ended_complete
     integer :: iterations = 0            !! tangent solves
     integer :: updates = 0               !! of the law
-    integer :: parts = 0                 !! sub-increments that converged, 1: the increment was solved whole
+    integer :: parts = 0                 !! sub-increments that converged
     integer :: snaps = 0                 !! jumps from one branch to another
     real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
-    real(wp) :: after(3) = 0.0_wp        !! and after it
-    real(wp) :: released = 0.0_wp        !! energy that all of them set free, stress*length
+    real(wp) :: after(3) = 0.0_wp        !! separation after it, length
+    real(wp) :: released = 0.0_wp        !! energy released by all of them, stress*length
     real(wp) :: beyond(3) = 0.0_wp       !! given values for which no equilibrium was found
   end type report_type
 
-  !> An increment.
+  !> Definition of an increment.
   type :: path_type
     type(control_type) :: control        !! what is given
     real(wp) :: start(3), target(3)      !! given values at both ends
@@ -51,19 +51,19 @@ contains
 
   !> Take a point from the given values `start` to `target`.
   !>
-  !> The increment is solved whole, from the state at its start, wherever the branch of equilibria goes on: Newton's
-  !> result is taken if the tangents explain it, else the branch is followed with smaller steps of the given values.
-  !> Where the branch ends the point moves on to the first stable equilibrium under the values reached, a sub-increment
-  !> of its own. If there is none it stays at the last equilibrium and `reached` is below 1.
+  !> As long as the branch of equilibria continues, the increment is one update from the state at its start. The result
+  !> of Newton's method is accepted if the tangents explain it; otherwise the branch is followed in smaller steps of the
+  !> given values. Where the branch ends, the point moves under constant values to the first stable equilibrium; this
+  !> motion is a sub-increment. If there is none, the point stays at the last equilibrium, and `reached` is below 1.
   pure subroutine advance(joint, control, start, target, point, iterations, reached, report, method)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
-    real(wp), intent(in) :: start(3)                !! given values now: separation, or traction + spring*separation
+    real(wp), intent(in) :: start(3)                !! values at the start: separation or traction + spring*separation
     real(wp), intent(in) :: target(3)               !! given values at the end
     type(point_type), intent(inout) :: point        !! the point, start -> end
     integer, intent(out) :: iterations              !! Newton iterations over all sub-increments, failed ones included
-    real(wp), intent(out) :: reached                !! share of the increment that converged, 1: all
-    type(report_type), intent(out), optional :: report   !! what happened
+    real(wp), intent(out) :: reached                !! fraction of the increment that converged, 1: complete
+    type(report_type), intent(out), optional :: report   !! report
     integer, intent(in), optional :: method         !! plain_newton, halved_newton or full_solver (the default)
     type(report_type) :: what
     type(path_type) :: path
@@ -97,18 +97,18 @@ contains
     if (present(report)) report = what
   end subroutine advance
 
-  !> Equations at a share of an increment, from the point at another; without viscous damage no time is needed.
+  !> Equations at a fraction of an increment, from the point at another fraction.
   pure subroutine set_share(joint, path, share, reached, balance)
     type(interface_type), intent(in) :: joint      !! the interface
     type(path_type), intent(in) :: path            !! the increment
     real(wp), intent(in) :: share                  !! 0 to 1
-    real(wp), intent(in) :: reached                !! share of the point at the start
+    real(wp), intent(in) :: reached                !! fraction at which the point at the start is
     type(balance_type), intent(inout) :: balance   !! the equations, the point at their start
     call set_balance(joint, path%control, values_at(path, share), balance)
     balance%control%dt = (share - reached)*path%control%dt
   end subroutine set_share
 
-  !> Given values at a share of an increment.
+  !> Given values at a fraction of an increment.
   pure function values_at(path, share) result(values)
     type(path_type), intent(in) :: path   !! the increment
     real(wp), intent(in) :: share         !! 0 to 1
@@ -117,14 +117,14 @@ contains
     if (share >= 1.0_wp) values = path%target
   end function values_at
 
-  !> Newton's method alone, the increment halved where it does not converge: the full solver is compared with it.
+  !> Newton's method alone; the increment is halved if it does not converge. The full solver is compared with it.
   pure subroutine halve(joint, path, least, point, reached, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
     real(wp), intent(in) :: least                   !! smallest sub-increment that is tried
     type(point_type), intent(inout) :: point        !! the point, start -> end
-    real(wp), intent(inout) :: reached              !! share that converged
-    type(report_type), intent(inout) :: what        !! what happened
+    real(wp), intent(inout) :: reached              !! fraction that converged
+    type(report_type), intent(inout) :: what        !! report
     type(balance_type) :: balance
     type(newton_type) :: result
     type(point_type) :: trial
@@ -152,20 +152,20 @@ contains
     if (reached < 1.0_wp) what%ended = merge(ended_limit, ended_lost, what%updates >= most_updates)
   end subroutine halve
 
-  !> Follow the branch as far as it goes, in one sub-increment: the state at its start is that of the point.
+  !> Follow the branch to its end or to the target, as one sub-increment from the state of the point.
   pure subroutine follow(joint, path, point, reached, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
     type(point_type), intent(inout) :: point        !! the point at `reached` -> at the new `reached`
-    real(wp), intent(inout) :: reached              !! share that converged
-    type(report_type), intent(inout) :: what        !! what happened
+    real(wp), intent(inout) :: reached              !! fraction that converged
+    type(report_type), intent(inout) :: what        !! report
     type(balance_type) :: balance
     type(newton_type) :: result
     type(point_type) :: here, trial
     real(wp) :: next, share, step
     logical :: good
 
-    ! the state at `share`, if that is beyond the start, is what Newton's method returned there
+    ! if `share` is beyond the start, the state there is the result of Newton's method
     here%s = point%s
     here%tangent = point%tangent
     call move_point(point, balance%old)
@@ -190,7 +190,7 @@ contains
       end if
     end do
     if (share > reached) then
-      ! the equations may be those of a step that was not accepted
+      ! the equations may still be those of a rejected step
       if (share < 1.0_wp) call set_share(joint, path, share, reached, balance)
       call close_opening(joint, balance, here, what%updates)
       call move_point(here, point)
@@ -201,16 +201,16 @@ contains
     end if
   end subroutine follow
 
-  !> Newton's method from the separations that the tangent at the start of a step predicts: from those of the start it
-  !> would lose a stiff contact that is hardly pressed.
+  !> Newton's method, started from the separations that the tangent at the start of a step predicts. Started from the
+  !> separations at the start of the step, it may open a stiff contact under a small pressure.
   pure subroutine solve_from_tangent(joint, balance, change, here, trial, result, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the step
     real(wp), intent(in) :: change(3)               !! of the given values in the step
     type(point_type), intent(in) :: here            !! the point at its start
     type(point_type), intent(inout) :: trial        !! -> the point at its end
-    type(newton_type), intent(inout) :: result      !! what came out; first derivative and step are those of the start
-    type(report_type), intent(inout) :: what        !! what happened so far
+    type(newton_type), intent(inout) :: result      !! result; `first` and `step` are those at the start of the step
+    type(report_type), intent(inout) :: what        !! report so far
     real(wp) :: matrix(3, 3), step(3), work(3, 3)
     logical :: good
     matrix = free_matrix(balance, here)
@@ -228,20 +228,20 @@ contains
     result%step = step
   end subroutine solve_from_tangent
 
-  !> Add the work of a solve.
+  !> Add iterations and updates of a solve to the report.
   pure subroutine count_work(result, what)
     type(newton_type), intent(in) :: result    !! of a solve
-    type(report_type), intent(inout) :: what   !! what happened so far
+    type(report_type), intent(inout) :: what   !! report so far
     what%iterations = what%iterations + result%iterations
     what%updates = what%updates + result%updates
   end subroutine count_work
 
-  !> Whether a converged step continues the branch it started from.
+  !> Whether a converged step continues the branch of its start.
   !>
-  !> It does if the tangents at both ends are those of stable equilibria and explain the move: it is the mean of what
-  !> they predict, within `unexplained`. Where they differ much, the tangents on the straight line between the ends must
-  !> be stable, too, and where one separation is free, no equilibrium may be passed on it. Moves below
-  !> `snap_resolution`*s0, and moves from states that cannot soften, are accepted without this test.
+  !> The step continues the branch if the equilibria at both ends are stable and if the step agrees with the mean of the
+  !> predictions by both tangents within `unexplained`. If the tangents differ much, the tangents on the straight line
+  !> between the ends must be stable, too; with one free separation, no other equilibrium may lie on that line. Steps
+  !> below `snap_resolution`*s0, and steps from states that cannot soften, are accepted without this test.
   pure subroutine check_branch(joint, balance, result, change, origin, point, good, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the step
@@ -249,11 +249,12 @@ contains
     real(wp), intent(in) :: change(3)               !! of the given values in the step
     real(wp), intent(in) :: origin(3)               !! separation at the start of the step, length
     type(point_type), intent(in) :: point           !! at the end of the step
-    logical, intent(out) :: good                    !! whether it does
+    logical, intent(out) :: good                    !! whether the step continues the branch
     integer, intent(inout) :: updates               !! of the law
-    !> Change of the tangent, relative to the first one, for which Newton's method is sure: half of Kantorovich's bound.
+    !> Change of the tangent, relative to the first one, below which Newton's method is certain to stay on the branch:
+    !> half of Kantorovich's bound.
     real(wp), parameter :: half = 0.5_wp
-    !> Points on the line between the ends: at least, at most, and one for this share of s0.
+    !> Test points on the line between the ends: smallest and largest number, and their distance as a fraction of s0.
     integer, parameter :: least_looks = 7, most_looks = 63
     real(wp), parameter :: distance = 1.0_wp/16.0_wp
     type(point_type) :: between
@@ -273,11 +274,11 @@ contains
     good = result%stable
     if (.not. good) return
     if (cannot_soften(joint, balance%old)) return
-    ! the move that the tangent at the end predicts
+    ! the step that the tangent at the end predicts
     last = free_part(balance, change - matmul(point%tangent, merge(0.0_wp, change, balance%control%traction)))
     matrix = result%last
     call eliminate(n, matrix, last, good)
-    ! with viscous damage a plane never breaks completely: separations grow by shares of themselves
+    ! with viscous damage no plane is ever fully damaged: the tolerance grows with the separation
     extent = s0
     if (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, &
       maxval(abs(whole_separation(origin, point%state)), mask=balance%control%traction))
@@ -307,13 +308,13 @@ contains
     end do
   end subroutine check_branch
 
-  !> No step continues the branch: the point moves to the next stable equilibrium under constant values.
+  !> Move the point from the end of the branch to the next stable equilibrium under constant given values.
   pure subroutine jump(joint, control, given, point, what)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: given(3)                !! values at the end of the smallest step
     type(point_type), intent(inout) :: point        !! the point -> at that equilibrium, if there is one
-    type(report_type), intent(inout) :: what        !! what happened
+    type(report_type), intent(inout) :: what        !! report
     type(balance_type) :: balance
     type(point_type) :: trial
     type(control_type) :: at_once
@@ -347,8 +348,20 @@ contains
     call move_point(trial, point)
   end subroutine jump
 
-  !> Whether an equilibrium found at dt = 0 is spurious: with viscous damage every separation is one if no time passes.
-  !> True if it lies beyond half of `farthest_rest`, and not nearer than the end of the branch.
+  !> Energy released by a motion under prescribed tractions, per unit area: the work of these tractions minus the work
+  !> on the springs minus the energy that the interface stores and dissipates (docs/solver.md, "Snap").
+  pure function released_energy(balance, old, new) result(energy)
+    type(balance_type), intent(in) :: balance   !! what is given
+    type(point_type), intent(in) :: old, new    !! before and after
+    real(wp) :: energy
+    real(wp) :: work(3)
+    work = (balance%given - 0.5_wp*balance%control%spring*(old%s + new%s))*(new%s - old%s)
+    energy = sum(work, mask=balance%control%traction) - sum(new%state(ledger) - old%state(ledger))
+  end function released_energy
+
+  !> Whether an equilibrium found with dt = 0 is spurious: with viscous damage no damage grows if no time passes, so
+  !> that equilibria exist at every separation. It is spurious beyond half of `farthest_rest`, if it is not nearer than
+  !> the end of the branch.
   pure function flows_away(joint, balance, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the end of the branch at their start

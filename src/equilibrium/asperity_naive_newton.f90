@@ -1,5 +1,5 @@
-!> Naive Newton's method, as an FE code without safeguards does it: one point under mixed control, the given increments,
-!> no cuts, no line search, no choice of the root. The solver of asperity_mixed_control is compared with it.
+!> Newton's method without safeguards, as in a simple FE code: one point under mixed control with the given increments,
+!> without cuts, line search or check of the branch. The solver of asperity_mixed_control is compared with it.
 module asperity_naive_newton
   use asperity_contract, only: plane_statev, status_ok
   use asperity_control_point, only: control_type, new_point, point_type
@@ -13,16 +13,16 @@ module asperity_naive_newton
   private
   public :: newton_path
 
-  !> Matrices that take the place of the tangent.
+  !> Matrices that replace the tangent.
   integer, parameter, public :: &
     consistent = 1, &    !! that of the law
     symmetrised = 2, &   !! its symmetric part
     transposed = 3, &    !! its transpose
-    secant = 4, &        !! traction over separation with damage and slip as they are: symmetric
-    at_start = 5, &      !! the consistent one at the start of the increment, kept (modified Newton)
-    elastic = 6, &       !! that of the bond at rest, kept
+    secant = 4, &        !! traction over separation at constant damage and slip, symmetric
+    at_start = 5, &      !! the consistent one at the start of the increment (modified Newton)
+    elastic = 6, &       !! that of the virgin interface
     numerical = 7, &     !! central differences of the traction
-    zero = 8, &          !! none: the user routine forgot it
+    zero = 8, &          !! zero, as if the user routine did not define the tangent
     reversed = 9         !! the consistent one with the wrong sign
 
   !> Their names, by number.
@@ -36,12 +36,12 @@ module asperity_naive_newton
     singular = 2, &       !! the matrix has no inverse
     out_of_range = 3      !! the separation left the range of the law
 
-  !> Step of the differences over s0: truncation and rounding are both below 1e-8 of K for s up to 100 s0.
+  !> Step of the differences, as a multiple of s0: truncation and rounding errors are below 1e-8 K for s up to 100 s0.
   real(wp), parameter :: difference = 1.0e-6_wp
 
 contains
 
-  !> A virgin point at rest along given values, an increment each; it ends at the first increment that fails.
+  !> Take a virgin point through given values, one increment each, up to the first increment that fails.
   !>
   !> Residuals are relative to the strength of the interface plus the largest given traction, stress over stress.
   pure subroutine newton_path(joint, control, targets, durations, kind, tolerance, separation, traction, state, &
@@ -57,7 +57,7 @@ contains
     real(wp), intent(out) :: state(:, :)            !! (nstatv, T) STATEV
     integer, intent(out) :: iterations(:)           !! (T) linear systems solved
     integer, intent(out) :: updates(:)              !! (T) updates of the law
-    real(wp), intent(out) :: residuals(0:, :)       !! (0:most, T) relative, -1 where none was needed
+    real(wp), intent(out) :: residuals(0:, :)       !! (0:most, T) relative, -1: not computed
     integer, intent(out) :: n_done                  !! increments that converged
     integer, intent(out) :: ended                   !! how the last one ended: converged, no_end, singular, out_of_range
     type(control_type) :: now
@@ -88,7 +88,7 @@ contains
     end do
   end subroutine newton_path
 
-  !> One increment.
+  !> Solve one increment.
   pure subroutine newton(joint, control, target, kind, tolerance, old, new, iterations, updates, residuals, ended)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
@@ -98,8 +98,8 @@ contains
     type(point_type), intent(in) :: old             !! the point at the start
     type(point_type), intent(inout) :: new          !! old -> the point at the end
     integer, intent(out) :: iterations              !! linear systems solved
-    integer, intent(out) :: updates                 !! updates of the law
-    real(wp), intent(out) :: residuals(0:)          !! relative, -1 where none was needed
+    integer, intent(out) :: updates                 !! number of updates of the law
+    real(wp), intent(out) :: residuals(0:)          !! relative, -1: not computed
     integer, intent(out) :: ended                   !! how it ended
     real(wp) :: a(3, 3), change(3), matrix(3, 3), residual(3), scale
     integer :: free(3), i, n
@@ -145,7 +145,7 @@ contains
     end do
   end subroutine newton
 
-  !> The matrix that takes the place of the tangent, stress/length.
+  !> The matrix that replaces the tangent, stress/length.
   pure function substitute(joint, control, kind, old, new) result(matrix)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! duration of the increment
@@ -177,8 +177,8 @@ contains
     end select
   end function substitute
 
-  !> Sum (3) over the planes of (1-alpha) diag(K_n, K_t, K_t), plus the contact, plus alpha K_t times the share of the
-  !> trial stress (30) that friction leaves.
+  !> Secant matrix: the sum (3) over the planes of (1 - alpha) diag(K_n, K_t, K_t), plus the contact, plus alpha K_t
+  !> times the ratio of the friction stress to the trial stress (30).
   pure function secant_tangent(joint, old, new) result(matrix)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old             !! the point at the start of the increment
@@ -210,7 +210,7 @@ contains
     end associate
   end function secant_tangent
 
-  !> Central differences of the traction.
+  !> Tangent by central differences of the traction.
   pure function central_differences(joint, control, old, new) result(matrix)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! duration of the increment

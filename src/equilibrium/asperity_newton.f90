@@ -1,5 +1,5 @@
-!> Semismooth Newton's method for the prescribed tractions: the consistent tangent is that of the side of a switch on
-!> which the iterate is; line search on request.
+!> Semismooth Newton method for the prescribed tractions. At a kink of the law the consistent tangent is the derivative
+!> of the side on which the iterate lies. A line search is optional.
 module asperity_newton
   use asperity_control_point, only: balance_type, elastic_stiffness, evaluate, free_matrix, free_part, &
     point_type, unstable
@@ -11,33 +11,34 @@ module asperity_newton
   private
   public :: newton_solve
 
-  !> What came out.
+  !> Result of a solve.
   type, public :: newton_type
     logical :: converged = .false.
     integer :: iterations = 0                       !! tangent solves
     integer :: updates = 0                          !! of the law
-    real(wp) :: history(most_iterations + 1) = -1.0_wp !! relative residuals from the guess on, -1: none was needed
-    logical :: stable = .true.                      !! no tangent on the way was that of an unstable equilibrium; not
-                                                    !! looked at without a line search
+    real(wp) :: history(most_iterations + 1) = -1.0_wp !! relative residuals from the guess on, -1: not computed
+    logical :: stable = .true.                      !! no tangent of an iterate was unstable; not tested
+                                                    !! without a line search
     real(wp) :: first(3, 3) = 0.0_wp                !! derivative of the residual at the guess
-    real(wp) :: last(3, 3) = 0.0_wp                 !! and at the end
-    real(wp) :: step(3) = 0.0_wp                    !! first step that Newton's method asked for, length
+    real(wp) :: last(3, 3) = 0.0_wp                 !! the same at the end
+    real(wp) :: step(3) = 0.0_wp                    !! first full Newton step, length
   end type newton_type
 
 contains
 
   !> Solve the equations from the separations of `point` on.
   !>
-  !> With a line search a step is halved until the largest residual falls; the method gives up where it does not. The
-  !> first step is free: its tangent may be that of the other side of a switch, as where a plane is about to slide.
+  !> With a line search a step is halved until the largest residual decreases; if it never decreases, the method stops
+  !> without a solution. The first step is taken in full: its tangent may be that of the other side of a kink, for
+  !> example where a plane is about to slide.
   pure subroutine newton_solve(joint, balance, searches, point, result, fine)
     type(interface_type), intent(in) :: joint            !! the interface
     type(balance_type), intent(in) :: balance            !! the equations
     logical, intent(in) :: searches                      !! false: full steps
     type(point_type), intent(inout) :: point             !! guess -> the point at the end
-    type(newton_type), intent(out) :: result             !! what came out
-    real(wp), intent(in), optional :: fine               !! a solution is improved by a further step, unless one led
-                                                         !! to a residual this small, stress; absent: it is not
+    type(newton_type), intent(out) :: result             !! result
+    real(wp), intent(in), optional :: fine               !! residual, stress, above which a solution is improved by
+                                                         !! a further step; absent: it is not improved
     !> Armijo's constant; shortest step tried.
     real(wp), parameter :: decrease = 1.0e-4_wp, shortest = 2.0_wp**(-8)
     real(wp) :: error, length, next_error, r(3), scale, step(3), stiffness, trial(3), x(3)
@@ -83,14 +84,14 @@ contains
     end do
   end subroutine newton_solve
 
-  !> Newton's step, or a small one where the derivative is singular, as along a single frictionless plane.
+  !> Newton step, or a small step if the derivative is singular, for example along a single frictionless plane.
   pure subroutine newton_step(balance, stiffness, a, r, step, good)
     type(balance_type), intent(in) :: balance   !! the equations
     real(wp), intent(in) :: stiffness           !! elastic stiffness, stress/length
     real(wp), intent(in) :: a(3, 3)             !! derivative of the residual, stress/length
     real(wp), intent(in) :: r(3)                !! residual, zero beyond the unknowns, stress
     real(wp), intent(out) :: step(3)            !! length
-    logical, intent(out) :: good                !! false: there is none
+    logical, intent(out) :: good                !! false: there is no step
     real(wp) :: b(3, 3), elastic
     integer :: i
     elastic = maxval(abs(r))/stiffness

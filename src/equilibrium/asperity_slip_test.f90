@@ -1,5 +1,5 @@
-!> Confined slip test: the normal traction is applied to a virgin point at zero slip and held constant, then the point
-!> follows slips along a direction in the Tx-Ty plane, the slip across it being zero.
+!> Confined slip test: the normal traction is applied to a virgin point at zero slip. Then the point follows prescribed
+!> slips along a direction in the Tx-Ty plane under constant normal traction (or stiffness); the slip across is zero.
 module asperity_slip_test
   use asperity_adaptive, only: adaptive_step, walk_type
   use asperity_checks, only: bounded
@@ -12,11 +12,11 @@ module asperity_slip_test
   private
   public :: confined_slip, adaptive_slip
 
-  !> A test, apart from its slips.
+  !> Definition of a test without its slips.
   type, public :: slip_test_type
     real(wp) :: direction = 0.0_wp      !! of the slip, from Tx towards Ty, degrees
     real(wp) :: sigma_n = 0.0_wp        !! normal traction, stress
-    integer :: preload = 1              !! increments in which it is applied, >= 1 (100 for energies to four digits)
+    integer :: preload = 1              !! increments of sigma_n, >= 1 (100 for energies to four digits)
     real(wp) :: preload_time = 0.0_wp   !! duration of the preload, >= 0 (viscous damage only), time
     real(wp) :: stiffness = 0.0_wp      !! normal stiffness of the surroundings (CNS), >= 0, stress/length: after the
                                         !! preload the normal traction changes by -stiffness times the change of s_N
@@ -25,7 +25,7 @@ module asperity_slip_test
 
 contains
 
-  !> Follow the slips in one increment each; where equilibrium is lost the test ends, and later rows are zero.
+  !> Follow the slips in one increment each; if equilibrium is lost, the test ends, and later rows are zero.
   pure subroutine confined_slip(joint, test, slips, separation, traction, state, n_done, reports, times, &
     work)
     type(interface_type), intent(in) :: joint       !! the interface
@@ -35,8 +35,8 @@ contains
     real(wp), intent(out) :: traction(:, :)         !! (3, T) traction (N, Tx, Ty), stress
     real(wp), intent(out) :: state(:, :)            !! (nstatv, T) STATEV
     integer, intent(out) :: n_done                  !! slips that converged; fewer than T: equilibrium lost;
-                                                    !! -1: by the preload, or a direction that is no number
-    type(report_type), intent(out), optional :: reports(0:)   !! (0:T) what happened; 0: in the preload
+                                                    !! -1: lost in the preload, or direction not finite
+    type(report_type), intent(out), optional :: reports(0:)   !! (0:T) reports of the increments; 0: preload
     real(wp), intent(in), optional :: times(:)      !! (T) of the slips from the end of the preload on, not decreasing,
                                                     !! time; absent: no time passes
     real(wp), intent(out), optional :: work(:)      !! (T) of the traction on the separation, the preload included,
@@ -66,7 +66,7 @@ contains
     end do
     n_done = 0
     control%spring(1) = test%stiffness
-    ! the spring is free of force where the slip begins
+    ! the force of the spring is zero at the start of the slip
     target(1) = target(1) + control%spring(1)*point%s(1)
     control%dt = 0.0_wp
     now = 0.0_wp
@@ -89,9 +89,9 @@ contains
     end do
   end subroutine confined_slip
 
-  !> Reports of two increments as one.
+  !> Combine the reports of two increments.
   pure function joined(first, second) result(both)
-    type(report_type), intent(in) :: first, second   !! in turn
+    type(report_type), intent(in) :: first, second   !! in their order
     type(report_type) :: both
     both = second
     both%iterations = first%iterations + second%iterations
@@ -105,23 +105,23 @@ contains
     end if
   end function joined
 
-  !> Go from turning point to turning point of the slip by adaptive increments, the preload included; stiffness and
-  !> method of the test are not used.
+  !> Follow the slip from reversal to reversal by adaptive increments, after an adaptive preload. Stiffness and method
+  !> of the test are not used.
   !>
-  !> Every step gives two rows, its middle and its end; a row ends at every turning point.
+  !> Every step gives two rows, its middle and its end. Every reversal has a row.
   pure subroutine adaptive_slip(joint, test, turns, walk, separation, traction, state, work, n_rows, n_turns, times)
     type(interface_type), intent(in) :: joint       !! the interface
     type(slip_test_type), intent(in) :: test        !! the test
-    real(wp), intent(in) :: turns(:)                !! (T) slips at the turning points, length
-    type(walk_type), intent(inout) :: walk          !! a new one with its tolerance -> what it took
+    real(wp), intent(in) :: turns(:)                !! (T) slips at the reversals, length
+    type(walk_type), intent(inout) :: walk          !! new step control with a tolerance -> its counts
     real(wp), intent(out) :: separation(:, :)       !! (3, room) separation (N, Tx, Ty), length
     real(wp), intent(out) :: traction(:, :)         !! (3, room) traction (N, Tx, Ty), stress
     real(wp), intent(out) :: state(:, :)            !! (nstatv, room) STATEV
     real(wp), intent(out) :: work(:)                !! (room) of the traction on the separation, stress*length
-    integer, intent(out) :: n_rows                  !! rows; beyond the room they are counted, not kept
-    integer, intent(out) :: n_turns                 !! turning points reached, fewer than T: equilibrium lost; -1: by
+    integer, intent(out) :: n_rows                  !! rows; those beyond `room` are counted, not stored
+    integer, intent(out) :: n_turns                 !! reversals reached, fewer than T: equilibrium lost; -1: lost in
                                                     !! the preload
-    real(wp), intent(in), optional :: times(:)      !! (T) of the turning points from the end of the preload on, not
+    real(wp), intent(in), optional :: times(:)      !! (T) of the reversals from the end of the preload on, not
                                                     !! decreasing, time; absent: no time passes
     type(control_type) :: control
     type(point_type) :: middle, point
@@ -166,7 +166,7 @@ contains
     end do
   end subroutine adaptive_slip
 
-  !> Add a row where there is room.
+  !> Count a row, and store it if there is room.
   pure subroutine keep(row, n_rows, separation, traction, state, work)
     type(point_type), intent(in) :: row                !! the point
     integer, intent(inout) :: n_rows                   !! rows so far

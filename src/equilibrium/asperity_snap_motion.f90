@@ -1,25 +1,25 @@
-!> Overdamped motion under constant given values after the branch of equilibria has ended: to the first stable
-!> equilibrium, or to the bound beyond which none is sought.
+!> Overdamped motion under constant given values after the end of a branch of equilibria, to the first stable
+!> equilibrium or to the separation beyond which none is searched.
 !>
-!> One free separation moves in the sense of the missing traction, in steps that are halved where they may pass two
-!> roots; several move by damped implicit Euler steps (pseudo-transient continuation). The state follows the motion.
+!> One free separation moves in the sense of the missing traction; a step is halved if it may pass two roots. Several
+!> free separations move by damped implicit Euler steps (pseudo-transient continuation). The state follows the motion.
 module asperity_snap_motion
   use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
-  use asperity_control_point, only: balance_type, control_type, dead_and_open, elastic_stiffness, evaluate, &
-    free_matrix, move_point, point_type, set_balance, whole_separation
+  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, &
+    move_point, point_type, set_balance, whole_separation
   use asperity_newton, only: newton_solve, newton_type
   use asperity_tolerances, only: farthest, least_damping, less_damping, more_damping, residual_tolerance
   implicit none
   private
   public :: move_on, close_opening, cannot_soften, farthest_rest
 
-  !> Step of a motion as a share of s0; one free separation: a pair of roots closer than the smallest step may be
-  !> passed.
+  !> Steps of a motion, as fractions of s0. With one free separation, two roots closer than the smallest step may be
+  !> missed.
   real(wp), parameter :: first_step = 0.005_wp, smallest_step = first_step*2.0_wp**(-20)
-  !> Growth of the step: slow where damage may grow, fast where all planes are fully damaged and the law is monotone.
+  !> Growth of the step: slow if damage may grow, fast if all planes are fully damaged, as the law is then monotone.
   real(wp), parameter :: growth = 1.02_wp, fast_growth = 2.0_wp
 
 contains
@@ -29,7 +29,7 @@ contains
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
-    integer, intent(in) :: budget                   !! most updates of the law
+    integer, intent(in) :: budget                   !! largest number of updates of the law
     type(point_type), intent(inout) :: point        !! start -> equilibrium, or the last point of a motion without end
     integer, intent(out) :: updates                 !! of the law
     integer, intent(out) :: iterations              !! tangent solves
@@ -43,8 +43,8 @@ contains
     end if
   end subroutine move_on
 
-  !> Whether the residual of a single prescribed t_N only grows with s_N, and the derivative of several has no
-  !> softening: every plane fully damaged, mu tan(theta) < 1.
+  !> Whether the interface cannot soften: every plane is fully damaged and mu tan(theta) < 1. The residual of a single
+  !> prescribed t_N then never decreases with s_N.
   pure function cannot_soften(joint, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: point           !! the point
@@ -57,9 +57,9 @@ contains
     end do
   end function cannot_soften
 
-  !> Separation beyond which several free ones, or with viscous damage a single one, are taken to grow without bound,
-  !> length: `farthest` times s_f and the given values, or that at the start. With viscous damage the intact share of a
-  !> plane falls with time, never to zero.
+  !> Separation beyond which several free ones, or with viscous damage a single one, count as growing without bound,
+  !> length: `farthest` times s_f plus the given values, or the separation at the start. With viscous damage the
+  !> undamaged part of a plane decreases with time, but never to zero.
   pure function farthest_rest(joint, balance) result(far)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations
@@ -75,12 +75,12 @@ contains
     end associate
   end function farthest_rest
 
-  !> One free separation.
+  !> Motion of one free separation.
   pure subroutine move_one_free(joint, control, given, budget, point, updates, found)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given: one traction
     real(wp), intent(in) :: given(3)                !! its value, the separations
-    integer, intent(in) :: budget                   !! most updates of the law
+    integer, intent(in) :: budget                   !! largest number of updates of the law
     type(point_type), intent(inout) :: point        !! start -> equilibrium
     integer, intent(inout) :: updates               !! of the law
     logical, intent(out) :: found                   !! whether there is an equilibrium
@@ -130,7 +130,7 @@ contains
 
   contains
 
-    !> Derivative of the residual by the separation.
+    !> Derivative of the residual with respect to the free separation.
     pure function derivative(at) result(slope)
       type(point_type), intent(in) :: at   !! the point
       real(wp) :: slope
@@ -139,8 +139,8 @@ contains
 
   end subroutine move_one_free
 
-  !> Whether a function below zero at both ends of a step may reach zero between them: where it rises, then falls, by
-  !> the crossing of its tangents.
+  !> Whether a function that is negative at both ends of a step may have a root between them: it rises at the start,
+  !> falls at the end, and its tangents cross above zero.
   pure function may_pass_roots(f_0, slope_0, f_1, slope_1, step) result(yes)
     real(wp), intent(in) :: f_0, f_1           !! values, < 0
     real(wp), intent(in) :: slope_0, slope_1   !! derivatives
@@ -153,17 +153,16 @@ contains
     yes = f_0 + slope_0*crossing >= 0.0_wp
   end function may_pass_roots
 
-  !> The equilibrium between two separations, the residual being short of it at the first: Newton's method, kept inside
-  !> the bracket by bisection.
+  !> Find the equilibrium between two separations that bracket it, by Newton's method with bisection as a safeguard.
   pure subroutine close_in(joint, balance, sense, first, last, point, updates, found)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equation, the point at its start
     real(wp), intent(in) :: sense                   !! of the motion, +1 or -1
-    real(wp), intent(in) :: first, last             !! free separation short of the equilibrium and beyond it, length
+    real(wp), intent(in) :: first, last             !! free separation before and beyond the equilibrium, length
     type(point_type), intent(inout) :: point        !! the point at `last` -> in equilibrium
     integer, intent(inout) :: updates               !! of the law
     logical, intent(out) :: found                   !! whether the residual is small enough
-    !> Newton's step is taken twice, then the interval is halved.
+    !> Newton steps in succession before the interval is halved.
     integer, parameter :: turn = 3
     real(wp) :: a(3, 3), far, guess, near, r(3), scale, x(3)
     logical :: good
@@ -185,7 +184,7 @@ contains
       end if
       a = free_matrix(balance, point)
       x(1) = near + 0.5_wp*(far - near)
-      ! exhausted: near and far are neighbours
+      ! the interval has no number between its ends
       if (.not. (abs(x(1) - near) > 0.0_wp .and. abs(x(1) - far) > 0.0_wp)) exit
       if (a(1, 1) > 0.0_wp .and. modulo(i, turn) > 0) then
         guess = point%s(balance%free(1)) - r(1)/a(1, 1)
@@ -195,12 +194,12 @@ contains
     if (found) call close_opening(joint, balance, point, updates)
   end subroutine close_in
 
-  !> Several free separations: implicit Euler steps of the overdamped motion.
+  !> Motion of several free separations, by implicit Euler steps.
   pure subroutine move_several_free(joint, control, given, budget, point, updates, iterations, found)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given
     real(wp), intent(in) :: given(3)                !! its values
-    integer, intent(in) :: budget                   !! most updates of the law
+    integer, intent(in) :: budget                   !! largest number of updates of the law
     type(point_type), intent(inout) :: point        !! start -> equilibrium
     integer, intent(inout) :: updates               !! of the law
     integer, intent(inout) :: iterations            !! tangent solves
@@ -219,7 +218,7 @@ contains
     call move_point(point, balance%old)
     far = farthest_rest(joint, balance)
     do while (updates < budget .and. damping < stiffness/least_damping)
-      ! an equilibrium near the start of the step?
+      ! is there an equilibrium near the start of the step?
       balance%damping = 0.0_wp
       trial%s = balance%old%s
       call newton_solve(joint, balance, .true., trial, result)
@@ -231,7 +230,7 @@ contains
         call move_point(trial, balance%old)
         exit
       end if
-      ! in the direction of the last step: on the right side of a plane that slides
+      ! start in the direction of the last step, so that the tangent of a sliding plane is that of sliding
       balance%damping = damping
       trial%s = balance%old%s + drift
       call newton_solve(joint, balance, .true., trial, result)
@@ -271,19 +270,26 @@ contains
     yes = yes .and. any(abs(force) > 0.0_wp)
   end function separates_forever
 
-  !> Where every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium,
-  !> too: go to the one with the smallest |s_N|. Nothing is done elsewhere.
+  !> Whether every plane is fully damaged and open. The comparison with zero is exact: all sums over the planes vanish.
+  pure function dead_and_open(point) result(yes)
+    type(point_type), intent(in) :: point   !! the point
+    logical :: yes
+    yes = .not. (any(abs(point%traction) > 0.0_wp) .or. any(abs(point%tangent) > 0.0_wp))
+  end function dead_and_open
+
+  !> If every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium, too.
+  !> In that case move to the equilibrium with the smallest |s_N|.
   pure subroutine close_opening(joint, balance, point, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
-    type(point_type), intent(inout) :: point        !! an equilibrium -> that one
+    type(point_type), intent(inout) :: point        !! an equilibrium -> the one with the smallest |s_N|
     integer, intent(inout) :: updates               !! of the law
     real(wp) :: edge(3), normal(3), r(3), scale, step, whole(3)
     logical :: good
     integer :: k
     if (balance%n /= 1 .or. .not. balance%control%traction(1)) return
     if (abs(point%tangent(1, 1) + balance%control%spring(1)) > 0.0_wp .or. abs(point%traction(1)) > 0.0_wp) return
-    ! where the last plane begins to touch
+    ! opening at which the first plane comes into contact
     whole = whole_separation(balance%given, point%state)
     edge = 0.0_wp
     do k = 1, joint%pattern%n
@@ -295,7 +301,7 @@ contains
     do
       call evaluate(joint, balance, edge, point, r, scale, good)
       updates = updates + 1
-      ! exact: every plane is fully damaged and open
+      ! the comparison is exact, as every plane is fully damaged and open
       if (.not. good .or. .not. abs(point%traction(1)) > 0.0_wp) exit
       edge(1) = edge(1) + step
       step = 2.0_wp*step

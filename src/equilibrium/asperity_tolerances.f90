@@ -4,38 +4,41 @@ module asperity_tolerances
   implicit none
   private
 
-  !> Largest residual of an equilibrium, relative to the traction scale: some hundred units in the last place of the
-  !> terms that are summed over the planes.
+  !> Largest residual of an equilibrium, relative to the traction scale: some hundred rounding errors of the terms of
+  !> the sum over the planes.
   real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
   !> Residual that a further Newton step does not reduce, relative to strength and prescribed tractions.
   real(wp), parameter, public :: rounding = 16.0_wp*epsilon(1.0_wp)
   !> Smallest traction scale, relative to the strength: an unloaded equilibrium must not fail on rounding. For an
-  !> initial state it is the strength itself: a traction that is a rounding error of the host is no tension.
+  !> initial state it is the strength itself, so that a rounding error of the host does not count as a tension.
   real(wp), parameter, public :: finest_scale = 1.0e-6_wp, finest_initial_scale = 1.0_wp
   !> Largest traction scale, relative to strength and prescribed tractions: the residual never exceeds 1e-7 of them,
-  !> however large free separations grow. For an initial state, whose traction the contract promises to 1e-10: 5e-11.
+  !> however large free separations grow. For an initial state it never exceeds 5e-11, half of the accuracy documented
+  !> in docs/reference/driver.md.
   real(wp), parameter, public :: coarsest_scale = 1.0e6_wp, coarsest_initial_scale = 500.0_wp
 
-  !> Newton iterations of a solve: quadratic convergence needs fewer than 10, switches of planes add a few.
+  !> Largest number of Newton iterations: quadratic convergence needs fewer than 10, and switches of planes add a few.
   integer, parameter, public :: most_iterations = 25
-  !> Condition beyond which the derivative of the residual counts as singular.
+  !> Condition number above which the derivative of the residual counts as singular.
   real(wp), parameter, public :: worst_condition = 1.0e9_wp
-  !> Longest step where it is singular, relative to that of an elastic interface: in a direction without stiffness there
-  !> is no step. An initial state takes any, as planes that are open have to come into contact.
+  !> Longest step if the derivative is singular, relative to that of an elastic interface: there is no step in a
+  !> direction without stiffness. The step of an initial state has no such limit, as open planes have to come into
+  !> contact.
   real(wp), parameter, public :: longest_step = 31622.8_wp, longest_initial_step = worst_condition
-  !> Negative numbers in the stability criterion that are taken for zero, relative to the elastic stiffness: rounding
-  !> errors of sums over the planes and of products of three of them.
+  !> Negative numbers of a smaller magnitude, relative to the elastic stiffness, count as zero in the stability
+  !> criterion: they are rounding errors of sums over the planes and of products of three of these sums.
   real(wp), parameter, public :: instability = 1.0e-12_wp
 
-  !> Smallest share of an increment, and of an initial traction, that is tried; a fold is located to this accuracy.
+  !> Smallest fraction of an increment, and of an initial traction, that is tried; a fold is located to this accuracy.
   real(wp), parameter, public :: smallest_share = 2.0_wp**(-20), smallest_initial_share = 2.0_wp**(-17)
   !> Smallest jump of a separation that counts as a snap, relative to s0.
   real(wp), parameter, public :: snap_resolution = 0.01_wp
-  !> Difference between a move and the mean of the two tangent predictions that is tolerated: a share of s0 (RP-32 jumps
+  !> Tolerated difference between a step and the mean of the two tangent predictions, as a fraction of s0 (RP-32 jumps
   !> by 0.1 s0) or of the prescribed change, whichever is larger.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
 
-  !> Largest growth of the damage of a plane in a part of an initial traction: more may be another branch.
+  !> Largest growth of the damage of a plane in a sub-increment of an initial traction; a larger one may be a jump to
+  !> another branch.
   real(wp), parameter, public :: most_growth = 0.05_wp
 
   !> Smallest damping of a motion, relative to the elastic stiffness; the largest is its inverse.

@@ -1,7 +1,7 @@
-!> Checks of what a call passes besides PROPS, for points, the UMAT and the VUMATs, and the messages for what they
-!> reject.
+!> Checks of the arguments of a call other than PROPS, for points, the UMAT and the VUMATs, and the messages for
+!> rejected values.
 !>
-!> A `..._status` is the test, in few instructions; the `explain_...` after it names every bad value and what was
+!> Each function `..._status` is a fast test. The subroutine `explain_...` after it names every bad value and what was
 !> expected.
 module asperity_call_checks
   use asperity_checks, only: all_bounded, bounded, review, review_props, review_state, state_bounded
@@ -30,7 +30,7 @@ contains
     if (all_bounded(3, s, bound) .and. all_bounded(3, s_old, bound)) status = state_status(joint, state_old)
   end function point_status
 
-  !> Say what is wrong with the input of a point.
+  !> Append one line for each value of the input of a point that is not admissible.
   pure subroutine explain_point(joint, s_old, s, state_old, message)
     type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: s_old(:)                           !! (3) separation (N, Tx, Ty) at the start, length
@@ -48,7 +48,7 @@ contains
     call explain_state(joint, state_old, energy_limit, slip_bound(joint), message)
   end subroutine explain_point
 
-  !> Say what `update_points` rejected: the point and its bad values.
+  !> Append the point that `update_points` rejected and its bad values.
   pure subroutine explain_points(joint, failed, s, state, message, s_old)
     type(interface_type), intent(in) :: joint                     !! the interface
     integer, intent(in) :: failed                                 !! the point
@@ -65,7 +65,7 @@ contains
     call append(message, "point " // integer_text(failed) // ": " // lines)
   end subroutine explain_points
 
-  !> Whether STATEV can be a state of the interface.
+  !> Whether STATEV has enough values, each of them in its range.
   pure function state_status(joint, state) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in), contiguous :: state(:)    !! STATEV
@@ -75,7 +75,7 @@ contains
     status = merge(status_ok, status_state, state_bounded(joint%n_statev, state, energy_limit, slip_bound(joint)))
   end function state_status
 
-  !> Say what is wrong with STATEV.
+  !> Append one line for each bad value of STATEV, or a line if STATEV is too short.
   pure subroutine explain_state(joint, state, energy, slip, message)
     type(interface_type), intent(in) :: joint                 !! the interface
     real(wp), intent(in), contiguous :: state(:)              !! STATEV
@@ -90,7 +90,7 @@ contains
     call review_state(joint%n_statev, state, energy, slip, message)
   end subroutine explain_state
 
-  !> Whether the duration of an increment is admissible: without viscous damage (tau_v = 0) it is not looked at.
+  !> Whether the duration of an increment is admissible; without viscous damage (tau_v = 0) every duration is.
   pure function time_status(joint, dt) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in), optional :: dt            !! duration, any bits, time
@@ -104,10 +104,10 @@ contains
     status = merge(status_ok, status_time, good)
   end function time_status
 
-  !> Say what `time_status` rejected.
+  !> Append a line about the duration that `time_status` rejected.
   pure subroutine explain_time(joint, name, message, dt)
     type(interface_type), intent(in) :: joint                  !! the interface
-    character(len=*), intent(in) :: name                       !! of the duration where it comes from
+    character(len=*), intent(in) :: name                       !! name of the duration in the caller's interface
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
     real(wp), intent(in), optional :: dt                       !! duration, any bits, time
     character(len=:), allocatable :: wanted
@@ -121,7 +121,7 @@ contains
     end if
   end subroutine explain_time
 
-  !> Whether what a UMAT gets for a point is admissible.
+  !> Whether the arguments of a call of the UMAT are admissible.
   pure function host_status(joint, position, stran, dstran, statev, dtime) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: position(3)              !! component_map
@@ -141,7 +141,7 @@ contains
     status = state_status(joint, statev)
   end function host_status
 
-  !> Say what is wrong with a call of the UMAT.
+  !> Append one line for each bad argument of a call of the UMAT.
   pure subroutine explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
     integer, intent(in) :: nprops, nstatv                     !! as passed: an array of a negative size has size 0
     real(wp), intent(in), contiguous :: props(:)              !! PROPS
@@ -170,14 +170,15 @@ contains
     call explain_state(joint, statev, energy_limit, slip_bound(joint), message)
   end subroutine explain_call
 
-  !> Largest strain component a UMAT takes: half, so that start plus increment stays within the separation bound.
+  !> Largest admissible strain component of a UMAT: half of the separation bound over h, so that the sum of STRAN and
+  !> DSTRAN stays within the bound.
   pure function strain_bound(joint) result(bound)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound
     bound = 0.5_wp*separation_bound(joint)/joint%h
   end function strain_bound
 
-  !> Whether what a VUMAT gets for all points of a block is admissible.
+  !> Whether the arguments of a VUMAT that concern the whole block are admissible.
   pure function vumat_status(joint, nblock, component, nstatev, dt, smallest, largest) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: nblock                   !! points
@@ -195,11 +196,11 @@ contains
     else if (nblock < 0) then
       status = status_size
     else if (joint%h < sqrt(smallest) .or. joint%h > sqrt(largest)) then
-      status = status_props   ! products with it would leave the range of the kind
+      status = status_props   ! products with h would leave the range of the kind
     end if
   end function vumat_status
 
-  !> Say what is wrong with a call of a VUMAT as a whole.
+  !> Append one line for each bad argument of a VUMAT that concerns the whole block.
   pure subroutine explain_vumat(status, nblock, nprops, props, ndir, nshr, nstatev, dt, message)
     integer, intent(in) :: status                             !! of the test that failed
     integer, intent(in) :: nblock, nprops                     !! as the host passed them
@@ -227,15 +228,15 @@ contains
     end if
   end subroutine explain_vumat
 
-  !> Say what is wrong with a point that `check_block` rejected; nothing is appended if nothing is.
+  !> Append one line for each bad value of a point of a block; nothing is appended if all values are admissible.
   pure subroutine explain_block(joint, i, strain, bound, state, energy, slip, message)
     type(interface_type), intent(in) :: joint                 !! the interface
     integer, intent(in) :: i                                  !! point
     real(wp), intent(in) :: strain(:)                         !! its strain increment
-    real(wp), intent(in) :: bound                             !! largest magnitude of that
+    real(wp), intent(in) :: bound                             !! largest admissible magnitude of a strain increment
     real(wp), intent(in), contiguous :: state(:)              !! STATEV
-    real(wp), intent(in) :: energy                            !! largest energy in it, stress*length
-    real(wp), intent(in) :: slip                              !! largest slip and offset in it, length
+    real(wp), intent(in) :: energy                            !! largest admissible energy, stress*length
+    real(wp), intent(in) :: slip                              !! largest admissible slip and offset, length
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     character(len=:), allocatable :: lines
     integer :: j

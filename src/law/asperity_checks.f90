@@ -1,9 +1,9 @@
-!> Checks of values, of PROPS and of STATEV, and the messages for what they reject; asperity_call_checks has those of a
-!> call.
+!> Checks of values, of PROPS and of STATEV, and the messages for rejected values. asperity_call_checks checks the other
+!> arguments of a call.
 !>
-!> Values are tested by their bits: the bits of magnitudes order like the numbers, and those of NaN and infinity lie
-!> above all finite ones. So no test raises a floating-point exception, and loops over values run on vectors, without
-!> branches.
+!> Values are compared by their bits, read as integers: the bits of magnitudes have the order of the numbers, and the
+!> bits of NaN and infinity are larger than those of all finite numbers. Therefore no test raises a floating-point
+!> exception, and the loops over values have no branches, so that the compiler vectorises them.
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
@@ -28,14 +28,14 @@ module asperity_checks
     module procedure check_block_double, check_block_single
   end interface check_block
 
-  !> Whether a value lies outside its range, as an integer that is negative if so: several are joined by `ior`.
+  !> An integer that is negative if a value lies outside its range; `ior` combines the results of several values.
   interface outside
     module procedure outside_double, outside_single
   end interface outside
 
 contains
 
-  !> Negative where |x| > bound, also for NaN and infinity, and where x < 0 unless it is signed.
+  !> Negative if |x| > bound, if x is NaN or infinite, or if x < 0 although it must not be; double precision.
   elemental function outside_double(x, bound, signed) result(beyond)
     real(real64), intent(in) :: x, bound   !! any bits; finite, >= 0
     logical, intent(in) :: signed          !! whether x may be negative (-0 may always be)
@@ -45,7 +45,7 @@ contains
     beyond = ior(beyond, merge(0_int64, iand(transfer(x, 0_int64), -magnitude), signed))
   end function outside_double
 
-  !> The same in single precision.
+  !> As outside_double, in single precision.
   elemental function outside_single(x, bound, signed) result(beyond)
     real(real32), intent(in) :: x, bound   !! any bits; finite, >= 0
     logical, intent(in) :: signed          !! whether x may be negative (-0 may always be)
@@ -55,7 +55,7 @@ contains
     beyond = ior(beyond, merge(0_int32, iand(transfer(x, 0_int32), -magnitude), signed))
   end function outside_single
 
-  !> Double precision.
+  !> Whether |x| <= bound, in double precision.
   elemental function bounded_double(x, bound) result(yes)
     real(real64), intent(in) :: x       !! any bits
     real(real64), intent(in) :: bound   !! finite, >= 0
@@ -63,7 +63,7 @@ contains
     yes = outside(x, bound, .true.) >= 0_int64
   end function bounded_double
 
-  !> Single precision.
+  !> Whether |x| <= bound, in single precision.
   elemental function bounded_single(x, bound) result(yes)
     real(real32), intent(in) :: x       !! any bits
     real(real32), intent(in) :: bound   !! finite, >= 0
@@ -71,7 +71,7 @@ contains
     yes = outside(x, bound, .true.) >= 0_int32
   end function bounded_single
 
-  !> Whether all |x| <= bound, in one call.
+  !> Whether all |x| <= bound; false if one is NaN or infinite.
   pure function all_bounded(n, x, bound) result(yes)
     integer, intent(in) :: n        !! number of values
     real(wp), intent(in) :: x(n)    !! any bits
@@ -102,7 +102,7 @@ contains
 
   !> Largest magnitude of a state variable.
   elemental function row_bound(row, energy, slip) result(bound)
-    integer, intent(in) :: row       !! of statev_table
+    integer, intent(in) :: row       !! row of statev_table
     real(wp), intent(in) :: energy   !! largest energy, stress*length
     real(wp), intent(in) :: slip     !! largest slip and offset, length
     real(wp) :: bound
@@ -130,7 +130,7 @@ contains
     yes = beyond >= 0_int64
   end function state_bounded
 
-  !> Say of every state variable of a point that is not in its range what it is and what was expected.
+  !> Append one line for each state variable of a point that is not in its range.
   pure subroutine review_state(n_statev, state, energy, slip, message)
     integer, intent(in) :: n_statev                           !! state variables the law needs
     real(wp), intent(in) :: state(n_statev)                   !! STATEV, any bits
@@ -145,21 +145,21 @@ contains
     end do
   end subroutine review_state
 
-  !> Block of a VUMAT in double precision.
+  !> Whether points of a VUMAT's block are admissible, in double precision.
   pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
     good)
     integer, parameter :: wp = real64, ik = int64
     include "asperity_check_block.inc"
   end subroutine check_block_double
 
-  !> Block of a VUMAT in single precision.
+  !> Whether points of a VUMAT's block are admissible, in single precision.
   pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
     good)
     integer, parameter :: wp = real32, ik = int32
     include "asperity_check_block.inc"
   end subroutine check_block_single
 
-  !> PROPS before the listed planes, with the default where the host passes fewer; all of PROPS is tested.
+  !> Read PROPS before the listed planes, with defaults for missing values; all of PROPS is tested.
   pure subroutine read_props(props, fixed, status)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
     real(wp), intent(out) :: fixed(n_fixed_props)    !! admissible if status is 0
@@ -183,13 +183,13 @@ contains
     end if
   end subroutine read_props
 
-  !> Test a PROPS vector, and say of every bad value what it is and what was expected.
+  !> Test a PROPS vector and append one line for each bad value, with what was expected.
   pure subroutine review_props(props, status, message, nprops)
     real(wp), intent(in), contiguous :: props(:)              !! PROPS, any number of values
     integer, intent(out) :: status                            !! 0, status_props or status_nprops
     character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
-    integer, intent(in), optional :: nprops                   !! NPROPS as the caller passed it, where it may be
-                                                              !! negative: the array then has size 0
+    integer, intent(in), optional :: nprops                   !! NPROPS as the caller passed it; if it is negative,
+                                                              !! the array has size 0
     real(wp) :: fixed(n_fixed_props)
     integer :: given, i, passed
 
@@ -219,7 +219,7 @@ contains
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
   end subroutine review_props
 
-  !> Test the listed planes of a PROPS vector.
+  !> Test the listed planes of a PROPS vector and append one line for each bad value.
   pure subroutine review_listed(props, n, status, message)
     real(wp), intent(in), contiguous :: props(:)              !! PROPS, any number of values
     integer, intent(in) :: n                                  !! number of listed planes
@@ -255,29 +255,29 @@ contains
     end if
   end subroutine review_listed
 
-  !> PROPS before the listed planes as they are given, then defaults.
+  !> Copy PROPS before the listed planes, without a test; missing values take their default.
   pure subroutine fill_props(props, given, fixed)
     real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
-    integer, intent(out) :: given                    !! how many of these entries are given
-    real(wp), intent(out) :: fixed(n_fixed_props)    !! any bits, then defaults
+    integer, intent(out) :: given                    !! how many of them the host passed
+    real(wp), intent(out) :: fixed(n_fixed_props)    !! the passed values (any bits), then defaults
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     given = min(size(props), n_fixed_props)
     fixed(:given) = props(:given)
     fixed(given + 1:) = defaults(given + 1:)
   end subroutine fill_props
 
-  !> Negative where entry i of PROPS may not have this value, as in `outside`, but by the bounds of prop_table.
+  !> An integer as of `outside`: negative if the value is not admissible for entry i of PROPS by prop_table.
   elemental function outside_prop(i, value) result(beyond)
     integer, intent(in) :: i        !! index, 1..n_fixed_props
     real(wp), intent(in) :: value   !! any bits
     integer(int64) :: beyond, bits, magnitude
     integer :: k
     real(wp) :: x
-    ! largest magnitude, and smallest admissible value above 0
+    ! bits of the largest magnitude, and of the smallest admissible value above 0
     integer(int64), parameter :: most(n_fixed_props) = transfer(prop_table%upper, [0_int64])
     integer(int64), parameter :: least(n_fixed_props) = transfer(max(prop_table%lower, [(merge(smallest_divisor, &
       merge(real(min_inclined, wp), 0.0_wp, k == p_m), any(k == divisor_props)), k=1, n_fixed_props)]), [0_int64])
-    ! all bits where an entry must not be negative, must not be 0, must be integral; none elsewhere
+    ! masks, all bits set where an entry must not be negative, must not be 0, or must be integral
     integer(int64), parameter :: yes = -1_int64, no = 0_int64
     integer(int64), parameter :: unsigned(n_fixed_props) = merge(no, yes, prop_table%lower < 0.0_wp)
     integer(int64), parameter :: nonzero(n_fixed_props) = merge(yes, no, prop_table%lower > 0.0_wp)
@@ -285,13 +285,13 @@ contains
       k=1, n_fixed_props)]
     bits = transfer(value, 0_int64)
     magnitude = iand(bits, huge(0_int64))
-    ! too large, or no number
+    ! too large, infinite or NaN
     beyond = most(i) - magnitude
     ! negative
     beyond = ior(beyond, iand(unsigned(i), iand(bits, -magnitude)))
-    ! too small: above 0, or 0 itself
+    ! too small: positive and below the smallest value, or zero where zero is not admissible
     beyond = ior(beyond, iand(magnitude - least(i), ior(nonzero(i), iand(not(bits), -magnitude))))
-    ! not integral: x is the value if it must be integral and is in its range, else 0
+    ! not integral; x is the value if it must be integral and is in its range, else 0
     x = transfer(iand(bits, iand(integral(i), not(shifta(beyond, 63)))), 1.0_wp)
     beyond = ior(beyond, -transfer(abs(x - real(int(x), wp)), 0_int64))
   end function outside_prop
@@ -305,7 +305,7 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> Whether the stiffnesses of the two modes are near enough to each other.
+  !> Whether the ratio of the stiffnesses of the two modes is admissible.
   pure function mode_ratio_admissible(fixed) result(yes)
     real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
     logical :: yes
@@ -314,7 +314,7 @@ contains
     yes = ratio <= stiffness_ratio_limit .and. ratio*stiffness_ratio_limit >= 1.0_wp
   end function mode_ratio_admissible
 
-  !> Whether value j of a listed plane (n_N, n_Tx, n_Ty, gamma) may have this value.
+  !> Whether a value is admissible as number j of a listed plane (n_N, n_Tx, n_Ty, gamma).
   pure function listed_admissible(j, value) result(yes)
     integer, intent(in) :: j        !! 1..n_listed_values
     real(wp), intent(in) :: value   !! any bits

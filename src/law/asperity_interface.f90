@@ -1,4 +1,4 @@
-!> A rough interface: material and pattern of planes, and what its host asks of the library, from PROPS.
+!> A rough interface from PROPS: material, pattern of planes and the options of the host.
 module asperity_interface
   use asperity_checks, only: read_props
   use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_flat, p_h, p_m, p_map, p_r, p_theta, p_turn, &
@@ -10,19 +10,19 @@ module asperity_interface
   private
   public :: interface_type, new_interface, separation_bound, slip_bound
 
-  !> An interface as a host describes it by PROPS.
+  !> Values of PROPS and what is derived from them.
   type :: interface_type
     type(material_type) :: material   !! constants of the law
     type(pattern_type) :: pattern     !! frames and weights of the planes
     integer :: n_statev               !! state variables the law needs
-    real(wp) :: h                     !! thickness the host divides by, length
+    real(wp) :: h                     !! thickness by which the host divides separations, length
     integer :: map                    !! order of the host's components, 0 or 1
-    real(wp) :: r                     !! stiffness of the layer's other components as a share of K h
-    real(wp) :: dalpha                !! growth of damage of a plane in an increment that asks for a cut, 0: never
+    real(wp) :: r                     !! stiffness of the other components, as a fraction of K h
+    real(wp) :: dalpha                !! largest growth of damage in an increment (PNEWDT), 0: no limit
   end type interface_type
 
-  !> Largest slip and offset in a state as a multiple of the separation bound: slips follow separations, by up to
-  !> sqrt(3) times the largest component.
+  !> Largest slip and offset in a state, as a multiple of the separation bound. The slip of a plane may exceed the
+  !> largest component of the separation by the factor sqrt(3).
   real(wp), parameter, public :: slip_factor = 4.0_wp
 
 contains
@@ -51,14 +51,14 @@ contains
     joint%dalpha = p(p_dalpha)
   end subroutine new_interface
 
-  !> Largest separation the law takes, length: beyond it squares would leave the range of a double.
+  !> Largest admissible separation, length; the square of a larger one would leave the range of a double.
   pure function separation_bound(joint) result(bound)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound
     bound = separation_limit*joint%material%s0
   end function separation_bound
 
-  !> Largest slip and offset in a state, length.
+  !> Largest admissible slip and offset in a state, length.
   pure function slip_bound(joint) result(bound)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound

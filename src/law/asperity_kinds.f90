@@ -1,4 +1,4 @@
-!> Real kind of the library, and how many of that kind a vector of the processor holds.
+!> Real kind of the library, and the number of reals in a vector register.
 module asperity_kinds
   use, intrinsic :: iso_fortran_env, only: real64
   implicit none
@@ -6,7 +6,7 @@ module asperity_kinds
   !> Working precision of the law and of the UMAT.
   integer, parameter, public :: wp = real64
 
-  !> Planes of a point are worked on in vectors of this length: 2 with SSE2; the build puts 4 where there is AVX.
-  !> Results differ by rounding alone.
+  !> Vector length of the loop over the planes of a point: 2 (SSE2); the build replaces it by 4 for AVX. The results of
+  !> different lengths differ only by rounding.
   integer, parameter, public :: lane_width = 2
 end module asperity_kinds

@@ -1,6 +1,6 @@
 !> The law of an interface point: the sum (3) over the planes of its pattern, one point at a time.
 !>
-!> The law of a plane is in asperity_plane.inc. The loop over the planes runs on vectors.
+!> asperity_plane.inc holds the law of one plane. The compiler vectorises the loop over the planes.
 module asperity_law
   use, intrinsic :: iso_fortran_env, only: real64
   use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
@@ -20,7 +20,7 @@ contains
 
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
-  !> The input is not tested here: `update_points` of asperity_points does that.
+  !> This procedure does not test its input; `update_points` of asperity_points does.
   pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
@@ -29,12 +29,12 @@ contains
     real(wp), intent(out), contiguous :: state(:)      !! STATEV at the end, same size
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-    real(wp), intent(in), optional :: dt               !! duration, >= 0 (needed if tau_v > 0 only), time; absent: 0
+    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
     state = state_old
     call update_point_in_place(joint, s_old, s, state, traction, tangent, dt)
   end subroutine update_point
 
-  !> The same with one array for the state at the start and at the end.
+  !> As update_point, but one array holds the state at the start and then the state at the end.
   pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
@@ -42,7 +42,7 @@ contains
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> end, size >= n_statev(Np)
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-    real(wp), intent(in), optional :: dt               !! duration, >= 0 (needed if tau_v > 0 only), time; absent: 0
+    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
     type(vector_type) :: from, to
     real(wp) :: alpha(max_lanes), s_dit(max_lanes), s_dih(max_lanes), sums(4)
     integer :: i, k
@@ -80,7 +80,7 @@ contains
     type(constants_type), intent(in) :: m         !! constants of the law
     type(pattern_type), intent(in) :: pattern     !! frames and weights
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    logical, intent(in) :: guard                  !! whether damage grows only where that releases energy
+    logical, intent(in) :: guard                  !! whether damage grows only where its dissipation is >= 0
     real(wp), intent(inout) :: alpha(max_lanes)   !! damage of the planes, start -> end
     real(wp), intent(inout) :: s_dit(max_lanes)   !! inelastic slip, start -> end, length
     real(wp), intent(inout) :: s_dih(max_lanes)   !! inelastic slip, start -> end, length

@@ -21,14 +21,14 @@ module asperity_material
     real(wp) :: s0          !! the smaller of s01 and s02, length
     real(wp) :: tau_v       !! relaxation time of the damage, 0: none
     real(wp) :: keep = 0.0_wp   !! weight of the old damage in the new one, set by `over_time`
-    real(wp) :: take = 1.0_wp   !! weight of the damage of (7) without its history; keep + take is not above 1
+    real(wp) :: take = 1.0_wp   !! weight of the equilibrium damage, (7) without history
     real(wp) :: take_eta        !! take/eta
-    logical :: guard            !! whether damage of a plane grows only where that releases energy
+    logical :: guard            !! whether damage grows only where its dissipation is >= 0
   end type material_type
 
 contains
 
-  !> Constants of the law from admissible PROPS (s_f = 2 Gc/sigma0, (5), (12)); those of mode II and kc may be 0.
+  !> Constants of the law from admissible PROPS: s_f = 2 Gc/sigma0, (5), (12); a mode II value of 0 is that of mode I.
   pure function new_material(props) result(material)
     real(wp), intent(in) :: props(n_fixed_props)   !! PROPS before the listed planes, admissible
     type(material_type) :: material
@@ -54,10 +54,10 @@ contains
     material%guard = props(p_guard) > 0.0_wp
   end function new_material
 
-  !> The constants for an increment of a duration: backward Euler of tau_v alpha' = alpha_eq - alpha.
+  !> The constants for an increment of the duration dt: backward Euler step of tau_v alpha' = alpha_eq - alpha.
   !>
-  !> alpha = (alpha_0 + r alpha_eq)/(1 + r), r = dt/tau_v, alpha_eq that of (7) without history; the law as it is if
-  !> tau_v = 0. If no time passes no damage grows.
+  !> alpha = (alpha_0 + r alpha_eq)/(1 + r) with r = dt/tau_v; alpha_eq is the damage (7) without history. If
+  !> tau_v = 0 the constants do not change. With tau_v > 0 and dt = 0 no damage grows.
   pure function over_time(material, dt) result(timed)
     type(material_type), intent(in) :: material   !! constants
     real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
@@ -65,7 +65,7 @@ contains
     timed = material
     if (.not. material%tau_v > 0.0_wp) return
     timed%take = 0.0_wp
-    ! dt/(tau_v + dt) = r/(1 + r) cannot overflow
+    ! this form of r/(1 + r) cannot overflow
     if (present(dt)) timed%take = dt/(material%tau_v + dt)
     timed%keep = 1.0_wp - timed%take
     timed%take_eta = timed%take*material%take_eta

@@ -6,7 +6,7 @@ module asperity_pattern
   private
   public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
 
-  !> Planes are kept in whole vectors; spare lanes repeat a flat plane with weight zero.
+  !> Length of the arrays over the planes: a whole number of vectors. Spare lanes hold a flat plane with weight zero.
   integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
 
   !> Frames and weights of the planes: with the up-slope direction (e_x, e_y) in the average surface,
@@ -27,17 +27,17 @@ module asperity_pattern
 
 contains
 
-  !> Regular pattern: flat plane first, then m planes inclined by theta (41)-(43), the whole turned about N.
+  !> Regular pattern: flat plane first, then m planes inclined by theta (41)-(43); the pattern is rotated about N.
   pure subroutine regular_pattern(m, theta, flat, turn, pattern)
     integer, intent(in) :: m                      !! inclined planes, 0 or 2..64
     real(wp), intent(in) :: theta                 !! inclination, degrees, 0 <= theta < 90
-    real(wp), intent(in) :: flat                  !! share of the flat plane, 0..1
+    real(wp), intent(in) :: flat                  !! weight of the flat plane, 0..1
     real(wp), intent(in) :: turn                  !! rotation about N, degrees
     type(pattern_type), intent(out) :: pattern    !! frames and weights
-    ! cos and sin of the azimuths 2 pi j/i of the i inclined planes, i = 2..64 one after the other, each preceded by the
-    ! direction (1, 0) of the flat plane and all followed by spare lanes. Computed by the compiler: a call needs no sine
-    ! per plane. Angles are folded to a quarter turn in units of 2 pi/(4 i), so that mirrored planes are mirrored to the
-    ! last bit and the axes are hit exactly.
+    ! Tables of cos and sin of the azimuths 2 pi j/i of i inclined planes, for i = 2..64 one after the other. Each set
+    ! begins with the direction (1, 0) of the flat plane; spare lanes follow the last set. The compiler computes the
+    ! tables, so that a call evaluates no sine per plane. Angles are reduced to a quarter of the circle in units of
+    ! 2 pi/(4 i), so that mirrored planes are mirror images to the last bit and planes along the axes are exact.
     integer :: i, j
     integer, parameter :: n_azimuths = (max_inclined + 1)*(max_inclined + 2)/2 - 3
     real(wp), parameter :: azimuth_cos(n_azimuths + lane_width) = [((sin(pi*real(i - 4*min(max(j, 0), &
@@ -62,9 +62,9 @@ contains
       c_turn = cos(modulo(turn, 360.0_wp)*degree)
       s_turn = sin(modulo(turn, 360.0_wp)*degree)
     end if
-    start = m*(m + 1)/2 - 3 + 1 - first   ! where the azimuths of m begin, with or without the flat plane
+    start = m*(m + 1)/2 - 3 + 1 - first   ! offset of the set of m, with or without its flat plane
     if (m == 0) start = 0
-    ! whole lanes are stored at once, as they will be loaded: single values would have to leave the store buffer first
+    ! fill all lanes in one vector loop: scalar stores would stall the vector loads of the law (store forwarding)
     !$omp simd
     do k = 1, pattern%lanes
       inclined = k > first .and. k <= pattern%n

@@ -1,4 +1,4 @@
-!> Checked entry to the law: the update of points with every input tested first.
+!> Checked entry to the law: every input is tested before any point is updated.
 module asperity_points
   use asperity_call_checks, only: point_status, time_status
   use asperity_kinds, only: wp
@@ -10,17 +10,17 @@ module asperity_points
   private
   public :: virgin_tangent, update_points
 
-  !> Points from which on threads are worth starting.
+  !> Smallest number of points for which threads are started.
   integer, parameter :: worth_threads = 2048
 
 contains
 
-  !> The stiffest tangent of the virgin interface: that of its planes all open or at rest, or closed if kc > 1.
+  !> Largest elastic tangent of the virgin interface: with kc > 1 that of the closed planes, else that of the bond.
   pure function virgin_tangent(joint) result(tangent)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: tangent(3, 3)                       !! stress/length
     real(wp), parameter :: rest(3) = 0.0_wp
-    ! closes all planes, far from damage
+    ! a small closure: every plane is closed and undamaged
     real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
     real(wp) :: state(joint%n_statev), traction(3), s(3)
     state = 0.0_wp
@@ -31,15 +31,15 @@ contains
 
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.
   !>
-  !> Points are worked on in blocks, which are spread over threads where the library is built with OpenMP. The result of
-  !> a point does not depend on the others, on their number or on the threads, to the last bit.
+  !> The points are processed in blocks, by several threads if the library is built with OpenMP. The result of a point
+  !> does not depend, to the last bit, on which other points are in the call or on the number of threads.
   subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt)
     type(interface_type), intent(in) :: joint                     !! the interface
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
     integer, intent(out) :: status                                !! 0, status_time or that of the first bad point
-    integer, intent(out) :: failed                                !! that point, 0: none
+    integer, intent(out) :: failed                                !! number of the first bad point, 0: none
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
@@ -74,10 +74,10 @@ contains
     !$omp end parallel do
   end subroutine update_points
 
-  !> Points first..last, at most `chunk`: to structure of arrays, the law, and back.
+  !> Update points first..last, at most `chunk`: copy them to structure of arrays, apply the law, copy the results back.
   pure subroutine update_some(joint, block, first, last, s, state, traction, s_old, tangent)
     type(interface_type), intent(in) :: joint                     !! the interface
-    type(block_type), intent(in) :: block                         !! the same for blocks
+    type(block_type), intent(in) :: block                         !! the interface, for blocks of points
     integer, intent(in) :: first, last                            !! points
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end

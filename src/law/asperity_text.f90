@@ -25,7 +25,7 @@ contains
     length = len_trim(text)
   end function integer_length
 
-  !> Copy a text to where it has a fixed length; one that is longer ends with " ...".
+  !> Copy a text into a variable of fixed length; a text that does not fit is cut and ends with " ...".
   pure subroutine put_text(text, buffer)
     character(len=*), intent(in) :: text      !! what to copy
     character(len=*), intent(out) :: buffer   !! padded with blanks
@@ -34,12 +34,12 @@ contains
     if (len(text) > len(buffer)) buffer(len(buffer) - len(mark) + 1:) = mark
   end subroutine put_text
 
-  !> Shortest text of a number that reads back the same, without an exponent where that is easily read.
+  !> Shortest text of a number that reads back as the same number; an exponent is used only for large and small numbers.
   pure function to_text(value) result(text)
     real(wp), intent(in) :: value   !! any bits
     character(len=text_length(value)) :: text
     integer :: length
-    ! results of deferred length have their length in static memory with gfortran: two threads would share it
+    ! not a result of deferred length: gfortran stores its length in static memory, which threads would share
     call write_number(value, text, length)
   end function to_text
 
@@ -66,13 +66,13 @@ contains
 
     magnitude = iand(transfer(value, 0_int64), huge(0_int64))
     if (magnitude >= infinity_bits) then
-      ! by the bits, which raises no floating-point exception
+      ! test the bits: a comparison of NaN would raise a floating-point exception
       text = "NaN"
       if (magnitude == infinity_bits) text = merge("-Inf", "Inf ", transfer(value, 0_int64) < 0_int64)
     else if (.not. abs(value) > 0.0_wp) then
       text = "0"
     else
-      ! fewer digits of the largest numbers may round up beyond the range
+      ! with fewer digits the largest numbers may round up beyond the range
       do n = merge(1, 17, abs(value) < 1.0e300_wp), 17
         write (style, "(a, i0, a)") "(es26.", n - 1, "e3)"
         write (buffer, style) abs(value)
@@ -115,11 +115,11 @@ contains
     end if
   end subroutine append
 
-  !> Last character of the piece of a message that begins at `first`: its line, or as much of it as goes into a text.
+  !> Last character of the piece of a message that begins at `first`: the end of its line, or of what fits into `limit`.
   pure function piece_end(message, first, limit) result(last)
     character(len=*), intent(in) :: message   !! lines
     integer, intent(in) :: first              !! first character, from 1
-    integer, intent(in) :: limit              !! characters that go into a text
+    integer, intent(in) :: limit              !! largest number of characters of a piece
     integer :: last
     last = index(message(first:), new_line("a"))
     last = merge(len(message), first + last - 2, last == 0)

@@ -113,7 +113,7 @@ def test_listed_planes_have_no_symmetry() -> None:
 def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A traction that is left at the end, and steps that become too many, are errors."""
     monkeypatch.setattr("asperity.studies.fracture_energy.SPAN", 0.5)
-    with pytest.raises(ValueError, match="expected a broken, open interface"):
+    with pytest.raises(ValueError, match="expected a fully damaged, open interface"):
         fracture_energy(MATERIAL, pattern("RP-4"))
     monkeypatch.undo()
     with pytest.raises(ValueError, match=r"G_T changes by .* expected less than 1e-17"):

@@ -15,31 +15,38 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
     card.add_argument("--host", required=True, choices=("abaqus", "calculix", "kratos"))
-    card.add_argument("--name", default="INTERFACE", help="of material and elements (default: %(default)s)")
-    card.add_argument("--value", metavar="VALUE", help="the value of the sweep, for a case that has one")
-    card.add_argument("-o", "--output", type=Path, metavar="FILE", help="write it there")
-    for name, kind in (("h", float), ("map", int), ("dalpha", float), ("r", float)):
-        row = contract.props_table()[contract.index(name)]
-        card.add_argument(
-            f"--{name}", type=kind, help=f"{row.meaning} (default: that of &replay, or {row.default:g})"
-        )
+    card.add_argument(
+        "--name", default="INTERFACE", help="name of material and elements (default: %(default)s)"
+    )
+    card.add_argument("--value", metavar="VALUE", help="value of the sweep, for a case with a sweep")
+    card.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the block to this file")
+    for row in contract.owned("host", "numerics"):
+        text = f"{row.meaning} (default: that of &replay, or {row.default:g})"
+        card.add_argument(f"--{row.name}", type=int if row.integral else float, help=text)
     card.add_argument("--dimension", type=int, default=3, choices=(2, 3), help="default: %(default)s")
     card.add_argument("--explicit", action="store_true", help="for Abaqus/Explicit; needs --density")
     card.add_argument("--density", type=float, metavar="RHO", help="mass over area and thickness h")
-    checks = card.add_argument_group("checks", "what is given is checked; remarks go into the block")
+    checks = card.add_argument_group("checks", "given values are checked; remarks go into the block")
     checks.add_argument(
         "--stress",
         type=float,
         metavar="SIGMA_N",
-        help="largest compression, < 0: is the contact stiff enough?",
+        help="largest compression, < 0; checks the contact stiffness",
     )
-    checks.add_argument("--modulus", type=float, metavar="E", help="Young's modulus of the solid beside it")
-    checks.add_argument("--size", type=float, metavar="L", help="length of its elements: snap-back, mesh")
+    checks.add_argument(
+        "--modulus", type=float, metavar="E", help="Young's modulus of the solid beside the joint"
+    )
+    checks.add_argument(
+        "--size",
+        type=float,
+        metavar="L",
+        help="length of the elements of this solid; checks snap-back and mesh",
+    )
     card.set_defaults(action=_card)
 
 
 def _card(options: argparse.Namespace) -> int:
-    """Print or write the block; warnings go to standard error, a line each."""
+    """Print or write the block; warnings go to standard error, one line each."""
     with shown_warnings():
         run = read_run(options.case, options.value)
         of_host = run.of_host()
@@ -69,9 +76,9 @@ def _card(options: argparse.Namespace) -> int:
 
 
 def read_run(path: Path, value: str | None = None) -> Run:
-    """The run of a case, of a value of its sweep where PROPS change with it.
+    """Run of a case, for a value of its sweep if PROPS change with it.
 
-    Raises ValueError with the driver's messages, and for a value that is missing or is none of the sweep.
+    Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
     """
     case = read_case(path)
     run = case.runs[0]

@@ -1,4 +1,4 @@
-"""Command `asperity fit`: parameters from shear-box records."""
+"""Command `asperity fit`: parameters from shear-box tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BAD_INPUT = 1
 HOSTS = ("abaqus", "calculix", "kratos")
 
 DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
-"""Where neither the record nor the user tells."""
+"""Units where neither the files nor the user give any."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,22 +34,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="DATA.csv",
-        help="columns slip, tau, sigma_N and, as measured, dilation, k_N, test",
+        help="CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test",
     )
     parser.add_argument(
         "--free",
         default=",".join(DEFAULT_FREE),
         metavar="NAMES",
-        help=f"what is identified, of {','.join(SCALES)} (default: %(default)s)",
+        help=f"parameters to identify, of {','.join(SCALES)} (default: %(default)s)",
     )
     parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help=f"what is known (default: {known})"
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help=f"fixed parameters (default: {known})",
     )
     parser.add_argument(
-        "--start", action="append", default=[], metavar="NAME=VALUE", help="try this start, too"
+        "--start", action="append", default=[], metavar="NAME=VALUE", help="additional start of the search"
     )
     parser.add_argument(
-        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="of what is free"
+        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="bounds of a free parameter"
     )
     parser.add_argument(
         "--sides",
@@ -58,28 +62,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: %(default)s)",
     )
     parser.add_argument(
-        "--direction", type=float, default=0.0, metavar="DEGREES", help="of the slip, from Tx"
+        "--direction", type=float, default=0.0, metavar="DEGREES", help="direction of the slip, from Tx"
     )
     parser.add_argument(
-        "--k-N", type=float, dest="k_N", metavar="STIFFNESS", help="of the box (CNS), for all tests"
+        "--k-N",
+        type=float,
+        dest="k_N",
+        metavar="STIFFNESS",
+        help="normal stiffness of the box (CNS), for all tests",
     )
     parser.add_argument(
-        "--compression-positive", action="store_true", help="sigma_N of the record is > 0 in compression"
+        "--compression-positive", action="store_true", help="sigma_N in the files is > 0 in compression"
     )
     parser.add_argument(
         "--increments",
         type=int,
         default=INCREMENTS,
-        help="least number along a test, refined until the parameters stay (default: %(default)s)",
+        help="smallest number along a test, refined until the parameters converge (default: %(default)s)",
     )
     parser.add_argument(
-        "--starts", type=int, default=STARTS_TRIED, help="of the least squares (default: %(default)s)"
+        "--starts",
+        type=int,
+        default=STARTS_TRIED,
+        help="number of starts of the least squares (default: %(default)s)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the draw of starts (default: %(default)s)")
-    parser.add_argument("--confidence", type=float, default=0.95, help="of intervals (default: %(default)s)")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="record and fit, .png or .pdf")
-    parser.add_argument("--case", type=Path, metavar="CASE.nml", help="write a case for run, card and select")
-    parser.add_argument("--card", choices=HOSTS, help="print the material block of a host, too")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the random starts (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--confidence", type=float, default=0.95, help="confidence of the intervals (default: %(default)s)"
+    )
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="plot of tests and fit, .png or .pdf")
+    parser.add_argument(
+        "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
+    )
+    parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
     parser.add_argument(
         "--units",
         metavar="LENGTH,STRESS",
@@ -89,7 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Read, fit, report."""
+    """Read the tests, fit the parameters, report them."""
     if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
     for option, path in (("--plot", options.plot), ("--case", options.case)):
@@ -138,7 +155,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _check_output(option: str, path: Path | None) -> None:
-    """ValueError for a file that cannot be written, told before the work and not after it."""
+    """Raise ValueError for a file that cannot be written, before the work starts."""
     if path is None:
         return
     if not path.parent.is_dir():
@@ -161,7 +178,7 @@ def _units(option: str | None, of_record: dict[str, str]) -> tuple[str, str]:
 
 
 def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
-    """NAME=VALUE or NAME=LOW,HIGH of an option, which may hold several, apart by blanks."""
+    """Parse the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
     found = {}
     for text in (one for several in texts for one in several.split()):
         name, _, values = text.partition("=")
@@ -172,6 +189,6 @@ def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[fl
         if len(numbers) != count:
             raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
         if name.strip() in found:
-            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected it once")
+            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected one value")
         found[name.strip()] = numbers
     return found

@@ -16,57 +16,59 @@ from .records import LARGEST_RATIO, ShearTest
 
 DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
 DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.default("kc")}
-"""What is identified and what is taken as known unless the caller says otherwise."""
+"""Default free parameters and default values of the fixed ones."""
 
 STARTS_TRIED = 5
-"""A small s_f, a curve that never softens, is a local minimum that one start in four ends in."""
+"""Number of starts. About one in four ends in the local minimum of a curve that never softens (small s_f)."""
 
 MOST_SIDES = 64
-"""Of a regular pattern, by the contract."""
+"""Largest number of inclined planes of a regular pattern, by the contract."""
 
 SAMPLES = 48
-"""Points of a Latin hypercube from which the best are taken as starts."""
+"""Points of a Latin hypercube; the best of them are the starts."""
 
 SAME = 1.01
-"""Ratio of sums of squares that are taken as one minimum."""
+"""Largest ratio of two sums of squares that count as the same minimum."""
 
 COUPLED = 0.99
-"""Correlation from which on two parameters are called not separable."""
+"""Correlation above which two parameters are called not separable."""
 
 REFINE = 4
-"""Parts of an increment of which the next finer model is made."""
+"""Sub-increments per increment of the next finer model."""
 
 REFINEMENTS = 3
-"""Most times that the increments are refined: to 1/64, a thousandth of what a record resolves."""
+"""Largest number of refinements, which divide an increment by at most 64."""
 
 ENOUGH = 0.1
-"""Shift of a parameter by finer increments, in standard errors, that is accepted: it makes a 95 % interval a
-94.8 % one."""
+"""Accepted shift of a parameter by finer increments, in standard errors.
+
+This shift turns a 95 % interval into one of 94.8 %.
+"""
 
 MOST_INCREMENTS = 10000
-"""Asked for along a test."""
+"""Largest number of increments that can be requested along a test."""
 
 MOST_ROWS = 400000
-"""Increments of a test in the finest model: 150 MB of state of nine planes."""
+"""Largest number of increments of a test in the finest model: 150 MB of state for nine planes."""
 
 LEAST_ERROR = 1.0e-3
-"""Least standard error, relative, by which a shift is judged: no two boxes agree to a thousandth."""
+"""Smallest relative standard error in which a shift is measured: no two boxes agree to a thousandth."""
 
 MOST_EVALUATIONS = 60
-"""Of the residuals in one least-squares solution, those of derivatives not counted."""
+"""Largest number of residual evaluations of one least-squares solution, without those for derivatives."""
 
 RANK = 1.0e-10
-"""Singular values below this share of the largest one are differences that rounding makes."""
+"""Singular values below this fraction of the largest one are rounding errors."""
 
 Tick = Callable[[str], object]
-"""Called after every evaluation of the model."""
+"""Function that is called after every evaluation of the model."""
 
 
 class NoScipyError(ImportError):
-    """The extra is not installed."""
+    """scipy, which the extra `fit` brings, is not installed."""
 
     def __init__(self) -> None:
-        """Say what to install."""
+        """Message that names the package to install."""
         super().__init__("fit needs scipy: expected it to be installed, as by pip install 'asperity[fit]'")
 
 
@@ -77,18 +79,18 @@ BOUNDS = {
     "flat": (0.005, 0.95),
     "kc": (0.1, 1e3),
 }
-"""Bounds; those of sigma0 and Gc go with the record."""
+"""Bounds of the parameters; those of sigma0 and Gc depend on the tests."""
 
 DEGREES = " in degrees"
-"""After bounds of theta."""
+"""Remark after bounds of theta in messages."""
 
 STARTS = {"eta": (0.4, 0.97), "mu": (0.15, 1.0), "theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
-"""Ranges in which starts are drawn."""
+"""Ranges from which starts are drawn."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and the ends of its confidence interval."""
+    """Value and ends of its confidence interval."""
 
     value: float
     low: float
@@ -97,16 +99,16 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What was identified.
+    """Identified parameters and measures of their quality.
 
-    values: parameters by name, fixed ones included.  x: transformed free ones, covariance (p, p) theirs.
-    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit, of
-    their spread (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
+    values: parameters by name, fixed ones included.  x: transformed free ones; covariance (p, p): of x.
+    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit,
+    over their range (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
     derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
-    shift: largest move of a parameter, in standard errors, if the increments were cut into REFINE parts.
-    costs: sums of squares from the starts with the increments asked for, the best first.  converged: whether
-    the least squares ended by themselves.  singular: of the Jacobian, in descending order, directions (p, p)
-    theirs, in rows.
+    shift: largest change of a parameter, in standard errors, if each increment is divided into REFINE.
+    costs: sums of squares from the starts with the requested increments, the best first.  converged: whether
+    the least squares converged.  singular: singular values of the Jacobian, in descending order;
+    directions (p, p): their vectors, in rows.
     """
 
     problem: Problem
@@ -135,7 +137,7 @@ class Fit:
 
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """Free parameters with their intervals, which are symmetric in the transformed ones."""
+        """Free parameters with their intervals, which are symmetric in the transformed parameters."""
         half = self.quantile * np.sqrt(np.diag(self.covariance))
         return {
             name: Estimate(self.values[name], *(SCALES[name].back(x + sign * h) for sign in (-1.0, 1.0)))
@@ -144,11 +146,11 @@ class Fit:
 
     @property
     def interface(self) -> Interface:
-        """The interface with the parameters found."""
+        """Interface with the identified parameters."""
         return self.problem.interface(self.values)
 
     def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
-        """Interval of a positive function of the parameters, by the gradient of its logarithm."""
+        """Interval of a positive function of the parameters, from the gradient of its logarithm."""
 
         def log(x: Floats) -> float:
             return float(np.log(function(self.problem.values(x))))
@@ -161,12 +163,12 @@ class Fit:
 
     @property
     def agreeing(self) -> int:
-        """Starts that reached the least sum of squares."""
+        """Number of starts that reached the smallest sum of squares."""
         return sum(cost <= SAME * self.costs[0] for cost in self.costs)
 
     @property
     def at_bounds(self) -> list[str]:
-        """Free parameters that the bounds hold."""
+        """Free parameters that lie at a bound."""
         near = 1.0e-3
         return [
             name
@@ -176,7 +178,7 @@ class Fit:
 
 
 def residual_ratio(values: Mapping[str, float]) -> float:
-    """|tau|/|sigma_N| of a broken interface that slides up one facing plane; inf where it locks."""
+    """|tau|/|sigma_N| of a fully damaged interface that slides up one facing plane; inf if it locks."""
     return float(material_of(values).residual_strength(values["theta"]))
 
 
@@ -200,13 +202,14 @@ def fit(
     confidence: float = 0.95,
     tick: Tick = lambda _: None,
 ) -> Fit:
-    """Least-squares parameters of a record.
+    """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; what is in neither is
-    DEFAULT_FIXED.  start: a point tried besides the best of a Latin hypercube, `starts` in all, drawn by
-    `seed`.  bounds: (low, high) by name.  increments: least number along a test, to begin with; they are
-    refined until the parameters stay.  tick: told of every evaluation.  Raises ValueError for names and
-    values that are not admissible and for a record too short for what is free, NoScipyError without scipy.
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; a parameter in neither
+    has its value in DEFAULT_FIXED.  start: additional start besides the best points of a Latin hypercube;
+    `starts` is the number of all starts, `seed` that of the hypercube.  bounds: (low, high) by name.
+    increments: smallest number along a test at first; they are refined until the parameters converge.
+    tick: called after every evaluation.  Raises ValueError for inadmissible names and values and for fewer
+    data than the free parameters need, NoScipyError without scipy.
     """
     try:
         from scipy.optimize import OptimizeResult, least_squares
@@ -310,7 +313,7 @@ def _problem(
 ) -> Problem:
     """Names, values and bounds, checked."""
     if not tests:
-        raise ValueError("no tests: expected one at least")
+        raise ValueError("no tests: expected at least one")
     for what, names in (("free", free), ("set", fixed), ("bounds", bounds)):
         unknown = [name for name in names if name not in SCALES]
         if unknown:
@@ -332,7 +335,7 @@ def _problem(
     if missing:
         raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
     if sides == 0 and {"theta", "flat"} & set(free):
-        raise ValueError("free: theta, flat: expected inclined planes, sides = 0 has none")
+        raise ValueError("free: theta, flat: expected inclined planes, which sides = 0 does not have")
     if 0.0 < known.get("theta", 0.0) < BOUNDS["theta"][0]:
         raise ValueError(
             f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {BOUNDS['theta'][0]:g} "
@@ -372,7 +375,7 @@ def _problem(
 
 
 def _check_lengths(problem: Problem, length: float) -> None:
-    """ValueError where the slips cannot have the unit of 2 Gc/sigma0, as far as that is given."""
+    """Raise ValueError where the slips cannot have the unit of 2 Gc/sigma0, if that is known."""
     ends = [
         [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
         for name in ("Gc", "sigma0")
@@ -394,7 +397,7 @@ def _starts(
     seed: int,
     residuals: Callable[[Floats], Floats],
 ) -> list[Floats]:
-    """The given start, if there is one, and the best points of a Latin hypercube."""
+    """Starts: the given one, if any, and the best points of a Latin hypercube."""
     margin = 1e-6 * (high - low)
     ranked = []
     if set(start) != set(problem.free) or count > 1:
@@ -409,7 +412,7 @@ def _starts(
 
 
 def _hypercube(problem: Problem, seed: int) -> list[Floats]:
-    """Transformed parameters of SAMPLES points, Gc drawn as s_f, whose size the record shows."""
+    """Transformed parameters of SAMPLES points; s_f replaces Gc because the tests show the size of s_f."""
     largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
     length = max(float(np.abs(test.slip).max()) for test in problem.tests)
     ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
@@ -429,7 +432,7 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
 
 @dataclass(frozen=True, eq=False)
 class _Knowledge:
-    """What the residuals say of the parameters.
+    """Linear statistics of the parameters.
 
     jacobian (n, p) and its inverse (p, n), covariance (p, p), scatter of tau and of s_N, singular values (p,)
     and their directions (p, p), in rows.
@@ -443,12 +446,12 @@ class _Knowledge:
     directions: Floats
 
     def shift(self, change: Floats) -> float:
-        """Largest move of a parameter, in standard errors, by a change of the residuals (n,)."""
+        """Largest change of a parameter, in standard errors, due to a change of the residuals (n,)."""
         errors = np.maximum(np.sqrt(np.diag(self.covariance)), LEAST_ERROR)
         return float(np.max(np.abs(self.inverse @ change) / errors))
 
     def difference(self, other: Floats) -> float:
-        """Largest difference of a column from that of another Jacobian, relative."""
+        """Largest relative difference between the columns of two Jacobians."""
         sizes = np.maximum(np.linalg.norm(self.jacobian, axis=0), np.finfo(float).tiny)
         return float(np.max(np.linalg.norm(self.jacobian - other, axis=0) / sizes))
 
@@ -458,7 +461,7 @@ def _knowledge(problem: Problem, jacobian: Floats, residuals: Floats) -> _Knowle
     parameters = jacobian.shape[1]
     _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
     freedom = residuals.size - parameters
-    # parameters are shared out among the quantities by their number of rows
+    # the degrees of freedom of the parameters are divided among the quantities by their number of rows
     shares = [np.flatnonzero(problem.is_dilation == which) for which in (False, True)]
     variances = np.zeros(residuals.size)
     scatter = []
@@ -468,7 +471,7 @@ def _knowledge(problem: Problem, jacobian: Floats, residuals: Floats) -> _Knowle
         variances[rows] = scatter[-1] ** 2 if rows.size else 0.0
     inverse = np.linalg.pinv(jacobian, rcond=RANK)
     covariance = (inverse * variances) @ inverse.T
-    # nothing is known of directions that the record does not show
+    # directions without influence on the residuals have an infinite variance
     dark = directions[singular <= RANK * singular[0]]
     covariance = covariance + dark.T @ dark / RANK
     return _Knowledge(jacobian, inverse, covariance, (scatter[0], scatter[1]), singular, directions)

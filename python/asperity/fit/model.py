@@ -1,4 +1,4 @@
-"""Model of a shear-box record: residuals by transformed parameters, and their derivatives."""
+"""Model of shear-box tests: residuals as a function of transformed parameters, and their derivatives."""
 
 from __future__ import annotations
 
@@ -19,38 +19,41 @@ from ..slip_curves import ROW
 from .records import ShearTest
 
 SIDES = 8
-"""Inclined planes: RP-8, nearly the same in every direction and cheap."""
+"""Inclined planes of the default pattern: RP-8 is nearly isotropic and cheap."""
 
 INCREMENTS = 200
-"""Least number along a test, where a fit begins."""
+"""Smallest number of increments along a test, with which a fit begins."""
 
 PRELOAD = 50
-"""Increments of sigma_N before the slip."""
+"""Increments in which sigma_N is applied before the slip."""
 
 STEP = 1.0e-3
 """Step of central differences in the transformed parameters, which are of the order of one.
 
-Their error is STEP**2 from the third derivative, 1e-6 where the law is smooth; that of the solver, 1e-13 to
-1e-12 over STEP, is far below.  A row that a kink passes within the step (a plane begins to slip, breaks or
-opens) gets a mean of both slopes: that of the standard errors of a good record, which are as large.
+Their error is STEP**2 times the third derivative, 1e-6 where the law is smooth; that of the solver, 1e-13 to
+1e-12 over STEP, is far below.  If a plane begins to slip, breaks or opens in a row within the step, the
+difference is a mean of the two slopes.
 """
 
 FINER = 0.1
-"""Share of STEP by which the derivatives are checked."""
+"""Factor on STEP of the second differences that check the derivatives."""
 
 PENALTY = 3.0
-"""Residual, in spreads, added to a row that the model does not reach: equilibrium lost."""
+"""Residual, in multiples of the range, added to a row that the model does not reach (lost equilibrium)."""
 
 LEAST_SPREAD = 0.05
-"""Least scale of the dilation of a test, of the largest in the record: the rest would be mostly noise."""
+"""Smallest scale of the dilation of a test, as a fraction of the largest dilation of all tests.
+
+A test with less dilation shows mostly noise.
+"""
 
 LARGEST_EXPONENT = 700.0
-"""Of e in doubles."""
+"""Largest exponent of e that doubles hold."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """A transform of a parameter to the whole real line: logarithm, or logit of its share of `top`."""
+    """Transform of a parameter to the real line: logarithm, or logit of its quotient by `top`."""
 
     top: float = np.inf
 
@@ -59,7 +62,7 @@ class Scale:
         return float(np.log(value) if self.top == np.inf else np.log(value / (self.top - value)))
 
     def back(self, x: float) -> float:
-        """Value of a transformed one; intervals may be wider than doubles are."""
+        """Parameter from its transformed value, which is cut to the range of doubles."""
         x = float(np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT))
         return float(np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x)))
 
@@ -73,12 +76,12 @@ SCALES = {
     "flat": Scale(1.0),
     "kc": Scale(),
 }
-"""Parameters that may be identified, and their transforms."""
+"""Transforms of the parameters that can be identified."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Slips (P,) of the model for a test, from zero on, and which of them are the rows of the record."""
+    """Slips (P,) of the model for a test, from zero on, and which of them are rows of the test."""
 
     slips: Floats
     rows: np.ndarray
@@ -86,11 +89,11 @@ class _Path:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Residuals of a record by transformed parameters.
+    """Residuals of measured tests as a function of the transformed parameters.
 
-    tests: the record.  free: names of what is identified, fixed: values of the others.  sides, direction:
-    pattern and where the box slips (degrees).  increments: least number along a test; refinement: into how
-    many parts each of them and those of the preload are cut.
+    tests: the measured tests.  free: names of the parameters to identify.  fixed: values of the others.
+    sides: inclined planes of the pattern.  direction: of the slip, degrees.  increments: smallest number
+    along a test.  refinement: number of sub-increments of each of these and of each preload increment.
     """
 
     tests: Sequence[ShearTest]
@@ -105,7 +108,7 @@ class Problem:
     spreads: list[tuple[float, float]] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Paths and scales."""
+        """Load paths of the model and scales of the residuals."""
         paths = [_path(test.slip, self.increments, self.refinement) for test in self.tests]
         object.__setattr__(self, "paths", paths)
         dilations = [0.0 if test.s_N is None else float(np.ptp(test.s_N)) for test in self.tests]
@@ -117,7 +120,7 @@ class Problem:
 
     @property
     def dilation(self) -> bool:
-        """Whether any test has dilation that says something."""
+        """Whether any test has a dilation that is not zero."""
         return any(test.s_N is not None and spread[1] > 0.0 for test, spread in self._pairs)
 
     @property
@@ -126,7 +129,7 @@ class Problem:
 
     @cached_property
     def is_dilation(self) -> np.ndarray:
-        """Which residuals are those of s_N."""
+        """Mask of the residuals of s_N."""
         parts = []
         for test, spread in self._pairs:
             parts.append(np.zeros(test.slip.size, dtype=bool))
@@ -135,7 +138,7 @@ class Problem:
         return np.concatenate(parts)
 
     def values(self, x: Floats) -> dict[str, float]:
-        """Parameters by name."""
+        """Values of all parameters by name, from the transformed free ones."""
         return dict(self.fixed) | {
             name: SCALES[name].back(value) for name, value in zip(self.free, x, strict=True)
         }
@@ -145,14 +148,14 @@ class Problem:
         return Interface(material_of(values), Pattern.regular(self.sides, values["theta"], values["flat"]))
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """For each test tau and s_N along its path, and how many rows converged: `slip_curve`."""
+        """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
         interface = self.interface(values)
         pairs = zip(self.tests, self.paths, strict=True)
         preload = self.refinement * PRELOAD
         return [slip_curve(interface, test, path.slips, self.direction, preload) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
-        """Model less record, of the spread of tau and of s_N of each test."""
+        """Model less measurement, divided by the range of tau or of s_N of each test."""
         parts = []
         curves = self.curves(self.values(x))
         for (test, spread), path, (tau, s_N, done) in zip(self._pairs, self.paths, curves, strict=True):
@@ -164,7 +167,7 @@ class Problem:
         return np.concatenate(parts)
 
     def jacobian(self, x: Floats, step: float = STEP) -> Floats:
-        """Central differences of the residuals, the evaluations on all processors."""
+        """Central differences of the residuals; the evaluations run on all processors."""
         shifts = step * np.eye(x.size)
         points = [x + sign * shift for shift in shifts for sign in (1.0, -1.0)]
         found = each(self.residuals, points)
@@ -177,15 +180,15 @@ def material_of(values: Mapping[str, float]) -> Material:
 
 
 def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:
-    """Function at several points at once; the library releases the lock of the interpreter."""
+    """Values of a function at several points, in threads: the library releases the interpreter lock."""
     with ThreadPoolExecutor(min(os.cpu_count() or 1, len(points))) as pool:
         return list(pool.map(function, points))
 
 
 def _path(slip: Floats, increments: int, refinement: int) -> _Path:
-    """From zero through the slips of a record, no increment longer than its length over `increments`.
+    """Slips from zero through those of a test, in steps of at most the length of the path over `increments`.
 
-    Each increment is cut into `refinement` parts.
+    Each increment is divided into `refinement` sub-increments.
     """
     nodes = np.concatenate([[0.0], slip])
     lengths = np.abs(np.diff(nodes))
@@ -197,7 +200,7 @@ def _path(slip: Floats, increments: int, refinement: int) -> _Path:
 def slip_curve(
     interface: Interface, test: ShearTest, slips: Floats, direction: float, preload: int
 ) -> tuple[Floats, Floats, int]:
-    """tau along the slip and s_N since its start, (T,) each, and how many rows converged.
+    """tau along the slip and s_N since its start, (T,) each, and the number of converged rows.
 
     The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
     state and events.  Rows without equilibrium repeat the last one.

@@ -1,4 +1,4 @@
-"""Shear-box records: CSV files of slip, shear traction and dilation under a normal traction, checked."""
+"""Read and check shear-box tests: CSV files of slip, shear traction and dilation under a normal traction."""
 
 from __future__ import annotations
 
@@ -18,34 +18,37 @@ from ..material import ModelWarning
 REQUIRED = ("slip", "tau", "sigma_N")
 OPTIONAL = ("dilation", "k_N", "test")
 ALIASES = {"s_N": "dilation"}
-"""Columns of a file, and other names for them; small and large letters do not count."""
+"""Columns of a file and their other accepted names, regardless of case."""
 
 HEADER = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 """Name of a column and its unit in brackets."""
 
 SAME_UNITS = (("MPa", "N/mm2"), ("kPa", "kN/m2"), ("Pa", "N/m2"), ("MPa/mm", "N/mm3"), ("kPa/m", "kN/m3"))
-"""Units by their first name."""
+"""Other accepted spellings of each unit."""
 
 LEAST_ROWS = 5
-"""A test of fewer rows shows neither a stiffness nor a peak nor a residual."""
+"""Smallest number of rows of a test: fewer show no stiffness, peak or residual strength."""
 
 LARGEST_RATIO = 1.0e3
-"""Between stresses of a record: kPa for MPa is just that, Pa for MPa far more."""
+"""Largest ratio of two stresses in a file: more indicates mixed units, such as MPa and kPa."""
 
 STEEPEST = 20.0
-"""Dilation over slip: planes of 87 degrees."""
+"""Largest ratio of dilation to slip: that of planes of 87 degrees."""
 
 HELD = 0.05
-"""Share by which a normal traction that is said to be held may vary."""
+"""Largest relative variation of a normal traction that counts as constant."""
 
 SPRING = 0.7
-"""Part of a change of the normal traction that k_N and the dilation may leave open."""
+"""Largest fraction of a change of the normal traction that k_N times the dilation need not explain."""
 
 OFFSET = 0.5
-"""First dilation beyond what the first slip can make, of its range: it does not count from the start."""
+"""Largest first dilation, as a fraction of its range, that counts as measured from the start of slip."""
 
 LONGEST_PATH, MOST_TURNS = 5.0, 1.0 / 3.0
-"""Way of the slip over its range, and share of rows at which it turns: more of both is rows out of order."""
+"""Length of the slip path over its range, and fraction of rows with a reversal.
+
+If both are exceeded, the rows are taken to be out of order.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +56,8 @@ class ShearTest:
     """One test: slip (T,) and s_N (T,), None where not measured, length; tau (T,), stress.
 
     s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
-    k_N: normal stiffness of the box, stress/length, 0 where sigma_N is held.  name: file and test.  units: of
-    length and stress where the record tells them.  Raises ValueError for what cannot be a test.
+    k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
+    units: of length and stress where the file has them.  Raises ValueError for inadmissible data.
     """
 
     name: str
@@ -66,7 +69,7 @@ class ShearTest:
     units: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Shapes and values."""
+        """Check shapes and values."""
         for name, values in (("slip", self.slip), ("tau", self.tau), ("s_N", self.s_N)):
             if values is None:
                 continue
@@ -77,7 +80,7 @@ class ShearTest:
                 )
             if name != "s_N" and not np.ptp(values) > 0.0:
                 raise ValueError(
-                    f"{self.name}: column {name} is {values[0]:g} in all rows: expected it to change"
+                    f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
                 )
         if not -np.inf < self.sigma_N <= 0.0:
             raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected a finite compression, <= 0")
@@ -86,7 +89,7 @@ class ShearTest:
 
     @property
     def turns(self) -> list[float]:
-        """Slips at which the direction changes, and the last one."""
+        """Slips at the reversals, and the last slip."""
         path = np.concatenate([[0.0], self.slip])
         path = path[np.concatenate([[True], np.diff(path) != 0.0])]
         inside = np.flatnonzero(np.diff(np.sign(np.diff(path)))) + 1
@@ -95,7 +98,7 @@ class ShearTest:
 
 @dataclass(frozen=True)
 class _Row:
-    """Numbers of a line."""
+    """Line number and values of a row."""
 
     line: int
     values: dict[str, float | None]
@@ -104,12 +107,12 @@ class _Row:
 def read_records(
     paths: Iterable[Path], k_N: float | None = None, compression_positive: bool = False
 ) -> list[ShearTest]:
-    """Tests of CSV files with columns slip, tau, sigma_N and, as measured, dilation (or s_N), k_N, test.
+    """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation (or s_N), k_N, test.
 
-    Units in brackets after the names must agree.  A ModelWarning tells which columns are not used, and where
-    rows seem to be out of order.  k_N: for files without that column.  compression_positive: the sign of
-    sigma_N is turned.  Raises ValueError that names file, line, column and value of what is no number or
-    makes no sense, OSError for a file that cannot be read.
+    Units in brackets after the names must agree.  A ModelWarning names unused columns and tests whose rows
+    seem to be out of order.  k_N: for files without that column.  compression_positive: sigma_N in the files
+    is positive in compression.  Raises ValueError with file, line, column and value of an inadmissible entry,
+    OSError for a file that cannot be read.
     """
     if k_N is not None and not 0.0 <= k_N < np.inf:
         raise ValueError(f"k_N = {k_N:g}: expected a finite stiffness >= 0")
@@ -130,7 +133,7 @@ def read_records(
 
 
 def _read(path: Path) -> tuple[dict[str, list[_Row]], dict[str, str]]:
-    """Rows of a file by test, in their order, and its units."""
+    """Rows of a file by test, in their order, and the units of the file."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -145,7 +148,7 @@ def _read(path: Path) -> tuple[dict[str, list[_Row]], dict[str, str]]:
 
 
 def _rows(path: Path, text: str) -> tuple[dict[str, list[_Row]], dict[str, str]]:
-    """Rows of a text by test, and its units."""
+    """Rows of a text by test, and the units of the text."""
     found: dict[str, list[_Row]] = {}
     columns: list[str] | None = None
     units: dict[str, str] = {}
@@ -177,7 +180,7 @@ def _rows(path: Path, text: str) -> tuple[dict[str, list[_Row]], dict[str, str]]
 
 
 def _columns(path: Path, line: int, cells: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Names of the columns, and the units of length and stress that they tell."""
+    """Names of the columns, and the units of length and stress in the header."""
     while len(cells) > 1 and not cells[-1].strip():
         cells = cells[:-1]
     parts = [HEADER.fullmatch(cell) for cell in cells]
@@ -198,7 +201,7 @@ def _columns(path: Path, line: int, cells: Sequence[str]) -> tuple[list[str], di
         )
     twice = [name for name in REQUIRED + OPTIONAL if names.count(name) > 1]
     if twice:
-        raise ValueError(f"{path}: line {line}: column {twice[0]} is there twice: expected it once")
+        raise ValueError(f"{path}: line {line}: column {twice[0]} is there twice: expected one column")
     unused = [name for name in names if name not in REQUIRED + OPTIONAL]
     if unused:
         warnings.warn(f"{path}: columns not used: {', '.join(unused)}", ModelWarning, stacklevel=6)
@@ -207,14 +210,14 @@ def _columns(path: Path, line: int, cells: Sequence[str]) -> tuple[list[str], di
 
 
 def unit_name(text: str) -> str:
-    """A unit under its first name: MPa for N/mm^2."""
+    """Standard spelling of a unit: MPa for N/mm^2."""
     plain = text.replace("\N{SUPERSCRIPT TWO}", "2").replace("\N{SUPERSCRIPT THREE}", "3").replace("^", "")
     plain = plain.replace(" ", "")
     return next((first for first, *others in SAME_UNITS if plain in others), plain)
 
 
 def _units(where: str, given: dict[str, str]) -> dict[str, str]:
-    """Units of length and stress of the columns that tell them; ValueError where they disagree."""
+    """Units of length and stress in the header; ValueError where they disagree."""
     units = {}
     for kind, names in (("length", ("slip", "dilation")), ("stress", ("tau", "sigma_N"))):
         told = [name for name in names if name in given]
@@ -231,7 +234,7 @@ def _units(where: str, given: dict[str, str]) -> dict[str, str]:
 
 
 def _number(path: Path, line: int, column: str, text: str) -> float | None:
-    """A finite number; None for an empty cell of a column that need not be measured."""
+    """Finite number of a cell; None for an empty cell of an optional column."""
     if not text and column not in REQUIRED:
         return None
     try:
@@ -251,7 +254,7 @@ def _test(
     compression_positive: bool,
     units: dict[str, str],
 ) -> ShearTest:
-    """One test, its rows checked against each other."""
+    """Test from its rows, after checks of the rows against each other."""
     if len(rows) < LEAST_ROWS:
         raise ValueError(f"{where}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     sign = -1.0 if compression_positive else 1.0
@@ -281,7 +284,7 @@ def _test(
         if away[worst] > HELD * abs(held):
             raise ValueError(
                 f"{path}: line {rows[worst].line}, column sigma_N: {rows[worst].values['sigma_N']:g} is more "
-                f"than {HELD:.0%} off the mean {sign * held:g}: expected a held normal traction, or k_N"
+                f"than {HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, or k_N"
             )
     blank = [row for row in rows if row.values.get("dilation") is None]
     if 0 < len(blank) < len(rows):
@@ -296,7 +299,7 @@ def _test(
             f"{np.abs(slip).max():g}: expected the unit of slip (at most {STEEPEST:g} times it)"
         )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
-        # measured along the way: back to the start of the slip, by all rows if the dilation is there
+        # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
     if not held <= 0.0:
         raise ValueError(f"{where}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")
@@ -309,7 +312,7 @@ def _test(
 
 
 def _check_start(path: Path, rows: list[_Row], test: ShearTest) -> None:
-    """ValueError where the dilation does not count from the start of the slip."""
+    """Raise ValueError where the dilation is not measured from the start of the slip."""
     if test.s_N is None:
         return
     first, reached = float(test.s_N[0]), STEEPEST * abs(float(test.slip[0]))
@@ -321,7 +324,7 @@ def _check_start(path: Path, rows: list[_Row], test: ShearTest) -> None:
 
 
 def _check_spring(test: ShearTest, sigma_N: Floats) -> None:
-    """ValueError where sigma_N was measured under a stiffness and is not what k_N makes of the dilation."""
+    """Raise ValueError where the change of the measured sigma_N differs from -k_N times the dilation."""
     if test.s_N is None or np.ptp(sigma_N) <= HELD * float(np.abs(sigma_N).max()):
         return
     expected = -test.k_N * (test.s_N - test.s_N[0])
@@ -335,13 +338,13 @@ def _check_spring(test: ShearTest, sigma_N: Floats) -> None:
 
 
 def _warn_of_order(test: ShearTest) -> None:
-    """ModelWarning where the slip goes to and fro as rows in another order do."""
+    """Issue a ModelWarning where the slip reverses so often that the rows seem to be out of order."""
     way = float(np.abs(np.diff([0.0, *test.slip])).sum() / np.ptp([0.0, *test.slip]))
     turns = len(test.turns) - 1
     if way > LONGEST_PATH and turns > MOST_TURNS * test.slip.size:
         text = (
-            f"{test.name}: the slip turns at {turns} of {test.slip.size} rows and goes {way:.0f} times its "
-            "range: expected the rows in the order of the test"
+            f"{test.name}: the slip reverses at {turns} of {test.slip.size} rows and covers {way:.0f} "
+            "times its range: expected the rows in the order of the test"
         )
         warnings.warn(text, ModelWarning, stacklevel=5)
 
@@ -351,7 +354,7 @@ def _column(rows: list[_Row], name: str) -> Floats:
 
 
 def check_units(tests: Sequence[ShearTest]) -> None:
-    """ValueError where the stresses of a record, or the units that its files tell, are not the same."""
+    """Raise ValueError where the stresses differ too much in size, or the units of the files differ."""
     for kind in ("length", "stress"):
         told = {test.units[kind]: test.name for test in tests if kind in test.units}
         if len(told) > 1:

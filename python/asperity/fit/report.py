@@ -1,4 +1,4 @@
-"""What a fit says: text, picture, case file."""
+"""Results of a fit as text, picture and case file."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from .model import FINER, SCALES, STEP
 from .records import ShearTest
 
 UNDETERMINED = 2.0
-"""Factor: a parameter whose interval is wider to either side is called not determined."""
+"""A parameter is not determined if its value and an end of its interval differ by more than this factor."""
 
 POOR = 0.2
-"""Scatter, of the range of a test, from which on residuals that go together are called a poor fit."""
+"""Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
 
 UNKNOWN = 1.0e6
-"""Factor between the ends of an interval that says nothing."""
+"""Ratio of the ends of an interval above which nothing is known of the parameter."""
 
 DEPENDENT = 0.3
-"""Correlation of neighbouring residuals from which on the intervals are called too narrow."""
+"""Correlation of neighbouring residuals above which the intervals are called too narrow."""
 
 WIDTH = 110
 """Characters of a line of text."""
 
 MOST_TURNS = 20
-"""Turning points that a case file repeats; noise on the slip makes more."""
+"""Largest number of reversals that a case file repeats; noise on the slip makes more."""
 
 CASE_INCREMENTS = 100
 """Increments of a step in the case file."""
 
 
 def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
-    """Record, assumptions, parameters with intervals, correlations, what is not determined, PROPS."""
+    """Lines of the report: tests, assumptions, parameters with intervals, correlations, doubts, PROPS."""
     problem = found.problem
     length, stress = units
     of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
@@ -89,7 +89,7 @@ def _row(name: str, one: Estimate, unit: str) -> str:
 
 
 def _derived(found: Fit) -> dict[str, Estimate]:
-    """Intervals of s_f, s0, K and of the residual ratio, where they depend on what is free."""
+    """Intervals of s_f, s0, K and of the residual ratio, where they depend on free parameters."""
     free = set(found.problem.free)
     numbers = {}
     for name in ("s_f", "s0", "K"):
@@ -102,7 +102,7 @@ def _derived(found: Fit) -> dict[str, Estimate]:
 
 
 def identifiability(found: Fit) -> list[str]:
-    """Sentences: pairs that cannot be separated and what of them is determined, and other doubts."""
+    """Sentences on parameters that cannot be separated, on their determined combination, and on doubts."""
     problem, texts = found.problem, []
     free = problem.free
     half = found.quantile * np.sqrt(np.diag(found.covariance))
@@ -135,11 +135,13 @@ def identifiability(found: Fit) -> list[str]:
     for name in found.at_bounds:
         low, high = problem.bounds[name]
         texts.append(
-            f"{name} = {found.values[name]:.4g} is held by its bounds, {low:g} to {high:g}: "
+            f"{name} = {found.values[name]:.4g} is at one of its bounds, {low:g} to {high:g}: "
             "its interval says nothing"
         )
     if not found.converged:
-        texts.append("the least squares ended before they converged: give a --start, or free less")
+        texts.append(
+            "the least squares ended before they converged: give a --start, or fewer free parameters"
+        )
     if found.shift > ENOUGH:
         texts.append(
             f"the increments are too long: finer ones move a parameter by {found.shift:.2g} standard errors, "
@@ -160,7 +162,7 @@ def identifiability(found: Fit) -> list[str]:
 
 
 def _mu_and_theta(found: Fit) -> list[str]:
-    """How far friction and inclination are told apart."""
+    """Sentence on how well friction and inclination are separated."""
     free = found.problem.free
     i, j = free.index("mu"), free.index("theta")
     correlation = found.correlation[i, j]
@@ -192,7 +194,7 @@ def _mu_and_theta(found: Fit) -> list[str]:
 
 
 def _bond(found: Fit) -> str:
-    """How far strength, rupture energy and stiffness are told apart."""
+    """Sentence on how well strength, rupture energy and stiffness are separated."""
     free = found.problem.free
     names = [name for name in ("sigma0", "Gc", "eta") if name in free]
     numbers = {name: found.estimates[name] for name in names} | {
@@ -215,12 +217,12 @@ def _bond(found: Fit) -> str:
 
 
 def _is_wide(one: Estimate) -> bool:
-    """Whether an interval is wider than UNDETERMINED to either side."""
+    """Whether an end of the interval is off the value by more than the factor UNDETERMINED."""
     return one.high > UNDETERMINED**2 * one.low
 
 
 def _width(one: Estimate) -> str:
-    """Half width of an interval as a share, or the factor between its ends."""
+    """Half width of an interval as a fraction of the value, or the ratio of its ends."""
     if one.high > UNKNOWN * one.low:
         return "not at all"
     if _is_wide(one):
@@ -229,7 +231,7 @@ def _width(one: Estimate) -> str:
 
 
 def _pair(found: Fit, i: int, j: int) -> str:
-    """Two parameters that go together, and their combination of the smallest variance."""
+    """Sentence on two correlated parameters and their combination of the smallest variance."""
     free = found.problem.free
     block = found.covariance[np.ix_([i, j], [i, j])]
     sizes, vectors = np.linalg.eigh(block)
@@ -249,7 +251,7 @@ def _transformed(name: str) -> str:
 
 
 def _combination(names: Sequence[str], weights: Floats) -> str:
-    """0.7 log mu - 0.7 logit theta/90; shares below a hundredth are left out."""
+    """Text such as 0.7 log mu - 0.7 logit theta/90; terms below a hundredth are left out."""
     least = 0.01 * float(np.abs(weights).max())
     terms = [
         f"{'-' if weight < 0.0 else '+'} {abs(weight):.2g} {_transformed(name)}"
@@ -260,7 +262,7 @@ def _combination(names: Sequence[str], weights: Floats) -> str:
 
 
 def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None:
-    """Record (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
+    """Draw tests (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
     from ..plots import COLOURS, LINES, plt
 
     problem = found.problem
@@ -301,9 +303,9 @@ def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None
 
 
 def case_text(found: Fit) -> str:
-    """Case of the driver: the interface found, and the tests of the record, without its springs, as a sweep.
+    """Case file with the identified interface and the tests as a sweep; normal springs are left out.
 
-    `asperity card`, `select` and `run` read it.
+    `asperity card`, `select` and `run` read this file.
     """
     problem = found.problem
     values = {name: f"{value:.6g}" for name, value in found.values.items()}
@@ -320,7 +322,7 @@ def case_text(found: Fit) -> str:
     lines = ["! Identified by asperity fit."]
     if any(test.k_N > 0.0 for test in problem.tests):
         lines.append(
-            "! The record has a normal stiffness k_N, this case holds the normal traction of its start."
+            "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
         )
     lines += ["&case title = 'Shear box' /", f"&material {material} /", f"&pattern {pattern} /"]
     if several:
@@ -333,6 +335,6 @@ def case_text(found: Fit) -> str:
 
 
 def _ends(test: ShearTest) -> list[float]:
-    """Largest and smallest slip of a path, in their order, without those at its start."""
+    """Largest and smallest slip of a path, in the order of the path, without the start."""
     ends = sorted({int(np.argmax(test.slip)), int(np.argmin(test.slip))})
     return [float(test.slip[i]) for i in ends if i > 0 or len(ends) == 1]

@@ -1,4 +1,4 @@
-"""Synthetic shear-box records, and how often the intervals of a fit hold what the record was made with."""
+"""Synthetic shear-box tests, and how often the intervals of a fit contain the parameters of the tests."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .records import ShearTest, read_records
 from .report import draw, report
 
 TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
-"""What the records are made with: mm, MPa, degrees."""
+"""Parameters of the synthetic tests: mm, MPa, degrees."""
 
 SET = {name: TRUTH[name] for name in ("eta", "flat", "kc")}
-"""What a fit of the default parameters is told."""
+"""Fixed parameters of a fit of the default free ones."""
 
 SIGMA_N = (-1.0, -2.0, -4.0)
 """Normal tractions, MPa."""
 
 TURNS = (0.8,)
 CYCLE = (0.5, -0.5, 0.5)
-"""Slips at which the direction changes, mm."""
+"""Slips at the reversals, mm."""
 
 K_N = 5.0
 """Stiffness of a box, MPa/mm."""
@@ -41,14 +41,14 @@ ROWS = 60
 
 FINE = 4000
 FINE_CYCLE = 100000
-"""Increments of a record: far more than those of a fit, so that it does not meet its own discretisation."""
+"""Increments of a synthetic test: far more than those of a fit, whose discretisation error then shows."""
 
 CYCLIC: dict[str, object] = {"turns": CYCLE, "rows": 150, "increments": FINE_CYCLE}
 """Arguments of `synthetic`."""
 
 DEFAULT_NOISE = 0.03
 NOISES = (0.01, 0.03, 0.10)
-"""Standard deviations of the noise, of the range of tau and of s_N in each test."""
+"""Standard deviations of the noise, as a fraction of the range of tau and of s_N in each test."""
 
 
 def synthetic(
@@ -86,7 +86,7 @@ def _noisy(y: Floats, noise: float, rng: np.random.Generator) -> Floats:
 
 
 def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
-    """CSV of tests, five digits."""
+    """Text of a CSV file of tests, with five digits."""
     has_dilation = all(test.s_N is not None for test in tests)
     columns = [
         "test",
@@ -105,7 +105,7 @@ def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
 
 
 def holds(found: Fit, truth: Mapping[str, float] = TRUTH) -> list[bool]:
-    """Whether the intervals hold the truth: of each free parameter, then of the residual ratio."""
+    """Whether the interval of each free parameter, then of the residual ratio, contains the true value."""
     intervals = [(truth[name], one) for name, one in found.estimates.items()]
     intervals.append((residual_ratio(truth), found.of(residual_ratio)))
     return [one.low <= value <= one.high for value, one in intervals]
@@ -120,9 +120,9 @@ def coverage(
     start: Mapping[str, float] | None = None,
     **record: object,
 ) -> tuple[np.ndarray, list[Fit]]:
-    """Share of records whose 95 % intervals hold the truth, by parameter and of the ratio, and the fits.
+    """Fraction of tests whose 95 % interval contains the true value, by parameter and of the ratio; the fits.
 
-    Seeds are 0, 1, ...; record: arguments of `synthetic`.
+    The seeds are 0, 1, ...; record: arguments of `synthetic`.
     """
     told = {name: value for name, value in TRUTH.items() if name not in free}
     clean = synthetic(0.0, 0, **record)  # type: ignore[arg-type]
@@ -149,18 +149,18 @@ STUDIES: dict[str, tuple[Sequence[str], dict[str, object]]] = {
     "cycle, dilation": (DEFAULT_FREE, CYCLIC),
     "held, dilation, all seven": (tuple(TRUTH), {}),
 }
-"""Records and what is free."""
+"""Synthetic tests and free parameters of each row of the table."""
 
 
 OWN_STARTS = 10
-"""Records of each row that are fitted from drawn starts, too."""
+"""Number of tests of each row that are also fitted from random starts."""
 
 
 def table(repetitions: int) -> str:
-    """Markdown: share of 95 % intervals that hold the truth, and their median half width.
+    """Markdown table of the fraction of 95 % intervals with the true value, and of their median half width.
 
-    The fits start at the truth; the first OWN_STARTS of them are done again from drawn starts, and the last
-    column has how many of these reach a sum of squares as small.
+    The fits start at the true values; the first OWN_STARTS of them are repeated from random starts, and the
+    last column is the number of these that reach a sum of squares as small.
     """
     head = ["record", "noise", *TRUTH, "ratio", "found"]
     lines = []
@@ -191,7 +191,7 @@ def table(repetitions: int) -> str:
 
 
 def example(picture: Path | None) -> str:
-    """What `asperity fit` says of the record of the defaults, drawn; without a picture: without dilation."""
+    """Report of `asperity fit` on the default tests, with a picture, or without dilation and picture."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))
@@ -206,7 +206,7 @@ def example(picture: Path | None) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write a synthetic record, or fill the numbers of the study into a page."""
+    """Write a synthetic test to a file, or fill the numbers of the study into a page."""
     parser = argparse.ArgumentParser(prog="python -m asperity.fit.study", description=__doc__)
     parser.add_argument("record", nargs="?", type=Path, metavar="RECORD.csv", help="write a synthetic record")
     parser.add_argument(

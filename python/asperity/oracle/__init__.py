@@ -1,1 +1,1 @@
-"""Independent writings of the law that the library is compared with; they use nothing of it."""
+"""Independent implementations of the law for comparison; they use nothing of the library."""

@@ -1,10 +1,10 @@
-"""The driver against the NumPy reference and the 2D law, on the cases of the paper's figures."""
+"""Compare the driver with the NumPy reference and the 2D law, on the cases of the figures of the paper."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,24 +15,25 @@ from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..installed import cases
 from ..interface import work_along
+from ..material import Material
 from ..results import ENERGIES, Rows, drive
 from . import planar, reference
 
 LAW_TOLERANCE = 1.0e-12
-"""Difference along given separations, relative to the scales of `Difference`: rounding of sums."""
+"""Accepted difference along given separations, in the scales of `Difference`: rounding errors of sums."""
 
 TEST_TOLERANCE = 1.0e-10
-"""Difference where each implementation solves for s_N itself: its residual over the smallest slope met."""
+"""Accepted difference where each implementation solves for s_N: its residual over the smallest slope."""
 
 OPENING_TOLERANCE = 1.0e-9
-"""Difference of the s_N that was solved for: t_N hardly depends on it before equilibrium is lost."""
+"""Accepted difference of a computed s_N: before equilibrium is lost t_N hardly depends on s_N."""
 
 
 class Difference(NamedTuple):
     """Largest differences over rows and curves, each relative to a scale that grows along the history.
 
-    traction: K |s|, |s| the largest so far.  opening (s_N): |s|.  damage: 1.  energy, the largest of stored,
-    rupture, friction and work: K |s| times the length of the path.
+    The scales are, with |s| the largest separation so far: traction: K |s|; opening (s_N): |s|; damage: 1;
+    energy (largest difference of stored, rupture, friction and work): K |s| times the length of the path.
     """
 
     traction: float
@@ -43,10 +44,10 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True)
 class Comparison:
-    """Largest differences of the driver on a case, by whom it is compared with, "law/NumPy" and so on.
+    """Largest differences of the driver on a case by kind of comparison, such as "law/NumPy".
 
     law: along the driver's separations.  test: each implementation follows the equilibrium itself.  2D: the
-    law of planar.py, where the pattern and the slip have its plane of symmetry.
+    law of planar.py, if the pattern and the slip have the plane of symmetry of that law.
     """
 
     case: str
@@ -56,7 +57,7 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Whether there is something to compare with, and every difference is within its tolerance."""
+        """Whether there is a comparison and every difference is within its tolerance."""
         return bool(self.rows > 0 and self.differences) and all(
             within(name, found) for name, found in self.differences.items()
         )
@@ -72,7 +73,7 @@ def within(name: str, difference: Difference) -> bool:
 
 
 def find(figure: str) -> list[Path]:
-    """Cases that belong to a figure, "5b" or "5"; raises ValueError for one that has none."""
+    """Cases of a figure, such as "5b" or "5"; raises ValueError for a figure without cases."""
     known = {path: _figures(path) for path in cases()}
     wanted = figure.strip().lower()
     found = [
@@ -85,7 +86,7 @@ def find(figure: str) -> list[Path]:
 
 
 def _figures(path: Path) -> list[str]:
-    """Figures of figure09a_10b.nml; later parts without a letter are none, as in figure13a_45.nml."""
+    """Figures in a name such as figure09a_10b; a later number without letter is no figure (figure13a_45)."""
     first, *others = path.stem.removeprefix("figure").split("_")
     return [name.lstrip("0") for name in [first, *others] if name == first or not name.isdigit()]
 
@@ -100,13 +101,13 @@ def compare(case: Path) -> Comparison:
         rows += len(results[test.value])
         for name, found in _differences(test, results[test.value]):
             worst = differences.get(name, found)
-            differences[name] = Difference(*np.maximum(worst, found).tolist())  # a NaN stays
+            differences[name] = Difference(*np.maximum(worst, found).tolist())  # np.maximum propagates NaN
     return Comparison(case.stem, curves, rows, differences)
 
 
 @dataclass(frozen=True)
 class _Curve:
-    """What is compared: separation and traction (T, 2 or 3), damage (T,), energies (T, 4)."""
+    """Compared quantities: separation and traction (T, 2 or 3), damage (T,), energies (T, 4)."""
 
     separation: Floats
     traction: Floats
@@ -117,17 +118,27 @@ class _Curve:
         return _Curve(self.separation[rows], self.traction[rows], self.damage[rows], self.energies[rows])
 
 
+def parameters_of(material: Material) -> reference.Parameters:
+    """Constants of a material as the reference takes them; raises ValueError for one it does not know."""
+    values = material.values() | {"kc": material.kc or contract.default("kc")}
+    known = {field.name for field in fields(reference.Parameters)}
+    beyond = [name for name in values if name not in known and values[name] != contract.default(name)]
+    if beyond:
+        raise ValueError(f"{', '.join(beyond)}: expected constants that the reference knows")
+    return reference.Parameters(**{name: value for name, value in values.items() if name in known})
+
+
 def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
     """Law and test against the reference, law and test against the 2D law."""
     m, p = test.material, test.pattern
     if m.tau_v > 0.0 or m.guard:
         raise ValueError("tau_v, guard: expected a case without viscous damage and without the guard")
-    parameters = reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
+    parameters = parameters_of(m)
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
-    # a lost equilibrium, which may only be the end, is a part of an increment
+    # a lost equilibrium ends within an increment
     whole = len(rows) - ("lost" in rows.events[-1])
     if any("substeps" in event for event in rows.events[:whole]):
-        raise ValueError("an increment was solved in parts: expected a case with smaller increments")
+        raise ValueError("an increment was solved in sub-increments: expected a case with smaller increments")
     ours = _Curve(rows.separation, rows.traction, rows.damage, rows.energies)[:whole]
     slipping = slice(test.preload, whole)
     preload = max(test.preload, 1)
@@ -175,12 +186,12 @@ def _planar(responses: Sequence[planar.PlanarResponse]) -> _Curve:
 
 
 def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, rows: slice) -> Difference:
-    """Largest differences of some rows of ours, whose whole history gives the scales, from theirs."""
+    """Largest differences of some rows of `ours` from `theirs`, in the scales of all rows of `ours`."""
     largest = np.maximum.accumulate(np.linalg.norm(ours.separation, axis=1))
     steps = np.diff(ours.separation, axis=0, prepend=0.0)
     path = np.cumsum(np.linalg.norm(steps, axis=1))[rows]
     largest, ours = largest[rows], ours[rows]
-    if len(ours.damage) != len(theirs.damage):  # the equilibrium was lost elsewhere
+    if len(ours.damage) != len(theirs.damage):  # the equilibrium was lost in another row
         return Difference(*(4 * [math.inf]))
     stiffest = max(parameters.Kn, parameters.Kt) * max(1.0, parameters.kc)
     return Difference(
@@ -192,6 +203,6 @@ def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, 
 
 
 def _largest(difference: Floats, scale: Floats) -> float:
-    """Largest ratio of rows (T, n) to a scale (T,); a row whose scale is 0 is taken as it is."""
+    """Largest ratio of rows (T, n) to a scale (T,); a row whose scale is 0 is not divided."""
     size = np.abs(difference).max(axis=1)
     return float(np.divide(size, scale, out=size.copy(), where=scale > 0.0).max())

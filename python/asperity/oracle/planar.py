@@ -1,8 +1,8 @@
 """The 2D law of the plane-symmetric RIE in plain scalars, for comparison with the 3D law (Section 4.1).
 
 Serpieri and Alfano (2011) write the law for separations (s_N, s_T) and planes inclined by signed angles.
-This module is an oracle for the tests and stays independent of library and 3D reference: it does the same in
-Python floats, without frames and vectors, and takes the material parameters alone from the 3D code.
+The tests compare the 3D codes with this module.  It is independent of library and 3D reference: it computes
+with Python floats, without frames and vectors, and uses only the material parameters of the 3D reference.
 Numbers in round brackets are equations of Albarella et al. (2015).  Angles are in degrees, tension and
 opening are positive.  A plane at angle phi has normal (cos phi, sin phi), tangent
 (-sin phi, cos phi).
@@ -20,12 +20,12 @@ Planes = Sequence[tuple[float, float]]
 """Signed inclination in degrees and weight of every plane."""
 
 HALF_TURN = 180.0
-"""Turn about N, degrees, that maps the two inclined planes on each other."""
+"""Rotation about N, degrees, that maps the two inclined planes on each other."""
 
 
 @dataclass(frozen=True)
 class History:
-    """Where an interface is: (alpha, signed slip s_di) of every plane, separation (s_N, s_T), damage, and
+    """History of an interface: (alpha, signed slip s_di) of every plane, separation (s_N, s_T), damage, and
     energies per unit area (stored, rupture, friction, work)."""
 
     planes: tuple[tuple[float, float], ...]
@@ -44,14 +44,14 @@ class PlanarResponse:
 
 
 def virgin(planes: Planes) -> History:
-    """Undamaged planes at rest."""
+    """History of virgin planes."""
     return History(((0.0, 0.0),) * len(planes))
 
 
 def trapezoid(theta_deg: float, flat: float = 1.0 / 3.0, turn_deg: float = 0.0) -> Planes:
-    """A flat plane of share `flat`, two inclined by theta_deg either way share the rest; Table 1 by default.
+    """Flat plane of weight `flat` and two planes inclined by theta_deg and -theta_deg; Table 1 by default.
 
-    Raises ValueError for a share outside 0 to 1 and for a turn about N that leaves the plane.
+    Raises ValueError for a weight outside 0 to 1 and for a rotation about N that leaves the 2D plane.
     """
     if not 0.0 <= flat <= 1.0:
         raise ValueError(f"flat = {flat!r}: expected 0 <= flat <= 1")
@@ -107,7 +107,7 @@ def update(
 def _plane(
     parameters: Parameters, s_n: float, s_t: float, alpha_old: float, slip_old: float
 ) -> tuple[float, float, float, float, tuple[float, float, float, float]]:
-    """One plane: sigma_n, tau, alpha, s_di and the local tangent (nn, nt, tn, tt)."""
+    """Result of one plane: sigma_n, tau, alpha, s_di and the local tangent (nn, nt, tn, tt)."""
     eta, mu, s0, s02 = parameters.eta, parameters.mu, parameters.s0, parameters.s02
     K_n, K_t = parameters.Kn, parameters.Kt
     closing = parameters.kc * K_n
@@ -189,10 +189,11 @@ def confined_slip(
     sigma_N: float,
     preload_increments: int = 20,
 ) -> list[PlanarResponse]:
-    """Responses for prescribed slips while sigma_N, applied first at zero slip, is held.
+    """Responses for prescribed slips under a constant sigma_N, which is applied first at zero slip.
 
-    s_N is the first root from the last one in the sign of (sigma_N - t_N), by a march and bisection; it stays
-    where it is in a continuum of dead states.  Raises ValueError where there is no equilibrium.
+    s_N is the first root from the last one in the sign of (sigma_N - t_N), by steps and bisection; it does
+    not change if fully damaged and open states are all equilibria.  Raises ValueError where there is no
+    equilibrium.
     """
     history = virgin(planes)
     s_N, rows = 0.0, []
@@ -210,7 +211,7 @@ def confined_slip(
 def _hold(
     parameters: Parameters, planes: Planes, s_N: float, s_T: float, sigma_N: float, history: History
 ) -> float:
-    """s_N at which t_N = sigma_N, the first from the s_N given in the sign of (sigma_N - t_N)."""
+    """First s_N with t_N = sigma_N from the given s_N on, in the direction of (sigma_N - t_N)."""
 
     def residual(x: float) -> float:
         return sigma_N - update(parameters, planes, x, s_T, history).traction[0]

@@ -1,15 +1,15 @@
 """Independent NumPy reference of the interface law of Albarella, Serpieri, Alfano and Sacco (2015).
 
-Written from the equations of the paper with the corrections listed in docs/theory.md, not from the Fortran
-library, so that the two can be compared.  Numbers in round brackets are the paper's equations.  Components
-are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are the user's consistent set.
-Finite asperity height and wear go beyond the paper: the damaged part of an inclined plane then lives on a
-curved facet (facet.py), while bond and damage stay those of the straight plane.
+The tests compare the library with this module.  It uses nothing of the library: it was written from the
+equations of the paper with the corrections listed in docs/theory.md.  Numbers in round brackets are equations
+of the paper.  Components are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are
+the user's consistent set.  Finite asperity height and wear go beyond the paper: the contact of an inclined
+plane is then a curved facet (facet.py), while bond and damage are those of the straight plane.
 
 A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 8 + 3 k entries: damage,
 stored, rupture and friction (with wear) per unit area, status, the three offsets of the separation, and then
 (alpha, s_dit, s_dih) of every plane.  With wear, (omega, frictional work) of every plane follow them.
-Zeros are a virgin point.  Floating-point types wider than double precision are kept.
+Zeros are a virgin point.  Floating-point types wider than double precision are preserved.
 """
 
 from __future__ import annotations
@@ -49,10 +49,9 @@ class Parameters:
     """Material parameters of one plane (Table 2); zero sigma02 or Gc2 means equal to the mode I value.
 
     sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
-    tau_v: relaxation time of the damage, 0: it follows at once; guard: damage of a plane stays where its
-    growth would give energy back; height: asperity height H, length, 0:
-    dilation never ends; W0: frictional work per unit area of a facet that wears it to 37 %, stress*length,
-    0: no wear.
+    tau_v: relaxation time of the damage, 0 for none; guard: the damage of a plane does not grow where the
+    rupture energy would decrease; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
+    work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear.
     Raises ValueError naming every value out of range.
     """
 
@@ -128,10 +127,10 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Response:
-    """Answer of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
+    """Result of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
 
-    Per plane (..., k): the branch of its damaged part (OPEN, STICK or SLIP), whether its damage grew, and the
-    energies that friction and wear took in the increment, per unit area of the plane.
+    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP), whether its damage grew, and the
+    energies dissipated by friction and wear in the increment, per unit area of the plane.
     """
 
     traction: Floats
@@ -163,10 +162,10 @@ class SlipHistory:
 
 
 def regular_pattern(sides: int, theta_deg: float, flat: float = 1.0 / 3.0, turn_deg: float = 0.0) -> Pattern:
-    """Flat plane (share flat) and `sides` equal planes inclined by theta_deg, turned about N, (41)-(43).
+    """Flat plane of weight `flat` and `sides` equal planes inclined by theta_deg, turned about N, (41)-(43).
 
-    Returns normals (k, 3) and weights (k,), flat plane first, as in Table 4.  Raises ValueError for a pattern
-    that cannot be.
+    Returns normals (k, 3) and weights (k,), flat plane first, as in Table 4.  Raises ValueError for values
+    out of range.
     """
     if sides != int(sides) or sides < 0 or sides == 1:
         raise ValueError(f"sides = {sides!r}: expected 0 or an integer from 2 on")
@@ -193,7 +192,7 @@ def regular_pattern(sides: int, theta_deg: float, flat: float = 1.0 / 3.0, turn_
 def listed_pattern(normals: ArrayLike, weights: ArrayLike) -> Pattern:
     """Planes given one by one: normals (k, 3), normalised here, and weights (k,), which must sum to 1.
 
-    The order is kept.  Raises ValueError for a normal that does not point up or weights that do not fit.
+    The order is preserved.  Raises ValueError for a normal with n_N <= 0 and for inadmissible weights.
     """
     normals = np.array(normals, dtype=float, ndmin=2)
     weights = np.array(weights, dtype=float, ndmin=1)
@@ -239,9 +238,8 @@ def update(
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is as long as ``virgin`` makes it; None means zero.  Leading axes are
-    independent points.  dt is the time the increment takes; without viscous damage (tau_v = 0) it has no
-    effect.  With the guard the energy Y that growing damage would give back is judged by the mean of start
-    and end.
+    independent points.  dt is the duration of the increment, which has an effect only if tau_v > 0.  The
+    guard uses the mean of the energy release Y at the start and at the end.
     """
     gamma = pattern[1]
     frame = frames(pattern[0])
@@ -268,7 +266,7 @@ def update(
     damage = alpha, slope
     traction, tangent = _assemble(parameters, frame, gamma, kinematics, damage, returned)
 
-    # Energies per unit area; the start of the increment is evaluated from the state that came in.
+    # Energies per unit area; the start of the increment is evaluated from the given state.
     strength_before = parameters.mu * alpha_old * _pressure(parameters, start.contact)
     strength = parameters.mu * alpha * _pressure(parameters, contact)
     friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - slip_old, axis=-1)
@@ -298,7 +296,7 @@ def replay(
 ) -> Response:
     """The law along a history S (T, ..., 3) of separations from a virgin point; T leads every field.
 
-    times (T,) are the ends of the increments, the first of which starts at 0; None: no time passes.
+    times (T,) are the ends of the increments, the first of which starts at 0; None: all durations are 0.
     """
     S = _floats(S)
     state = np.zeros((*S.shape[1:-1], len(virgin(pattern, parameters.wears))))
@@ -396,7 +394,7 @@ def _resolve(frame: Floats, s: Floats) -> Floats:
 def _traction(
     frame: Floats, gamma: Floats, alpha: Floats, undamaged: Floats, damaged: Floats, facet: Facet | None
 ) -> Floats:
-    """Traction (..., 3) of the interface from the local ones of the two parts of the planes, (3), (22)."""
+    """Traction (..., 3) of the interface from the local tractions of bond and contact, (3), (22)."""
     undamaged, damaged = (1.0 - alpha)[..., None] * undamaged, alpha[..., None] * damaged
     if facet is None:
         return np.einsum("k,kab,...ka->...b", gamma, frame, undamaged + damaged)
@@ -412,7 +410,7 @@ def _assemble(
     damage: tuple[Floats, Floats],
     friction: tuple[Floats, Floats, Floats, NDArray[np.int8]],
 ) -> tuple[Floats, Floats]:
-    """Traction (..., 3) and tangent (..., 3, 3) from the local separations and what they led to."""
+    """Traction (..., 3) and tangent (..., 3, 3) from the local separations, damage and friction."""
     s, contact, facet = kinematics
     alpha, damage_slope = damage
     tau_d, _, trial, branch = friction
@@ -438,22 +436,22 @@ def _assemble(
 def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float = 0.0) -> tuple[Floats, Floats]:
     """Damage of every plane by (24), (25), and its derivative with respect to the local separation.
 
-    With tau_v > 0 it is the root of tau_v (alpha - alpha_old) = dt (target - alpha), the target being the
-    damage of (7) without its history, and never below alpha_old.
+    With tau_v > 0 the damage solves tau_v (alpha - alpha_old) = dt (target - alpha), where target is the
+    damage of (7) without its history; the damage is never below alpha_old.
     """
     opening = np.maximum(s[..., 0], 0.0)
     scaled = np.stack(
         [opening / parameters.s0**2, s[..., 1] / parameters.s02**2, s[..., 2] / parameters.s02**2], axis=-1
     )
     r = np.sqrt(scaled[..., 0] * opening + (scaled[..., 1:] * s[..., 1:]).sum(-1))  # 1 + beta, (6)
-    beyond = np.maximum(r, 1.0)  # beta < 0 leaves the damage at its old value
+    beyond = np.maximum(r, 1.0)  # for beta < 0 the damage keeps its old value
     target = (beyond - 1.0) / beyond / parameters.eta
     slope = np.where(target < 1.0, 1.0 / (parameters.eta * beyond**3), 0.0)
     reached, share = np.minimum(1.0, target), 1.0
     if parameters.tau_v > 0.0:
         share = dt / (parameters.tau_v + dt)
         reached = (parameters.tau_v * alpha_old + dt * reached) / (parameters.tau_v + dt)
-    # below the target by more than rounding, so that a target that is met is no growth
+    # damage grows only if it was below the target by more than rounding
     growing = (np.minimum(1.0, target) > alpha_old) & (share > 0.0)
     alpha = np.where(growing, np.maximum(alpha_old, reached), alpha_old)
     slope = np.where(growing, share * slope, 0.0)
@@ -493,7 +491,7 @@ def _tangent(
 ) -> Floats:
     """Derivative (..., k, 3, 3) of the local traction (22) at constant damage, consistent with (30)-(39).
 
-    At s_n = 0 the closing side is taken, except that slip there has no coupling to s_n.
+    At s_n = 0 this is the derivative for closing, except that slip there has no coupling to s_n.
     """
     closing = parameters.kc * parameters.Kn
     out = np.zeros((*alpha.shape, 3, 3))
@@ -540,13 +538,13 @@ def _closing(parameters: Parameters, s: Floats) -> Floats:
     return 0.5 * parameters.kc * parameters.Kn * np.minimum(s[..., 0], 0.0) ** 2
 
 
-# --- slip under a held normal traction -----------------------------------
+# --- slip under a constant normal traction -------------------------------
 
 TOLERANCE = 1.0e-12
-"""Residual of the normal traction, as a share of sigma0 + |sigma_N|, at which equilibrium is accepted."""
+"""Accepted residual of the normal traction, as a fraction of sigma0 + |sigma_N|."""
 
 LARGE_MOVE = 10.0
-"""Change of s_N over the slip of a row beyond which it is an event: a snap, or a branch about to turn."""
+"""Change of s_N over the slip of a row beyond which the row has an event: a snap, or a fold is near."""
 
 
 def confined_slip(
@@ -560,9 +558,9 @@ def confined_slip(
     preload_time: float = 0.0,
     state: ArrayLike | None = None,
 ) -> SlipHistory:
-    """Slip (T,) prescribed along direction_deg in the Tx-Ty plane while the normal traction sigma_N is held.
+    """Slip (T,) prescribed along direction_deg in the Tx-Ty plane under a constant normal traction sigma_N.
 
-    sigma_N is first applied at zero slip in preload_increments equal parts (not rows of the result).
+    sigma_N is first applied at zero slip in preload_increments equal increments (not rows of the result).
     direction_deg and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
     the preload takes preload_time and times (T,) are those of the slips after it.  state is the state before
     the preload, without offset; None: virgin.  The test of Sections 4.1 and 4.2; docs/solver.md says which
@@ -595,8 +593,8 @@ def confined_slip(
 class _HeldPoint:
     """Points (lanes) whose tangential separation and normal traction are prescribed; unknown: s_N.
 
-    Newton with the consistent tangent, accepted only near the last root and on a rising branch; otherwise a
-    march from the last root in the sign of (sigma_N - t_N) to the first equilibrium.
+    Newton's method with the consistent tangent is accepted only near the last root and on a rising branch;
+    otherwise s_N moves in steps from the last root in the sign of (sigma_N - t_N) to the first equilibrium.
     """
 
     def __init__(
@@ -614,7 +612,7 @@ class _HeldPoint:
         self.events: list[tuple[int, int, str]] = []
 
     def advance(self, row: int, s_T: Floats, sigma_N: Floats) -> None:
-        """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium becomes NaN for good."""
+        """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium is NaN from then on."""
         alive = np.isfinite(self.s[:, 0])
         self.omega = _start(self.parameters, self.frame, self.s, self.state).omega
         s = np.concatenate([self.s[:, :1], s_T], axis=-1)
@@ -647,7 +645,7 @@ class _HeldPoint:
         return TOLERANCE * (self.parameters.sigma0 + np.abs(sigma_N))
 
     def _newton(self, s: Floats, sigma_N: Floats, lanes: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Newton iterations on the lanes given, in place on s[:, 0]; True where the root can be trusted."""
+        """Newton iterations on the given lanes, in place on s[:, 0]; True where the root is accepted."""
         shift = np.linalg.norm(s[lanes, 1:] - self.s[lanes, 1:], axis=-1)
         change = np.abs(sigma_N[lanes] - np.nan_to_num(self.traction[lanes, 0]))
         reach = 2.0 * shift + 10.0 * change / self.parameters.Kn
@@ -670,7 +668,7 @@ class _HeldPoint:
         return good & ~busy
 
     def _march(self, row: int, lane: int, s_T: Floats, sigma_N: float) -> float:
-        """First equilibrium met from the last s_N in the sign of the residual; NaN where there is none."""
+        """First equilibrium from the last s_N on, in the direction of the residual; NaN if there is none."""
         tolerance = float(self._tolerance(np.asarray(sigma_N)))
         old = self.s[lane]
 
@@ -683,10 +681,10 @@ class _HeldPoint:
         if r_here == 0.0:
             if self._normal(np.array([here, *s_T]), lane)[1] != 0.0:
                 return here
-            # A continuum of dead states (all planes open): the one with the smallest |s_N|.
+            # If fully damaged and open states are all equilibria, take the one with the smallest |s_N|.
             return 0.0 if residual(0.0) == 0.0 else _next_root(residual, 0.0, here)
         steepest = 1.0 / self.pattern[0][:, 0].min()
-        far = 2.0 * steepest * (self.parameters.sf + float(np.linalg.norm(s_T)))  # every plane open and dead
+        far = 2.0 * steepest * (self.parameters.sf + float(np.linalg.norm(s_T)))  # all planes open
         step = np.sign(r_here) * self.parameters.s0 / 50.0
         while (here <= far) if step > 0.0 else (here >= -1.0e6 * far):
             there = here + step
@@ -703,7 +701,7 @@ class _HeldPoint:
 
 
 def _next_root(residual: Callable[[float], float], start: float, end: float) -> float:
-    """Root next to start by bisection: residual not zero at start, zero or of the other sign at end."""
+    """Root nearest to start by bisection; the residual changes its sign between start and end."""
     sign = np.sign(residual(start))
     middle = 0.5 * (start + end)
     while middle not in (start, end):

@@ -1,4 +1,4 @@
-"""Command `asperity select`: the pattern that a scene needs, and the map of the planes needed."""
+"""Command `asperity select`: the pattern that a load case needs, and the map of the planes needed."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ PATIENCE = 2.0
 BAD_INPUT = 1
 
 FEW_PLANES = 5
-"""Patterns that missed the tolerance are shown up to so many planes, and the last of them."""
+"""Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
 
 KERNELS = (("UMAT", "umat", True), ("VUMAT", "block", False))
-"""Costs that are told: host, kernel of the benchmark, whether with tangent."""
+"""Costs in the report: host, kernel of the benchmark, whether with tangent."""
 
 MAP_TOLERANCES = (0.01, 0.001)
 MAP_MU = (0.0, 0.25, 0.5, 0.75)
@@ -58,8 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "case",
         nargs="?",
         type=Path,
-        metavar="SCENE.nml",
-        help="case of the driver: t_N, then slip under it; a sweep gives the stress range",
+        metavar="CASE.nml",
+        help="case file of the driver: t_N, then slip under it; a sweep gives the stress range",
     )
     parser.add_argument(
         "--tolerance",
@@ -71,28 +71,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--planar",
         action="store_true",
-        help="the surface is a ridge and slips across it, along the case's direction only",
+        help="the surface is a ridge and slips across it, along the direction of the case only",
     )
     parser.add_argument(
         "--bench",
         type=Path,
         metavar="BENCH.csv",
-        help="costs as written by bench --csv (default: a quick run now)",
+        help="costs from bench --csv (default: run bench --quick now)",
     )
     parser.add_argument(
-        "--map", action="store_true", help="instead of a case: planes needed over mu, theta and sigma_N"
+        "--map",
+        action="store_true",
+        help="instead of a case: draw the planes needed over mu, theta and sigma_N",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="of the map, .png or .pdf; a CSV goes beside it"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="picture of the map, .png or .pdf; a CSV is written beside it",
     )
     parser.set_defaults(action=_run)
 
 
 def read_scene(path: Path, planar: bool = False) -> Scene:
-    """Scene of a case of the driver; a sweep may give several sigma_N or directions.
+    """Load case from a case file of the driver; a sweep may give several sigma_N or directions.
 
-    Raises ValueError with the driver's messages, and for a case that is no slip under a held t_N; a
-    ModelWarning tells of a soft contact.
+    Raises ValueError with the messages of the driver, and for a case that is no slip under a constant t_N; a
+    ModelWarning reports a soft contact.
     """
     tests = list(slip_tests(read_case(path)))
     first = tests[0]
@@ -102,13 +108,13 @@ def read_scene(path: Path, planar: bool = False) -> Scene:
         )
     if first.pattern.m < 0:
         raise ValueError(
-            f"{path}: &pattern: expected sides, theta and flat, listed planes are a choice already"
+            f"{path}: &pattern: expected sides, theta and flat; with listed planes there is nothing to select"
         )
     turns = _turns(first)
     if len(turns) == 0 or any(_turns(test) != turns for test in tests):
         raise ValueError(f"{path}: expected &step with t_N, then with slip, the same path in every run")
     if planar and any(test.direction != first.direction for test in tests):
-        raise ValueError(f"{path}: expected one direction for a planar scene")
+        raise ValueError(f"{path}: expected one direction for a planar load case")
     warn_if_soft(first.material, first.pattern, min(test.sigma_N for test in tests))
     return Scene(
         first.material,
@@ -122,7 +128,7 @@ def read_scene(path: Path, planar: bool = False) -> Scene:
 
 
 def _turns(test: SlipTest) -> tuple[float, ...]:
-    """Slips at which a path turns round, and its last one."""
+    """Slips at the reversals of a path, and its last slip."""
     path = np.concatenate([[0.0], test.slips])
     path = path[np.concatenate([[True], np.diff(path) != 0.0])]
     ways = np.sign(np.diff(path))
@@ -132,7 +138,7 @@ def _turns(test: SlipTest) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class Costs:
-    """Nanoseconds per point and update over the number of planes: a straight line through the benchmark."""
+    """Nanoseconds per point and update over the number of planes: a line fitted to the benchmark."""
 
     lines: dict[str, tuple[float, float]]
 
@@ -150,7 +156,7 @@ def read_costs(path: Path | None) -> Costs:
 
 
 def _line(timings: list[Timing], kernel: str, tangent: bool, source: str) -> tuple[float, float]:
-    """Least relative squares of a constant and a slope."""
+    """Constant and slope by least squares of the relative errors."""
     rows = [
         (t.planes, t.ns_per_point)
         for t in timings
@@ -164,19 +170,19 @@ def _line(timings: list[Timing], kernel: str, tangent: bool, source: str) -> tup
 
 
 def _run(options: argparse.Namespace) -> int:
-    """A scene or the map."""
+    """Select a pattern for a load case, or draw the map."""
     if options.map:
         if options.case is not None:
             raise ValueError(f"--map: expected without {options.case}")
         return _map(options.output or Path("select.png"))
     if options.case is None:
-        raise ValueError("expected SCENE.nml or --map")
+        raise ValueError("expected CASE.nml or --map")
     if options.output is not None:
         raise ValueError(f"-o {options.output}: expected with --map only")
     with shown_warnings():
         scene = read_scene(options.case, options.planar)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # told already
+        warnings.simplefilter("ignore", ModelWarning)  # already reported
         costs = read_costs(options.bench)
         with _progress("pattern", REFERENCE_SIDES) as bar:
             try:
@@ -192,13 +198,13 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def report(answer: Selection, costs: Costs) -> str:
-    """What was asked, tried and found, and the line to paste."""
+    """Text of the load case, the candidates, the selected pattern, and its line of PROPS."""
     scene = answer.scene
     path = " to ".join(f"{slip:g}" for slip in (0.0, *scene.turns))
     where = f"along {scene.direction:g} degrees, across a ridge" if scene.planar else "in any direction"
     lines = [
-        f"scene      sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
-        f"surface    theta {scene.theta:g} degrees, flat share {scene.flat:g}, mu {scene.material.mu:g}",
+        f"load case  sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
+        f"surface    theta {scene.theta:g} degrees, flat fraction {scene.flat:g}, mu {scene.material.mu:g}",
         f"reference  {answer.reference}, good to {answer.uncertainty:.1e}; tolerance {answer.tolerance:g}",
         *(
             f"lost       sigma_N {held:g}: no equilibrium beyond a path of {length:.3g}, compared up to there"
@@ -230,7 +236,7 @@ def _row(name: str, planes: int, errors: Errors) -> str:
 
 @contextmanager
 def _progress(unit: str, total: int) -> Iterator[tqdm]:
-    """A progress bar on what takes longer than PATIENCE, on a terminal."""
+    """Progress bar on a terminal for tasks that take longer than PATIENCE."""
     bar = tqdm(total=total, unit=unit, delay=PATIENCE, disable=None, leave=False)
     try:
         yield bar
@@ -239,7 +245,7 @@ def _progress(unit: str, total: int) -> Iterator[tqdm]:
 
 
 def planes_needed(scene: Scene, tolerances: tuple[float, ...]) -> list[Candidate | None]:
-    """First candidate that meets each tolerance in search and check; None: none does."""
+    """First candidate that meets each tolerance in search and check, or None."""
     search = Search(scene)
     found: list[Candidate | None] = [None] * len(tolerances)
     for name, sides, pattern in patterns(scene):
@@ -258,7 +264,7 @@ def planes_needed(scene: Scene, tolerances: tuple[float, ...]) -> list[Candidate
 
 
 def _map(output: Path) -> int:
-    """Picture and CSV over mu, theta and sigma_N."""
+    """Write picture and CSV over mu, theta and sigma_N."""
     if output.suffix not in (".png", ".pdf"):
         raise ValueError(f"{output}: expected a name that ends in .png or .pdf")
     rows = []
@@ -281,7 +287,7 @@ def _map(output: Path) -> int:
 
 
 def _draw_map(rows: list[tuple[float, float, float, list[Candidate | None]]], output: Path) -> None:
-    """Planes needed as numbers on colours; a row of panels for each tolerance."""
+    """Draw the planes needed as numbers on colours, with a row of panels for each tolerance."""
     from ..plots import plt
 
     most = REFERENCE_SIDES + 1

@@ -1,8 +1,8 @@
-"""The cheapest pattern that a scene needs: regular patterns against a dense one of the same surface.
+"""Search for the cheapest pattern of a load case: regular patterns against a fine one of the same surface.
 
-A scene is a range of normal tractions and a slip path on a surface.  The surface is isotropic (planes of one
-inclination in every azimuth, slip in any direction) or planar: a ridge that slips across.  The page is
-docs/how-to/select.md.
+A load case (class Scene) is a range of normal tractions and a slip path on a surface.  The surface is
+isotropic (planes of one inclination in every azimuth, slip in any direction) or planar (a ridge with slip
+across it).  docs/how-to/select.md describes the command.
 """
 
 from __future__ import annotations
@@ -20,50 +20,53 @@ from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
 from ..oracle import planar
-from ..oracle.reference import Parameters
+from ..oracle.compare import parameters_of
 from ..pattern import Pattern, direction_vector
 from ..slip_curves import slip_curves
 
 REFERENCE_SIDES = 64
-"""Sides of the dense pattern; its mean over directions is the reference."""
+"""Sides of the fine pattern, whose mean over directions is the reference."""
 
 SEARCH_AVERAGE = (1.0 / 12.0, 3.0 / 12.0, 5.0 / 12.0)
 CHECK_AVERAGE = (1.0 / 16.0, 3.0 / 16.0, 5.0 / 16.0, 7.0 / 16.0)
-"""Directions of the reference as shares of the angle between two planes, of which half is all there is: the
-midpoint rule for the mean over all directions, for the search and the check."""
+"""Directions of the reference as fractions of the angle between two planes, for the search and the check.
+
+By symmetry half of this angle is enough; the mean over all directions is by the midpoint rule.
+"""
 
 SEARCH = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Directions of the search as shares of the way from a plane of symmetry of the pattern to the next."""
+"""Directions of the search as fractions of the angle between neighbouring planes of symmetry."""
 
 CHECK = (0.0, 0.09, 0.19, 0.31, 0.42, 0.58, 0.69, 0.81, 0.91, 1.0)
-"""Directions of the check, others but for the ends."""
+"""Directions of the check: none of the search's except both ends."""
 
 STEP = 1.0 / 80.0
-"""Increment of the search as a multiple of s_f (the paper's at Table 2)."""
+"""Increment of the search as a multiple of s_f (that of the paper for Table 2)."""
 
 FINER = 1.7
-"""The check has so many times the increments."""
+"""Factor from the increments of the search to those of the check."""
 
 LEAST_ROWS, MOST_ROWS = 60, 4000
-"""Increments of a path."""
+"""Smallest and largest number of increments of a path."""
 
 PRELOAD = 50
 """Increments of the preload."""
 
 DEAD = 1.0 - 1.0e-9
-"""Damage of the reference at the end from which on the residual strength counts."""
+"""The residual strength counts if the damage of the reference at the end is at least this."""
 
 Tick = Callable[[str], object]
-"""Called with the name of a pattern before it is run, for a progress bar."""
+"""Function that is called with the name of a pattern before its run, for a progress bar."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Where an interface is used: material, surface, stress range and slip path.
+    """Load case of an interface: material, surface, stress range and slip path.
 
-    theta, flat: inclination (degrees) and flat share of the surface; sigma_N: normal tractions that are held,
-    stress; turns: slips in turn from 0, length (one: monotonic).  planar: the surface is a ridge that slips
-    along `direction` (degrees) alone, else it slips in any direction.  Raises ValueError naming what is bad.
+    theta, flat: inclination (degrees) and flat fraction of the surface; sigma_N: constant normal tractions,
+    stress; turns: slips at the reversals and at the end of a path from 0, length (one: monotonic).  planar:
+    whether the surface is a ridge with slip along `direction` (degrees) only; otherwise slip has any
+    direction.  Raises ValueError that names every inadmissible value.
     """
 
     material: Material
@@ -75,10 +78,10 @@ class Scene:
     direction: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check what pattern and material do not."""
+        """Check the values that pattern and material do not check."""
         self.regular(REFERENCE_SIDES)
         if self.material.tau_v > 0.0:
-            raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, a scene has no rate")
+            raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, because a load case has no rate")
         if not np.isfinite(self.direction):
             raise ValueError(f"direction = {self.direction!r}: expected a finite angle")
         for name, values in (("sigma_N", self.sigma_N), ("turns", self.turns)):
@@ -89,20 +92,20 @@ class Scene:
 
     @property
     def cyclic(self) -> bool:
-        """Whether the slip turns round."""
+        """Whether the slip has a reversal."""
         return len(self.turns) > 1
 
     @property
     def smooth(self) -> bool:
-        """Whether the surface is a plane."""
+        """Whether the surface is flat."""
         return self.theta == 0.0 or self.flat == 1.0
 
     def regular(self, sides: int, turn: float = 0.0) -> Pattern:
-        """Regular pattern of the surface, 0 sides: the flat plane."""
+        """Regular pattern of the surface; 0 sides give the flat plane."""
         return Pattern.regular(sides, self.theta if sides else 0.0, self.flat, turn)
 
     def slips(self, finer: float = 1.0) -> Floats:
-        """Path in even increments of at most STEP s_f, within LEAST_ROWS and MOST_ROWS."""
+        """Path in equal increments of at most STEP s_f, with LEAST_ROWS to MOST_ROWS rows."""
         ways = np.diff([0.0, *self.turns])
         length = np.abs(ways).sum()
         rows = finer * np.clip(length / (STEP * self.material.s_f), LEAST_ROWS, MOST_ROWS)
@@ -117,10 +120,10 @@ class Scene:
 class Errors:
     """Largest errors over directions and normal tractions, relative to the reference.
 
-    tau_L, transverse: L2 over the path of the traction along the slip less the reference's, and of the one
-    across, over that of the reference's along it.  s_N: L2 of the dilation less the reference's over the
-    larger of the reference's and s0.  residual: of the strength of the dead interface (closed form), 0 where
-    the scene does not come to it.  NaN: not run, as another one was too large.
+    tau_L, transverse: L2 norms over the path of the error of the traction along the slip and across it, over
+    the L2 norm of the reference traction along the slip.  s_N: L2 norm of the error of the dilation over the
+    larger of that of the reference and s0.  residual: error of the residual strength (closed form), 0 where
+    the load case does not reach this strength.  NaN: not computed, because another error was too large.
     """
 
     tau_L: float = 0.0
@@ -130,17 +133,17 @@ class Errors:
 
     @property
     def worst(self) -> float:
-        """Largest of them."""
+        """Largest of the errors."""
         return float(np.nanmax([getattr(self, field.name) for field in fields(self)]))
 
     def joined(self, other: Errors) -> Errors:
-        """The larger of each."""
+        """Larger of two values of each error."""
         return Errors(*(float(np.fmax(getattr(self, f.name), getattr(other, f.name))) for f in fields(self)))
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A pattern and its errors in the search."""
+    """Pattern and its errors in the search."""
 
     name: str
     pattern: Pattern
@@ -152,9 +155,9 @@ class Candidate:
 class Selection:
     """The cheapest pattern that meets a tolerance.
 
-    errors: the larger of those of the search and of the independent check.  uncertainty: how far the
-    reference is from its mean over other directions (planar: from the 2D law), part of what was held against
-    the tolerance.  tried: the candidates in their order.
+    errors: the larger ones of the search and of the independent check.  uncertainty: difference between the
+    reference and its mean over other directions (planar: from the 2D law), which counts as a part of the
+    error.  tried: the candidates in their order.
     """
 
     scene: Scene
@@ -167,15 +170,15 @@ class Selection:
     reference: str
     tried: tuple[Candidate, ...]
     lost: tuple[tuple[float, float], ...] = ()
-    """sigma_N and length of path at which the reference loses equilibrium; nothing beyond counts."""
+    """sigma_N and length of path at which the reference loses equilibrium; nothing beyond is compared."""
 
     @property
     def interface(self) -> Interface:
-        """The law to use."""
+        """Interface with the selected pattern."""
         return Interface(self.scene.material, self.pattern)
 
     def props(self) -> Floats:
-        """PROPS up to the last one that is not its default."""
+        """PROPS up to the last one that differs from its default."""
         props = self.interface.props()
         defaults = [row.default for row in contract.props_table()]
         last = max(i for i, value in enumerate(props) if defaults[i] is None or value != defaults[i])
@@ -192,7 +195,7 @@ class NoPatternError(ValueError):
 
 
 class Curves(NamedTuple):
-    """Curves of a pattern under one normal traction: directions, then slips; rows: that converged."""
+    """Curves of a pattern under one normal traction over directions, then slips; rows: number converged."""
 
     tau_L: Floats
     tau_across: Floats
@@ -202,10 +205,10 @@ class Curves(NamedTuple):
 
 
 class DenseRun:
-    """The dense pattern along a path: mean curves over directions; planar: the three planes themselves."""
+    """Reference along a path: mean curves of the fine pattern over directions; planar: the three planes."""
 
     def __init__(self, scene: Scene, finer: float = 1.0, average: Sequence[float] = SEARCH_AVERAGE) -> None:
-        """Run it in increments so many times finer, in directions that are shares of its pitch."""
+        """Run refined increments in directions that are fractions of the angle between planes."""
         self.scene = scene
         self.slips = scene.slips(finer)
         if scene.planar:
@@ -233,7 +236,7 @@ class DenseRun:
 
     @property
     def lost(self) -> tuple[tuple[float, float], ...]:
-        """sigma_N and length of path at which equilibrium ends before the path does."""
+        """sigma_N and length of path at which equilibrium is lost before the end of the path."""
         length = np.cumsum(np.abs(np.diff(self.slips, prepend=0.0)))
         return tuple(
             (held, float(length[rows - 1]))
@@ -242,7 +245,7 @@ class DenseRun:
         )
 
     def mean_error(self, other: DenseRun) -> float:
-        """Distance from another one's mean curves, of the same increments."""
+        """Difference from the mean curves of another reference with the same increments."""
         zero = np.zeros((1, self.slips.size))
         means = [
             Curves(tau[None], zero, s_N[None], zero, np.array([n], dtype=np.int32))
@@ -268,7 +271,7 @@ class DenseRun:
         total = Errors()
         for k, run in enumerate(runs):
             n = self.rows[k]
-            # an equilibrium that ends elsewhere is no small error
+            # a pattern that loses equilibrium elsewhere has no small error
             if np.any(np.abs(run.rows - n) > max(1, 0.01 * self.slips.size)):
                 return Errors(1.0, 1.0, 1.0)
             n = min(n, run.rows.min())
@@ -288,7 +291,7 @@ class DenseRun:
 
 
 def residual_error(scene: Scene, sides: int) -> float:
-    """Residual strength between two planes of a regular pattern, less that up a plane, relative to this."""
+    """Relative difference of the residual strengths between two planes and up a plane."""
     if scene.smooth:
         return 0.0
     material = scene.material
@@ -300,7 +303,7 @@ def residual_error(scene: Scene, sides: int) -> float:
 
 
 def patterns(scene: Scene) -> Iterator[tuple[str, int, Pattern]]:
-    """Candidates in the order of their planes: name, sides, pattern."""
+    """Candidates by increasing number of planes: name, sides, pattern."""
     yield "flat", 0, scene.regular(0)
     if scene.smooth:
         return
@@ -316,14 +319,14 @@ def planes_of(pattern: Pattern) -> int:
 
 
 def directions(scene: Scene, sides: int, shares: Sequence[float]) -> Floats:
-    """Directions to run a pattern in, degrees: from a plane of symmetry to the next, where all differ."""
+    """Directions in which a pattern is run, degrees: from a plane of symmetry to the next."""
     if scene.planar:
         return np.array([scene.direction])
     return np.array([0.0]) if sides == 0 else 180.0 / sides * np.array(shares)
 
 
 class Search:
-    """Errors of the candidates of a scene: reference and check are run once."""
+    """Errors of the candidates of a load case; reference and check are run once."""
 
     def __init__(self, scene: Scene) -> None:
         """Run the reference."""
@@ -332,18 +335,18 @@ class Search:
 
     @cached_property
     def check(self) -> DenseRun:
-        """The reference of the check: finer increments, other directions."""
+        """Reference of the check, with finer increments and other directions."""
         return DenseRun(self.scene, FINER, CHECK_AVERAGE)
 
     @cached_property
     def uncertainty(self) -> float:
-        """How far the reference is from its mean over other directions; planar scenes: from the 2D law."""
+        """Difference between the reference and its mean over other directions; planar: from the 2D law."""
         if self.scene.planar:
             return max(_distance_from_2d_law(self.check, k) for k in range(len(self.scene.sigma_N)))
         return self.dense.mean_error(DenseRun(self.scene, 1.0, CHECK_AVERAGE))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
-        """Errors of a pattern; those of its curves are NaN if the residual strength is off by over `most`."""
+        """Errors of a pattern; NaN for its curves if the error of the residual strength is above `most`."""
         exact = self.scene.planar and sides == 2
         left = residual_error(self.scene, sides) if self.dense.dead and not exact else 0.0
         if self.scene.planar and sides == 0 and self.dense.dead:
@@ -360,10 +363,10 @@ class Search:
 
 
 def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Selection:
-    """The pattern with the fewest planes whose errors, with the reference's uncertainty, meet the tolerance.
+    """Pattern with the fewest planes whose errors plus the uncertainty of the reference meet the tolerance.
 
-    Every answer has met it in a second run in other directions with finer increments.  tolerance: relative,
-    0 < tolerance < 1.  Raises ValueError for another one, and NoPatternError where no candidate meets it.
+    A second run in other directions with finer increments confirms every result.  tolerance: relative,
+    0 < tolerance < 1.  Raises ValueError for another tolerance, NoPatternError if no candidate meets it.
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
@@ -392,7 +395,7 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
             tuple(tried),
             search.dense.lost,
         )
-    # where the residual strength ruled patterns out their curves were not run
+    # patterns that the residual strength excludes have no curves
     finest = search.candidate(*list(patterns(scene))[-1])
     best = min(
         [one for one in tried if one.errors.worst <= tolerance] + [finest], key=lambda one: one.errors.worst
@@ -410,20 +413,18 @@ def _largest(curves: Floats) -> float:
 
 
 def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
-    """Largest distance of the three-plane pattern's tractions from the 2D law's along its separations.
+    """Largest difference between the tractions of the three-plane pattern and of the 2D law.
 
-    Relative to the largest of them; each follows the equilibrium itself.
+    The difference is relative to the largest traction; each law follows the equilibrium itself.
     """
     scene = dense.scene
-    m = scene.material
     n, held = dense.rows[k], scene.sigma_N[k]
     if n < 1:
         return 0.0
-    parameters = Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc or 1.0)
     history = dense.interface.confined_slip(scene.direction, dense.slips[:n], held, PRELOAD)
     e = direction_vector(scene.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
     planes = planar.trapezoid(scene.theta, scene.flat)
-    rows = planar.confined_slip(parameters, planes, slip.tolist(), held, PRELOAD)
+    rows = planar.confined_slip(parameters_of(scene.material), planes, slip.tolist(), held, PRELOAD)
     other = np.array([row.traction[1] for row in rows])
     return float(np.abs(other - tau).max() / np.abs(tau).max())

@@ -1,6 +1,7 @@
-"""Work-precision studies: error against measured cost, from real runs.
+"""Work-precision studies: error against measured cost.
 
-Increments (step size), planes (pattern), precision (single or double).  Parameters of Table 2, mm and MPa.
+The studies vary increments (step size), planes (pattern), precision (single or double) and tangents.  The
+parameters are those of Table 2, in mm and MPa.
 """
 
 from __future__ import annotations
@@ -28,17 +29,17 @@ SLIP = 0.6
 """Slip of a monotonic path, mm."""
 
 AMPLITUDE = 0.4
-"""Amplitude of a cycle, mm: 0, +, -, +."""
+"""Amplitude A of a cycle 0, +A, -A, +A, mm."""
 
 PRELOAD = 4
-"""Increments of the preload: it slides each plane in one direction, so that few are exact."""
+"""Increments of the preload. Each plane slides in one direction only, so a few increments are exact."""
 
 Tick = Callable[[], object]
 """Called after each piece of work, for a progress bar."""
 
 
 def material(mu: float = 0.5) -> Material:
-    """Table 2, with another friction coefficient."""
+    """Material of Table 2 with another friction coefficient."""
     return Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=mu)
 
 
@@ -58,14 +59,14 @@ PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": c
 """Paths by name."""
 
 TURNS = {"monotonic": (SLIP,), "cyclic": (AMPLITUDE, -AMPLITUDE, AMPLITUDE)}
-"""Their turning points, mm."""
+"""Reversals and end of each path, mm."""
 
 
 Result = TypeVar("Result")
 
 
 def timed(run: Callable[[], Result], repeats: int) -> tuple[Result, float]:
-    """Result and shortest processor time of a run on one thread, s."""
+    """Result of a run on one thread, and its shortest processor time, s."""
     best = np.inf
     for _ in range(repeats):
         start = time.process_time()
@@ -75,13 +76,13 @@ def timed(run: Callable[[], Result], repeats: int) -> tuple[Result, float]:
 
 
 def relative(error: Floats, reference: Floats) -> float:
-    """Largest over the curves of the L2 norm of an error relative to that of the reference."""
+    """Largest ratio, over the curves, of the L2 norm of the error to that of the reference."""
     size = np.sqrt(np.nansum(reference**2, axis=-1))
     return float(np.max(np.sqrt(np.nansum(error**2, axis=-1)) / size))
 
 
 def largest(error: Floats, reference: Floats) -> float:
-    """Largest error relative to the largest of the reference."""
+    """Largest error over the largest value of the reference."""
     return float(np.abs(error).max() / np.abs(reference).max())
 
 
@@ -90,10 +91,10 @@ def largest(error: Floats, reference: Floats) -> float:
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one curve: largest of tau_L and s_N over its rows, and of the work, relative to the largest.
+    """Errors of one curve: largest of tau_L and s_N over its rows, and of the work, over the largest value.
 
-    line: of tau_L by straight lines between the rows, as it is drawn.  seconds: for the curve.  tolerance: of
-    adaptive increments, 0 for fixed ones.
+    line: error of tau_L with straight lines between the rows.  seconds: time for the curve.  tolerance: of
+    adaptive increments, 0 for fixed increments.
     """
 
     path: str
@@ -114,21 +115,21 @@ STEP_TOLERANCES = tuple(10.0 ** -(k / 2.0) for k in range(3, 11))
 """Tolerances of adaptive increments."""
 
 TIMES = 8
-"""Curves of a run that is timed: the call itself takes as long as 100 increments."""
+"""Number of curves in a timed run; the call itself takes as long as 100 increments."""
 
 FINER = 8
-"""The reference has so many times the increments of the finest run."""
+"""Factor from the increments of the finest run to those of the reference."""
 
 STEP_DIRECTION = 20.0
-"""Direction of slip, degrees: no plane of symmetry of RP-4."""
+"""Direction of slip, degrees, which is no plane of symmetry of RP-4."""
 
 ROOM = 8192
-"""Rows of adaptive increments there is room for."""
+"""Largest number of rows of adaptive increments."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """A curve over the way of the slip (T,), mm, from 0 on; work at its end."""
+    """Curve over the length of the slip path (T,), mm, from 0 on; work at its end."""
 
     way: Floats
     tau_L: Floats
@@ -142,7 +143,7 @@ def step_errors(
     repeats: int = 3,
     tick: Tick = lambda: None,
 ) -> Iterator[StepError]:
-    """Errors of RP-4, 30 degrees, against the number of fixed increments and against adaptive ones."""
+    """Errors of RP-4, 30 degrees, with fixed and with adaptive increments."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
     for path, slips in PATHS.items():
         for sigma_N in SIGMA_N:
@@ -161,13 +162,13 @@ def step_errors(
 
 
 def _fixed(interface: Interface, slips: Floats, sigma_N: float, times: int) -> _Path:
-    """The same curve several times."""
+    """Curves of a timed run, which computes the same curve several times."""
     curve = slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, threads=1)
     return _Path(_way(slips), curve.tau_L[0], curve.s_N[0], float(curve.work[0, -1]))
 
 
 def _adaptive(interface: Interface, turns: Sequence[float], sigma_N: float, tolerance: float) -> _Path:
-    """Adaptive increments, without what Python makes of the rows."""
+    """Adaptive increments by the compiled routine, without the conversion of the rows in Python."""
     separation, traction = np.empty((ROOM, 3)), np.empty((ROOM, 3))
     state, work = np.empty((ROOM, interface.nstatv)), np.empty(ROOM)
     rows, reached, status, message = _core.interface_adaptive_slip(
@@ -190,7 +191,7 @@ def _way(s_L: Floats) -> Floats:
 def _step_error(
     path: str, sigma_N: float, tolerance: float, seconds: float, run: _Path, reference: _Path
 ) -> StepError:
-    """Errors of a run against a dense one; before the first slip tau_L is zero."""
+    """Errors of a run compared with a run in fine increments; before the first slip tau_L is zero."""
     tau_L, s_N = (np.interp(run.way, reference.way, y) for y in (reference.tau_L, reference.s_N))
     line = np.interp(reference.way, np.append(0.0, run.way), np.append(0.0, run.tau_L))
     return StepError(
@@ -211,7 +212,7 @@ def _step_error(
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A pattern in a family; `sides` is the order of its symmetry, planes counts all of them."""
+    """Pattern of a family; sides: order of its symmetry; planes: number of all planes."""
 
     family: str
     sides: int
@@ -220,35 +221,35 @@ class Candidate:
 
     @property
     def directions(self) -> Floats:
-        """Directions from one plane of symmetry to the next, degrees: no other is different."""
+        """Directions from one plane of symmetry to the next, degrees; all others are equivalent to these."""
         return np.linspace(0.0, 180.0 / self.sides, DIRECTIONS)
 
 
 DIRECTIONS = 9
-"""Directions in which a pattern is slid."""
+"""Number of slip directions of a pattern."""
 
 FLAT = 1.0 / 3.0
-"""Share of the flat plane, as in Table 4."""
+"""Weight of the flat plane, as in Table 4."""
 
 REFERENCE_SIDES = 64
-"""Sides of the reference; its own spread is RESIDUAL(64), 0.09 % at 30 degrees, mu 0.5."""
+"""Sides of the reference; its spread over directions is 0.09 % at 30 degrees and mu = 0.5."""
 
 EVEN = (4, 6, 8, 10, 12, 16, 24, 32, 48, 64)
 ODD = (3, 5, 7, 9, 11, 13, 17, 25, 33, 49, 63)
 RINGS = (3, 4, 5, 6, 8, 12, 16)
 
 STAGGER = (2.5, 5.0)
-"""Differences of the inclinations of two rings from that of the reference, degrees; 0 is RP-2m."""
+"""Differences of the inclinations of two rings from that of the reference, degrees; 0 gives RP-2m."""
 
 
 def regular(sides: int, theta: float) -> Candidate:
-    """RP-m of the reference's inclination."""
+    """RP-m with the inclination of the reference."""
     family = "even" if sides % 2 == 0 else "odd"
     return Candidate(family, sides, sides + 1, Pattern.regular(sides, theta, FLAT))
 
 
 def two_rings(sides: int, theta: float, difference: float) -> Candidate:
-    """m planes at theta + difference and m at theta - difference, turned by 180/m: the cost of RP-2m."""
+    """m planes at theta + difference and m at theta - difference, rotated by 180/m; they cost as RP-2m."""
     normals, weights = [(1.0, 0.0, 0.0)], [FLAT]
     for k in range(2 * sides):
         angle = np.pi * k / sides
@@ -265,14 +266,14 @@ def candidates(theta: float) -> list[Candidate]:
 
 
 def residual_spread(sides: int, theta: float, mu: float) -> float:
-    """Residual strength up a plane over that between two planes, minus 1."""
+    """Ratio of the residual strengths up a plane and between two planes, minus 1."""
     facing, between = material(mu).residual_strength(theta, [0.0, 180.0 / sides])
     return float(facing / between - 1.0)
 
 
 @dataclass(frozen=True)
 class PlaneError:
-    """Errors of a pattern against RP-64 of the same flat share, worst direction, and spreads over directions.
+    """Errors of a pattern against RP-64 of the same flat weight in the worst direction, and spreads.
 
     tau_L, across, s_N: L2 over the monotonic path relative to the reference's tau_L and s_N.  work: spread
     (largest over smallest, minus 1) of the work of that path, G_T at sigma_N = 0; loop: that of a closed
@@ -294,10 +295,10 @@ class PlaneError:
 
 
 PLANE_INCREMENTS = {"monotonic": 240, "cyclic": 800}
-"""Increments of 0.0025 mm; their error is about the same for all patterns and directions, and cancels."""
+"""Number of increments of 0.0025 mm; their error is about the same for all patterns and directions."""
 
 ENERGY_TOLERANCE = 1.0e-5
-"""Change by the last halving of the steps at which G_T counts as converged, over Gc."""
+"""G_T counts as converged if the last halving of the steps changes it by at most this fraction of Gc."""
 
 
 def plane_errors(
@@ -336,7 +337,7 @@ def plane_errors(
                 relative(curves.tau_L - tau, everywhere),
                 relative(curves.tau_across, everywhere),
                 relative(curves.s_N - s_N, np.tile(s_N, (len(angles), 1))),
-                # at sigma_N = 0 the increments of the curves leave more than many planes do
+                # at sigma_N = 0 the error of the increments exceeds the spread of fine patterns
                 _spread(curves.work[:, -1])
                 if sigma_N < 0.0
                 else fracture_energy(material(mu), candidate.pattern, angles, ENERGY_TOLERANCE).spread,
@@ -359,7 +360,7 @@ def _loops(curves: SlipCurves) -> Floats:
 
 
 def pareto(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Points (cost, error) that no other beats in both."""
+    """Pareto front: points (cost, error) such that no other point is smaller in both."""
     front: list[tuple[float, float]] = []
     for cost, error in sorted(points):
         if not front or error < front[-1][1]:
@@ -370,27 +371,27 @@ def pareto(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
 # --- tangents ---------------------------------------------------------------------------------------
 
 TANGENTS = ("consistent", "symmetrised", "secant", "start", "elastic", "numerical")
-"""Of newton.TANGENTS: those that are not mistakes."""
+"""Tangents of newton.TANGENTS without the wrong ones."""
 
 TANGENT_INCREMENTS = 60
-"""Increments of the path of the tangents' study, about where errors are 1e-3."""
+"""Increments of the path in the study of tangents, with errors of about 1e-3."""
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 13))
-"""Residuals over the strength plus the given traction."""
+"""Tolerances on the residual over the strength plus the prescribed traction."""
 
 MOST_ITERATIONS = 1000
-"""Iterations of an increment before it counts as failed."""
+"""Largest number of iterations of an increment."""
 
 SPRING = 1.0
-"""Stiffness of the springs that pull the interface along, over its own K."""
+"""Stiffness of the springs that shear the interface, over K."""
 
 
 @dataclass(frozen=True, eq=False)
 class TangentRun:
-    """A path solved by Newton's method with a tangent, without safeguards.
+    """Load path solved by Newton's method with a tangent, without safeguards.
 
     mean, most: iterations of an increment; updates: of the law; seconds: of the path; residuals: of the
-    increment of the path's middle; end: newton.ENDS.
+    increment in the middle of the path; end: one of newton.ENDS.
     """
 
     tangent: str
@@ -408,7 +409,7 @@ class TangentRun:
 def tangent_run(
     tangent: str, sigma_N: float, increments: int, tolerance: float, repeats: int = 5
 ) -> TangentRun:
-    """RP-4 under a held sigma_N, pulled along 20 degrees by springs: all three separations are unknown."""
+    """RP-4 under a constant sigma_N, sheared along 20 degrees by springs: three unknown separations."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
     spring = SPRING * material().K
     targets = np.zeros((PRELOAD + increments, 3))
@@ -444,7 +445,7 @@ WAYS = {
     2: "increments, added up (VUMAT)",
     3: "increments, compensated sums",
 }
-"""How the single-precision law gets its separation."""
+"""Ways in which the single-precision law receives the separation."""
 
 CYCLE_ROWS = 20000
 """Increments of a cycle of the long path."""
@@ -455,9 +456,9 @@ REPLAY = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """Error of the single-precision law against increments (R,): traction, friction, work, largest so far.
+    """Error of the single-precision law over the number of increments (R,); each is the largest so far.
 
-    traction: relative to the largest traction of the path; friction and work: of the sums, relative.
+    traction: over the largest traction of the path; friction and work: relative errors of the sums.
     """
 
     pattern: str
@@ -470,7 +471,7 @@ class Drift:
 
 
 def long_path(interface: Interface, sigma_N: float, increments: int, rows: int = CYCLE_ROWS) -> Floats:
-    """Separations (T, 3) of cycles along 20 degrees: those of a held sigma_N once, then the same again."""
+    """Separations (T, 3) of cycles along 20 degrees: one cycle under a constant sigma_N, repeated."""
     quarter = rows // 4
     slips = cycle(5 * quarter)
     curve = slip_curves(interface, STEP_DIRECTION, slips, sigma_N, PRELOAD)
@@ -497,7 +498,7 @@ def drifts(
     increments: int = REPLAY, rows: int = CYCLE_ROWS, sigma_N: float = -1.0, tick: Tick = lambda: None
 ) -> Iterator[Drift]:
     """Single against double precision along cycles, for the flat plane and RP-4."""
-    # not a divisor of a cycle, so that the rows meet every part of it
+    # not a divisor of the increments of a cycle, so that the rows lie all over the cycle
     stride = max(1, increments // 1000 - 3)
     for name, pattern in (("flat", Pattern.regular(0, 0.0)), ("RP-4", Pattern.regular(4, 30.0))):
         interface = Interface(material(), pattern)
@@ -534,15 +535,15 @@ SLIDE = 100_000
 """Increments of a long slide."""
 
 START = 1.0
-"""Slip from which the slide goes on, mm: everything is broken."""
+"""Slip at which the slide starts, mm: all planes are fully damaged there."""
 
 CARRIED = "increments, gap and elastic part carried"
-"""The dead planes with the state (s_n, s_T - s_di) instead of s and s_di."""
+"""Fully damaged planes with the state (s_n, s_T - s_di) instead of s and s_di."""
 
 
 @dataclass(frozen=True, eq=False)
 class Distance:
-    """Error of the traction against the slip (R,), mm, relative to the traction, largest so far."""
+    """Relative error of the traction over the slip (R,), mm; the largest error so far."""
 
     pattern: str
     way: str
@@ -574,10 +575,10 @@ def distances(
 
 
 def _carried(interface: Interface, s: Floats, state: Floats) -> Floats:
-    """Tractions (T - 1, 3) of broken planes from s[0] on, in single precision, by increments.
+    """Tractions (T - 1, 3) of fully damaged planes from s[0] on, in single precision, by increments.
 
-    The law of section 3 of docs/theory.md for alpha = 1, with s_T - s_di as the state and s_n summed up with
-    compensation.
+    This is the law of section 3 of docs/theory.md for alpha = 1, with s_T - s_di as the state and a
+    compensated sum for s_n.
     """
     kind = np.float32
     m, p = interface.material, interface.pattern

@@ -1,4 +1,4 @@
-"""Command `asperity chart accuracy`: work-precision charts, and their numbers in docs/results/accuracy.md."""
+"""Command `asperity chart accuracy`: work-precision charts and tables of docs/results/accuracy.md."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ STYLE = {
     "rings ±2.5°": (COLOURS[2], "^", False),
     "rings ±5°": (COLOURS[5], "v", False),
 }
-"""Colour, marker and whether it is filled, by family of patterns."""
+"""Colour, marker and whether the marker is filled, by family of patterns."""
 
 MATERIALS = [(theta, mu) for mu in (0.25, 0.5, 0.75) for theta in (15.0, 30.0, 45.0)]
-"""Inclination, degrees, and friction of the chart over both."""
+"""Pairs of inclination, degrees, and friction of the chart of materials."""
 
 MATERIALS_SIGMA_N = -5.0
-"""Normal traction of that chart, MPa."""
+"""Normal traction of the chart of materials, MPa."""
 
 AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
-"""Errors for which the tables say what is needed."""
+"""Target errors of the tables."""
 
 STUDIES = ("increments", "planes", "materials", "precision", "tangents")
-"""Parts of the chart, by the names of their markers."""
+"""Studies by the names of their markers."""
 
 
 def add_arguments(chart: argparse.ArgumentParser) -> None:
@@ -52,15 +52,17 @@ def add_arguments(chart: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder of the pictures (default: here)",
     )
-    chart.add_argument("--pdf", action="store_true", help="vector pictures (PDF) instead of PNG")
+    chart.add_argument("--pdf", action="store_true", help="write vector pictures (PDF) instead of PNG")
     chart.add_argument(
         "--page",
         type=Path,
         metavar="FILE.md",
         help="fill the numbers into a page, between markers such as <!-- accuracy-planes -->",
     )
-    chart.add_argument("--only", nargs="+", choices=STUDIES, metavar="STUDY", help=f"of {', '.join(STUDIES)}")
-    chart.add_argument("--quick", action="store_true", help="tiny sizes, for a test of the command")
+    chart.add_argument(
+        "--only", nargs="+", choices=STUDIES, metavar="STUDY", help=f"studies to run, of {', '.join(STUDIES)}"
+    )
+    chart.add_argument("--quick", action="store_true", help="very small sizes, for a test of the command")
     chart.set_defaults(action=_action)
 
 
@@ -99,7 +101,7 @@ def _log(ax: Axes, x_label: str, y_label: str) -> None:
 
 
 def _plain(axis: Axis) -> None:
-    """Labels 0.2, 0.5, 1, ... of an axis that spans little more than a decade."""
+    """Set the labels 0.2, 0.5, 1, ... on an axis that spans little more than a decade."""
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     axis.set_minor_formatter(NullFormatter())
@@ -155,11 +157,11 @@ COSTS = (
     ("seconds", "line", "time of a curve [s]", r"error of $\tau_L$, lines between rows"),
     ("seconds", "work", "time of a curve [s]", "error of the work"),
 )
-"""Cost and error of the columns that compare fixed and adaptive increments, with their labels."""
+"""Cost, error and labels of the columns that compare fixed and adaptive increments."""
 
 
 def _by_traction(ax: Axes, errors: Sequence[StepError], x: str, y: str, adaptive: bool = False) -> None:
-    """A line for each normal traction."""
+    """Draw a line for each normal traction."""
     for i, sigma_N in enumerate(accuracy.SIGMA_N):
         chosen = [e for e in errors if e.sigma_N == sigma_N]
         ax.plot(
@@ -175,11 +177,11 @@ def _by_traction(ax: Axes, errors: Sequence[StepError], x: str, y: str, adaptive
 
 
 AIMED = (("line", "curve of τ_L", 1.0e-3), ("work", "work", 1.0e-4))
-"""Errors for which the table compares fixed and adaptive increments."""
+"""Target errors of the table that compares fixed and adaptive increments."""
 
 
 def _increment_tables(errors: Sequence[StepError]) -> str:
-    """Orders of convergence and increments needed, fixed; rows and times needed, fixed and adaptive."""
+    """Tables: orders and increments of fixed increments; rows and times of fixed and adaptive ones."""
     orders, needs = [], []
     for path in accuracy.PATHS:
         for sigma_N in accuracy.SIGMA_N:
@@ -211,7 +213,7 @@ def _increment_tables(errors: Sequence[StepError]) -> str:
 
 
 def _orders(ax: Axes, sizes: Sequence[int]) -> None:
-    """Slopes of first and second order as guides in the lower left corner, below the curves."""
+    """Draw slopes of first and second order in the lower left corner, below the curves."""
     low = ax.get_ylim()[0]
     ax.set_ylim(bottom=low / 30.0)
     x = np.array([sizes[0], sizes[min(2, len(sizes) - 1)]], dtype=float)
@@ -223,14 +225,14 @@ def _orders(ax: Axes, sizes: Sequence[int]) -> None:
 
 
 def _order(chosen: Sequence[StepError], name: str) -> str:
-    """Order of convergence over the range, by least squares."""
+    """Order of convergence by least squares."""
     x = np.log([e.rows for e in chosen])
     y = np.log([max(getattr(e, name), 1e-300) for e in chosen])
     return f"{-np.polyfit(x, y, 1)[0]:.1f}"
 
 
 def _needed(chosen: Sequence[StepError], name: str, aim: float) -> StepError | None:
-    """Coarsest run from which on the error stays below the aim."""
+    """Coarsest run such that its error and those of all finer runs are below the target."""
     found = None
     for e in reversed(chosen):
         if not getattr(e, name) <= aim:
@@ -312,7 +314,7 @@ def _families(
     name: str,
     value: Callable[[PlaneError], float] | None = None,
 ) -> None:
-    """Markers by family against the time of a curve, the Pareto front, and the number of sides along it."""
+    """Draw markers by family over the time of a curve, the Pareto front, and the number of sides along it."""
     of = value or (lambda e: getattr(e, name))
     regular = value is not None
     for family, (shade, marker, filled) in STYLE.items():
@@ -342,7 +344,7 @@ def _families(
 
 
 def _fewest(tried: Sequence[PlaneError], good: Sequence[PlaneError]) -> str:
-    """Fewest sides of those that are good enough."""
+    """Smallest number of sides that meets the target."""
     return str(min(e.sides for e in good)) if good else f"> {max(e.sides for e in tried)}"
 
 
@@ -360,12 +362,12 @@ SHOWN = (3, 4, 5, 6, 7, 8, 12, 16, 32)
 
 
 def _measures(sigma_N: float) -> list[str]:
-    """Fields that have a value at a normal traction: at 0 a cycle has no loop."""
+    """Fields with a value at a normal traction; at 0 a cycle has no loop."""
     return [name for name, _ in MEASURES if not (name == "loop" and sigma_N == 0.0)]
 
 
 def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> str:
-    """Errors, what each aim needs, what odd numbers of sides gain, and what two rings cost."""
+    """Tables: errors, sides needed for each target, gain of odd numbers of sides, errors of two rings."""
     regular = {(e.sides, e.sigma_N): e for e in errors if e.family in ("even", "odd")}
     names = [label for _, label in MEASURES]
     shown, needs, gains, rings = [], [], [], []
@@ -548,10 +550,10 @@ def _precision_table(drifts: Sequence[Drift], slides: Sequence[Distance]) -> str
 # --- tangents ---------------------------------------------------------------------------------------
 
 TANGENT_SIGMA_N = -5.0
-"""Normal traction of the pictures of the tangents, MPa."""
+"""Normal traction of the pictures of tangents, MPa."""
 
 STRICT = 1.0e-10
-"""Residual of the tables of the tangents."""
+"""Tolerance on the residual in the tables of tangents."""
 
 
 def _tangents(quick: bool, tick: accuracy.Tick) -> tuple[dict[str, Figure], str]:

@@ -61,7 +61,7 @@ def parts(history: History, interface: Interface) -> tuple[Floats, Floats]:
 
 
 def plane() -> Figure:
-    """Bond and contact of one plane: opening and closing, damage, shear under pressure there and back."""
+    """Draw bond and contact of one plane: opening and closing, damage, shear under pressure and back."""
     figure, (normal, damage, shear) = new_figure(12.0, 3.9, ncols=3)
     opening = ramp(0.0, 0.07, 0.0, 1.15 * S_F, steps=400)
     flat = Interface(replace(MATERIAL, kc=1.0), Pattern.regular(0, 0.0))
@@ -126,7 +126,7 @@ def plane() -> Figure:
 
 
 def slip_test_with_names() -> Figure:
-    """A slip test of a rough joint, there and back, with the names of what happens on it."""
+    """Draw a slip test of a rough joint with a reversal, and label its stages."""
     figure, (tau, dilation, energy) = new_figure(12.0, 3.9, ncols=3)
     rough = Interface(MATERIAL, Pattern.regular(2, 30.0))
     slips = ramp(0.0, 0.4, 0.22, steps=800)
@@ -205,7 +205,7 @@ def slip_test(name: str, value: float) -> History:
 
 
 def constants() -> Figure:
-    """What each constant does to the shear traction of a slip test."""
+    """Draw the effect of each constant on the shear traction of a slip test."""
     figure, axes = new_figure(12.5, 8.5, nrows=3, ncols=4, sharex=True)
     for ax, (name, title, values) in zip(axes, CONSTANTS, strict=True):
         _compare(ax, name, title, values, lambda history: history.traction[:, 1])
@@ -217,7 +217,7 @@ def constants() -> Figure:
 
 
 def dilation() -> Figure:
-    """The constants that change the dilation."""
+    """Draw the effect of the constants that change the dilation."""
     shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N")]
     figure, axes = new_figure(12.5, 3.0, ncols=len(shown), sharex=True)
     for ax, (name, title, values) in zip(axes, shown, strict=True):
@@ -230,7 +230,7 @@ def dilation() -> Figure:
 def _compare(
     ax: Axes, name: str, title: str, values: Sequence[float], column: Callable[[History], Floats]
 ) -> None:
-    """Curves of the values of one constant."""
+    """Draw the curves for the values of one constant."""
     for value, colour, style in zip(values, (GREEN, BLACK, ORANGE), ("--", "-", "-."), strict=True):
         history = slip_test(name, value)
         ax.plot(history.separation[:, 1], column(history), style, color=colour, label=f"{value:.3g}")
@@ -240,7 +240,7 @@ def _compare(
 
 
 def snap() -> Figure:
-    """The fold at which a fine pattern without pressure jumps: path, and traction over the opening."""
+    """Draw the fold of a fine pattern without pressure: path, and traction over the opening."""
     figure, (path, traction) = new_figure(10.0, 3.9, ncols=2)
     rough = Interface(replace(MATERIAL, kc=1.0), Pattern.regular(16, 30.0))
     slips = np.linspace(0.0, 0.2, 2001)
@@ -305,12 +305,12 @@ def add_arguments(chart: argparse.ArgumentParser) -> None:
 
 
 def _action(options: argparse.Namespace) -> int:
-    """Draw all pictures, print their names."""
+    """Draw all pictures and print their names."""
     options.output.mkdir(parents=True, exist_ok=True)
     for name, draw in PICTURES.items():
         path = options.output / f"{name}.png"
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelWarning)  # soft contact and a second mode are what is shown
+            warnings.simplefilter("ignore", ModelWarning)  # both are shown
             figure = draw()
         figure.savefig(path, dpi=DPI, metadata={"Software": None})
         plt.close(figure)

@@ -41,18 +41,18 @@ SAMPLING = (9, 10)
 """First point after s_L = 0 and interval, in steps, that give Table 5 to the last digit (inferred)."""
 
 SPAN = 1.05
-"""End of a path in multiples of s_f: every plane is broken at a slip of s_f, what is left is checked."""
+"""End of a path in multiples of s_f; every plane is fully damaged at a slip of s_f."""
 
 COARSEST, FINEST = 420, 107520
-"""Increments over the span of the first and the last halving; onset (0.1 s_f) and s_f fall on a row."""
+"""Increments of a path in the first and the last halving; onset (0.1 s_f) and s_f fall on a row."""
 
 LEFT = 1.0e-9
-"""Traction at the end relative to sigma0 that counts as none."""
+"""Traction over sigma0 at the end of a path that counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)
 class Energies:
-    """G_T (C,) of the directions (C,), degrees; `error` (C,): the change by the last halving of the steps."""
+    """G_T (C,) of the directions (C,), degrees; error (C,): change by the last halving of the steps."""
 
     directions: Floats
     values: Floats
@@ -81,10 +81,10 @@ def pattern(name: str) -> Pattern:
 
 
 def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
-    """Directions that no symmetry of a regular pattern maps on another one, and where each came from.
+    """Directions that are not equivalent by symmetry of a regular pattern, and the index of each given one.
 
-    Folds an angle into [0, 180/m] by the rotations and the mirror planes of the pattern; listed planes are
-    left alone.
+    Rotations and mirror planes of the pattern map each angle into [0, 180/m]; for listed planes all
+    directions remain.
     """
     if pattern.listed:
         return directions, np.arange(len(directions))
@@ -92,7 +92,7 @@ def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
         return directions[:1], np.zeros(len(directions), dtype=int)
     period = 360.0 / pattern.m
     folded = np.abs((directions - pattern.turn + period / 2.0) % period - period / 2.0)
-    # equal but for the rounding of the fold
+    # equal up to rounding errors of the mapping
     values, inverse = np.unique(np.round(folded, 9), return_inverse=True)
     return values + pattern.turn, inverse
 
@@ -100,10 +100,10 @@ def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
 def fracture_energy(
     material: Material, pattern: Pattern, directions: Floats = DIRECTIONS, tolerance: float = 1.0e-6
 ) -> Energies:
-    """G_T at sigma_N = 0 by halving the steps until it changes by less than the tolerance, relative to Gc.
+    """G_T at sigma_N = 0; the steps are halved until G_T changes by less than the tolerance times Gc.
 
-    The area is the work of the path, a trapezoid over all rows.  Raises ValueError where the interface still
-    carries a traction at the end or the steps become too many.
+    G_T is the work of the path by the trapezoid rule over all rows.  Raises ValueError where the interface
+    still carries a traction at the end or the number of steps becomes too large.
     """
     interface = Interface(material, pattern)
     angles, place = distinct(pattern, np.asarray(directions, dtype=float))
@@ -123,7 +123,7 @@ def fracture_energy(
 
 
 def table_5_curves(name: str) -> SlipCurves:
-    """Curves of a pattern in the paper's steps, for the distinct ones of the 64 directions."""
+    """Curves of a pattern with the steps of the paper, for the distinct ones of the 64 directions."""
     angles, _ = distinct(pattern(name), DIRECTIONS)
     n = int(np.ceil(SPAN * MATERIAL.s_f / STEP)) + 2 * SAMPLING[1]
     return slip_curves(Interface(MATERIAL, pattern(name)), angles, STEP * np.arange(1, n + 1), preload=1)
@@ -154,7 +154,7 @@ def _check_end(material: Material, curves: SlipCurves) -> None:
     left = np.abs(curves.tau_L[:, -1]).max()
     if not left <= LEFT * material.sigma0:
         raise ValueError(
-            f"traction {left:g} at s_L = {curves.slips[-1]:g}: expected a broken, open interface"
+            f"traction {left:g} at s_L = {curves.slips[-1]:g}: expected a fully damaged, open interface"
         )
 
 

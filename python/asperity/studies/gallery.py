@@ -1,4 +1,4 @@
-"""The figures and tables of the paper, recomputed: what each says, what comes out, how they differ."""
+"""The recomputed figures and tables of the paper: statement of the paper, our result, difference."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..installed import cases
-from ..material import Material
-from ..oracle import planar, reference
+from ..oracle import planar
+from ..oracle.compare import parameters_of
 from ..pattern import Pattern, direction_vector, unit_vector
 from ..plots import COLOURS
 from ..results import Rows, drive
@@ -36,7 +36,7 @@ FIVE = Pattern.regular(4, 30.0, flat=0.2)
 """The five planes of Table 3."""
 
 MOST_ROWS = 101
-"""Rows of a curve in a CSV, about."""
+"""Approximate number of rows of a curve in a CSV."""
 
 ASSUMED_SLIP = "slip from 0 to 0.6 mm"
 ASSUMED_STRESS = r"$\sigma_N$ = 2, 0, −2, −5, −10, −20 MPa"
@@ -45,7 +45,7 @@ ASSUMED_CYCLE = "slip 0, +0.4, −0.4, +0.4 mm"
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A slip test as it was run: from s_L = 0 under the normal traction; lost: equilibrium ends there.
+    """Computed slip test from s_L = 0 under the normal traction; lost: whether it ends without equilibrium.
 
     s_L, s_N (T,), mm; tau_L along and tau_across left of the direction, MPa; damage (T,).
     """
@@ -68,21 +68,20 @@ class Curve:
 
 @dataclass(frozen=True)
 class Case:
-    """A case file that was run; name is that of its sweep."""
+    """Results of a case file; name: of its sweep."""
 
     title: str
     name: str
     curves: tuple[Curve, ...]
 
     def at(self, value: float) -> Curve:
-        """Curve of a value of the sweep."""
+        """Curve for a value of the sweep."""
         return next(curve for curve in self.curves if curve.test.value == value)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a figure comes to: the picture, what came out, how it differs, and the numbers as lines of a "
-    "CSV."""
+    """Result of a figure: picture, findings, differences from the paper, and numbers as lines of a CSV."""
 
     figure: Figure
     came_out: tuple[str, ...]
@@ -93,8 +92,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Entry:
-    """A figure or table of the paper; `cases` are the stems of its case files, `make` computes and draws "
-    "it."""
+    """A figure or table of the paper; cases: stems of its case files; make: computes and draws it."""
 
     number: str
     title: str
@@ -125,8 +123,7 @@ def run_case(stem: str) -> Case:
 
 
 def _curve(test: SlipTest, rows: Rows) -> Curve:
-    """Rows of a test from the end of its preload on; before a test without preload stands the virgin "
-    "point."""
+    """Rows of a test from the end of its preload on; without preload the first row is the virgin point."""
     first = test.preload - 1
     s, t, damage = (
         rows.separation[max(first, 0) :],
@@ -145,11 +142,11 @@ def _curve(test: SlipTest, rows: Rows) -> Curve:
 
 
 ROUNDING = 1.0e-12
-"""Differences below this are those of rounding: no digit of theirs comes out again on another machine."""
+"""Differences below this are rounding errors, which change from machine to machine."""
 
 
 def _numbers(*values: float) -> str:
-    """Cells of a CSV: six digits, and zero for what is rounding."""
+    """Cells of a CSV with six digits; values within ROUNDING are zero."""
     return ",".join(f"{value if abs(value) > ROUNDING else 0.0:.6g}" for value in values)
 
 
@@ -158,7 +155,7 @@ def _small(difference: float) -> str:
 
 
 def _thinned(curve: Curve) -> range:
-    """Rows of a curve that go to the CSV, the last one included."""
+    """Indices of the rows of a curve in the CSV, the last row included."""
     count = len(curve.s_L)
     stride = max(1, (count - 1) // (MOST_ROWS - 1) + ((count - 1) % (MOST_ROWS - 1) > 0))
     rows = list(range(0, count, stride))
@@ -166,7 +163,7 @@ def _thinned(curve: Curve) -> range:
 
 
 def _csv(parts: Sequence[tuple[Sequence[float], Curve]], names: str) -> tuple[str, tuple[str, ...]]:
-    """Header and lines for curves, each with the values that tell it from the others."""
+    """Header and lines of curves, each with the values that identify the curve."""
     lines = [
         _numbers(*values, *(column[i] for column in (c.s_L, c.tau_L, c.tau_across, c.s_N, c.damage)))
         for values, c in parts
@@ -316,15 +313,11 @@ def _planar_difference(case: Case) -> str:
     for curve in case.curves:
         m, p = curve.test.material, curve.test.pattern
         planes = [(0.0, 1.0)] if p.m == 0 else planar.trapezoid(p.theta)
-        # the preload is one increment here: it slides each plane in one direction, in proportion
+        # one increment of preload is exact: each plane slides in proportion to the load
         path = [tuple(row) for row in curve.separation[: len(curve.s_L) - curve.lost, :2]]
-        theirs = np.array([response.traction for response in planar.replay(_parameters(m), planes, path)])
+        theirs = np.array([response.traction for response in planar.replay(parameters_of(m), planes, path)])
         worst = max(worst, float(np.abs(theirs - curve.traction[: len(theirs), :2]).max()))
     return _small(worst)
-
-
-def _parameters(m: Material) -> reference.Parameters:
-    return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
 
 
 def _family(case: Case, legend: str, **size: float) -> tuple[Figure, tuple[str, tuple[str, ...]]]:

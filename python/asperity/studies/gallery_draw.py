@@ -18,11 +18,11 @@ DILATION = r"dilation $s_N$ [mm]"
 ENERGY = r"$G_T$ [N/mm]"
 
 GREYS = ("#FFFFFF", "#D9E6F2", "#B3C6D9")
-"""Fills of the flat plane and of inclined ones."""
+"""Fill colours of the flat plane and of inclined planes."""
 
 
 def colour(i: int, count: int) -> object:
-    """Colour of curve i: of the palette, or of a scale that ends before it is too light to see."""
+    """Colour of curve i, from the palette or, for many curves, from a scale without its lightest colours."""
     return COLOURS[i % len(COLOURS)] if count <= len(COLOURS) else plt.cm.viridis(0.9 * i / (count - 1))
 
 
@@ -40,9 +40,10 @@ def curves(
     legend: str = "",
     inside: bool = False,
 ) -> None:
-    """Curves (label, x, y, whether equilibrium is lost at the end); a cross marks that end.
+    """Draw curves (label, x, y, whether equilibrium is lost at the end); a cross marks a lost equilibrium.
 
-    legend: its title, none without; it stands on the right of the axes unless it is to be inside.
+    legend: title of the legend, which is left out without a title.  inside: whether the legend stands inside
+    the axes instead of on their right.
     """
     lines = list(lines)
     for i, (label, x, y, lost) in enumerate(lines):
@@ -71,7 +72,7 @@ def beside(ax: Axes, title: str) -> None:
 
 
 def polar(ax: Axes, directions: Floats, values: Floats, limits: tuple[float, float], title: str = "") -> None:
-    """G_T over the direction of slip; the radius starts at the first of the limits."""
+    """Draw G_T over the direction of slip; the radius starts at the first of the limits."""
     angles = np.radians(np.append(directions, directions[0]))
     ax.plot(angles, np.append(values, values[0]), color=COLOURS[0], linewidth=1.4)
     ax.set_rlim(*limits)
@@ -85,7 +86,7 @@ def polar(ax: Axes, directions: Floats, values: Floats, limits: tuple[float, flo
 
 
 def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]]:
-    """Plan of one element: outline of the flat plane on top and of each inclined one, (., 2) corners.
+    """Plan of one element: corners (., 2) of the flat plane on top and of each inclined plane.
 
     The areas in plan are the weights of the pattern.
     """
@@ -95,7 +96,7 @@ def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]
         x = [(-inner, inner), (-half, -inner), (inner, half)]
         boxes = [np.array([(a, -half), (b, -half), (b, half), (a, half)]) for a, b in x]
         return boxes[0], boxes[1:]
-    # sides face the directions of the planes: corners lie between them
+    # the sides are normal to the directions of the planes, so the corners lie between these directions
     corners = np.radians(pattern.turn + 180.0 / pattern.m * (2 * np.arange(pattern.m + 1) - 1) + 180.0)
     outer = size * np.column_stack([np.cos(corners), np.sin(corners)]) / np.sqrt(2.0)
     inner = np.sqrt(pattern.flat) * outer
@@ -104,7 +105,7 @@ def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]
 
 
 def plan(ax: Axes, pattern: Pattern, title: str, numbers: bool = True) -> None:
-    """Plan view of a regular pattern; an arrow up the slope of each inclined plane."""
+    """Draw the plan view of a regular pattern, with an arrow up the slope of each inclined plane."""
     top, sides = _outlines(pattern)
     ax.fill(*top.T, facecolor=GREYS[0], edgecolor="black", linewidth=1.0)
     for k, side in enumerate(sides):
@@ -126,12 +127,12 @@ def _uphill(pattern: Pattern) -> Floats:
 
 
 def _side_of(sides: Sequence[Floats], e: Floats) -> int:
-    """The side of the element that rises along e: it lies opposite."""
+    """Index of the side of the element that rises along e; this side lies opposite to e."""
     return int(np.argmin([side.mean(axis=0) @ e for side in sides]))
 
 
 def space(ax: Axes, pattern: Pattern, title: str) -> None:
-    """Oblique view of a regular pattern, with the average normal and the tangential axes."""
+    """Draw an oblique view of a regular pattern, with the average normal and the tangential axes."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     top, sides = _outlines(pattern)
@@ -151,7 +152,7 @@ def space(ax: Axes, pattern: Pattern, title: str) -> None:
     ax.set_ylim(-0.6, 0.6)
     ax.set_zlim(0.0, 0.6)
     ax.set_box_aspect((2, 2, 1), zoom=1.15)
-    ax.computed_zorder = False  # the axes in front of the planes
+    ax.computed_zorder = False  # draw the axes in front of the planes
     for vector, label in (((0.5, 0, 0), "$T_x$"), ((0, 0.5, 0), "$T_y$"), ((0, 0, 0.35), "$N$")):
         ax.quiver(0, 0, rise, *vector, color=COLOURS[1], arrow_length_ratio=0.15, linewidth=1.4, zorder=10)
         ax.text(*(1.3 * np.array(vector) + (0, 0, rise)), label, color=COLOURS[1], zorder=11)
@@ -161,5 +162,5 @@ def space(ax: Axes, pattern: Pattern, title: str) -> None:
 
 
 def _inside(corner: Floats, top: Floats) -> bool:
-    """Whether a corner of an inclined plane belongs to the flat plane, too."""
+    """Whether a corner of an inclined plane is also a corner of the flat plane."""
     return bool(np.any(np.all(np.isclose(top, corner), axis=1)))

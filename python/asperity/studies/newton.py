@@ -1,4 +1,4 @@
-"""Newton's method as an FE code without safeguards does it, to measure tangents and steps on one point."""
+"""Newton's method without safeguards, as in an FE code, to measure tangents and steps on one point."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ TANGENTS: tuple[str, ...] = tuple(
 secant, start (of the increment), elastic (virgin), numerical (differences), zero, reversed (wrong sign)."""
 
 ENDS = ("converged", "too many iterations", "singular matrix", "separation out of range")
-"""How an increment can end."""
+"""Possible ends of an increment."""
 
 
 @dataclass(frozen=True, eq=False)
 class NewtonStudy:
-    """Increments of Newton's method without safeguards; the last one is the first that failed, if one did.
+    """Increments of Newton's method without safeguards, up to the first that fails.
 
-    separation and traction (T, 3), state (T, nstatv): of an increment that failed, its last trial.
-    iterations (T,): linear systems solved.  updates (T,): of the law.  residuals: of every increment, before
-    each iteration and at its end, over the strength plus the given traction.  end: one of ENDS.
+    separation and traction (T, 3), state (T, nstatv): at the end of each increment, or of the last trial of a
+    failed one.  iterations (T,): linear systems solved.  updates (T,): of the law.  residuals: of every
+    increment, before each iteration and at its end, over the strength plus the prescribed traction.  end: one
+    of ENDS.
     """
 
     separation: Floats
@@ -43,7 +44,7 @@ class NewtonStudy:
 
     @property
     def converged(self) -> bool:
-        """Whether every increment did."""
+        """Whether every increment converged."""
         return self.end == ENDS[0]
 
 
@@ -57,11 +58,12 @@ def newton_path(
     spring: ArrayLike = (0.0, 0.0, 0.0),
     dt: float | None = None,
 ) -> NewtonStudy:
-    """Take a virgin point along targets (T, 3), an increment each, until one does not converge.
+    """Take a virgin point along targets (T, 3), each in one increment, until an increment does not converge.
 
-    A component (N, Tx, Ty) has its traction given where `held` is true (plus spring times separation, stress
-    per length), else its separation.  tolerance: residual over strength plus given traction; most: iterations
-    of an increment; dt: its duration, needed where tau_v > 0.  Raises ValueError for wrong shapes and names.
+    Where `held` is true for a component (N, Tx, Ty), the target is its traction plus spring (stress per
+    length) times separation, elsewhere its separation.  tolerance: residual over strength plus prescribed
+    traction; most: iterations of an increment; dt: duration of an increment, required if tau_v > 0.  Raises
+    ValueError for wrong shapes and names.
     """
     targets = np.asarray(targets, dtype=float, order="C")
     if targets.ndim != 2 or targets.shape[1] != 3 or not np.isfinite(targets).all():
@@ -77,7 +79,7 @@ def newton_path(
     state, residuals = np.zeros((n, interface.nstatv)), np.full((n, most + 1), -1.0)
     iterations, updates = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
     done = ended = 0
-    if n > 0:  # f2py takes no empty arrays
+    if n > 0:  # f2py accepts no empty arrays
         done, ended = _core.newton_path(
             interface._props, np.asarray(held, dtype=np.int32), np.asarray(spring, dtype=float), targets.T,
             np.full(n, dt or 0.0), TANGENTS.index(tangent) + 1, tolerance,

@@ -1,4 +1,4 @@
-"""Command `asperity paper`: the figures and tables of the paper as pictures, numbers and one page."""
+"""Command `asperity paper`: pictures, numbers and one page of the figures and tables of the paper."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tqdm import tqdm
 from .gallery import ENTRIES, Entry
 
 DPI = 100
-"""Resolution of the PNG files: small files, readable on a page."""
+"""Resolution of the PNG files, in dots per inch."""
 
 PAGE = "README.md"
 
@@ -44,12 +44,12 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder of pictures, numbers and page (default: %(default)s)",
     )
-    paper.add_argument("--pdf", action="store_true", help="vector pictures (PDF) besides PNG")
+    paper.add_argument("--pdf", action="store_true", help="also write vector pictures (PDF)")
     paper.add_argument(
         "--figure",
         nargs="+",
         metavar="NUMBER",
-        help="these only, 4a or 4 or table5; no page then (default: all, and the page)",
+        help="only these, such as 4a, 4 or table5, without the page (default: all, and the page)",
     )
     paper.set_defaults(action=_action)
 
@@ -64,7 +64,7 @@ def _action(options: argparse.Namespace) -> int:
 
 
 def select(numbers: Sequence[str]) -> tuple[Entry, ...]:
-    """Entries by their numbers, "4" for 4a and 4b; raises ValueError for one that does not exist."""
+    """Entries by their numbers, "4" for 4a and 4b; raises ValueError for an unknown number."""
     wanted = [number.lower().replace(" ", "") for number in numbers]
     known = {entry: _names(entry) for entry in ENTRIES}
     for number, name in zip(numbers, wanted, strict=True):
@@ -80,11 +80,11 @@ def _names(entry: Entry) -> set[str]:
 
 
 def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str]:
-    """Pictures and numbers of entries into a folder, on all processors; their parts of the page."""
+    """Write pictures and numbers of entries into a folder, on all processors; return their page sections."""
     folder.mkdir(parents=True, exist_ok=True)
     workers = min(os.cpu_count() or 1, len(entries))
     numbers = [(ENTRIES.index(entry), folder, pdf) for entry in entries]
-    # disable=None: no bar where nobody looks
+    # disable=None: a bar on terminals only
     bar = tqdm(total=len(entries), unit="figure", disable=None)
     if workers == 1:
         texts = []
@@ -93,7 +93,7 @@ def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str
             bar.update()
     else:
         with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            # the last ones take longest and go first
+            # the last entries take longest and start first
             futures = [pool.submit(_write_one, job) for job in reversed(numbers)][::-1]
             for future in futures:
                 future.add_done_callback(lambda _: bar.update())
@@ -103,7 +103,7 @@ def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str
 
 
 def _write_one(job: tuple[int, Path, bool]) -> str:
-    """Picture and numbers of one entry; its part of the page."""
+    """Write picture and numbers of one entry; return its section of the page."""
     number, folder, pdf = job
     entry = ENTRIES[number]
     outcome = entry.run()

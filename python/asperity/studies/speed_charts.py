@@ -27,7 +27,7 @@ CURVES = (
     ("vumat", "double", False, "VUMAT from memory", 4, "D-"),
     ("stream", "double", False, "limit: streaming", 4, ":"),
 )
-"""Kernel, precision, tangent, label, number of the colour, marker and line of the curves."""
+"""Kernel, precision, tangent, label, colour number, marker and line style of the curves."""
 
 BARS = (
     ("textbook / point, tangent", "textbook", "point", "double", True),
@@ -44,7 +44,7 @@ BAR_PATTERNS = ("RT", "RP-4", "RP-32")
 
 @dataclass(frozen=True)
 class Timing:
-    """A row of the benchmark: a kernel on a pattern, nanoseconds per point."""
+    """Row of the benchmark: a kernel on a pattern, nanoseconds per point."""
 
     pattern: str
     planes: int
@@ -56,7 +56,7 @@ class Timing:
 
 
 def read_timings(path: Path) -> list[Timing]:
-    """Rows of a CSV of the benchmark; raises ValueError if it is none."""
+    """Rows of a CSV of the benchmark; raises ValueError for another file."""
     with path.open(encoding="utf-8", newline="") as file:
         try:
             timings = [
@@ -79,7 +79,7 @@ def read_timings(path: Path) -> list[Timing]:
 
 
 def measure(*options: str, quiet: bool = False) -> list[Timing]:
-    """Rows of a run of the benchmark now, which prints its table unless it is quiet."""
+    """Run the benchmark and return its rows; the benchmark prints its table unless `quiet`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "bench.csv")
         command = [bench(), "--csv", path, *options]
@@ -90,7 +90,7 @@ def measure(*options: str, quiet: bool = False) -> list[Timing]:
 
 
 def draw_speed(timings: Sequence[Timing], path: Path) -> None:
-    """Time per point against the number of planes, and ratios; the file's name says PNG or PDF."""
+    """Draw time per point against the number of planes, and ratios, into a file that ends in .png or .pdf."""
     from ..plots import plt
 
     if path.suffix not in (".png", ".pdf"):

@@ -26,7 +26,7 @@ UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6,
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
 
-REQUIRED = ("sigma0", "Gc", "eta", "mu")
+REQUIRED = tuple(row.name for row in contract.props_table() if row.default is None)
 """Constants of a material that have no default."""
 
 PLAUSIBLE = (3.0e-3, 3.0)
@@ -170,7 +170,7 @@ def case_lines(pattern: Pattern) -> str:
 def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str:
     """PROPS of a pattern, up to the last value that is not its default; names for a material not given."""
     defaults = [row.default for row in contract.props_table()]
-    props = contract.pack({"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0} | pattern.values())
+    props = contract.pack(pattern.values())
     last = contract.N_FIXED_PROPS
     if pattern.m >= 0:
         last = max(i for i, value in enumerate(props) if i < 6 or value != defaults[i]) + 1
@@ -580,7 +580,7 @@ def _material(text: str) -> tuple[float, ...]:
     try:
         found = tuple(float(part) for part in text.split(","))
         if len(found) != contract.N_REQUIRED_PROPS:
-            raise ValueError("expected sigma0, Gc, eta and mu")
+            raise ValueError(f"expected {', '.join(REQUIRED)}")
         contract.check(contract.pack(dict(zip(REQUIRED, found, strict=True))))
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"{text}: {error}") from None

@@ -16,10 +16,10 @@ from ..plots import COLOURS, plt
 from .slopes import Facets, Planes, Scan, Slips
 
 MOST_CELLS = 600
-"""Cells of a map along a side that are drawn."""
+"""Largest number of drawn cells along a side of a map."""
 
 AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
-"""Colours of slopes that rise towards Tx, Ty, -Tx, -Ty, mixed in between (Okabe and Ito)."""
+"""Colours of slopes that rise towards Tx, Ty, -Tx, -Ty (Okabe and Ito), mixed for other directions."""
 
 GREY = 0.85
 """Shade of a flat facet."""
@@ -36,9 +36,9 @@ def draw(
     png: Path,
     title: str,
 ) -> None:
-    """Facets, normals, slopes over the scale; of a map the residual strength, too.
+    """Draw facets, normals, slopes over the scale and, for a map, the residual strength.
 
-    patterns: listed and regular; label: plane of the chosen one, for every facet; scales (n, 3 or more):
+    patterns: listed and regular; label: plane of the chosen pattern for every facet; scales (n, 3 or more):
     sampling length, mean and rms slope.
     """
     planes = Planes.of(chosen)
@@ -61,7 +61,7 @@ def draw(
 
 
 def _colours(planes: Planes) -> Floats:
-    """Colour of every plane: by azimuth, stronger where steeper."""
+    """Colour of every plane by azimuth; steeper planes have stronger colours."""
     depth = planes.slopes / max(planes.slopes.max(), 1.0e-12)
     azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
     knots = np.array([to_rgb(colour) for colour in (*AROUND, AROUND[0])])
@@ -73,7 +73,7 @@ def _colours(planes: Planes) -> Floats:
 
 
 def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndarray) -> None:
-    """Heights above the average plane, each segment in the colour of its plane."""
+    """Draw heights above the average plane, each segment in the colour of its plane."""
     z = scan.heights()[0]
     points = np.column_stack([scan.x, z])
     segments = np.stack([points[:-1], points[1:]], axis=1)
@@ -81,7 +81,7 @@ def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndar
     steepest = max(np.abs(along).max(), 1.0e-12)
     lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0, zorder=3)
     lines.set_clim(-steepest, steepest)
-    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # an outline: flat facets are pale
+    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # an outline, because flat facets are pale
     ax.add_collection(lines)
     ax.autoscale_view()
     bar = ax.figure.colorbar(lines, ax=ax)
@@ -92,7 +92,7 @@ def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndar
 
 
 def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
-    """Cells in the colour of their first facet's plane, with contours of the height."""
+    """Draw cells in the colour of the plane of their first facet, with contours of the height."""
     z = scan.heights()
     cells = label.reshape(z.shape[0] - 1, z.shape[1] - 1, 4)[:, :, 0]
     step = max(1, max(cells.shape) // MOST_CELLS)
@@ -107,7 +107,7 @@ def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
 
 
 def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
-    """Facets as a density over azimuth and inclination, planes by the area of their marks."""
+    """Draw the density of facets over azimuth and inclination, and planes as marks of proportional area."""
     incl = np.degrees(np.arctan(found.slopes))
     azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) % (2.0 * np.pi)
     top = max(incl.max() * 1.02, 1.0e-3)
@@ -142,7 +142,7 @@ def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None
 
 
 def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, start: float) -> None:
-    """Facets of a profile as a histogram of the signed inclination, planes as sticks."""
+    """Draw the histogram of the signed inclination of the facets of a profile, and planes as sticks."""
     e = unit_vector(start)
     incl = _signed(found, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
@@ -175,7 +175,7 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, star
 
 
 def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
-    """Mean and rms slope over the sampling length."""
+    """Draw mean and rms slope over the sampling length."""
     ax.semilogx(scales[:, 0], scales[:, 1], "o-", color=COLOURS[0], label="mean")
     ax.semilogx(scales[:, 0], scales[:, 2], "s--", color=COLOURS[1], label="rms")
     ax.axvline(scan.spacing, color=COLOURS[3], linestyle=":", label="in use")
@@ -189,7 +189,7 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
 
 
 def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
-    """Residual strength over the direction of slip; where it locks there is no line."""
+    """Draw the residual strength over the direction of slip, without a line where the joint locks."""
     angles, mu = slips.angles, slips.mu
     degrees = np.degrees(np.append(angles, angles[0] + 2.0 * np.pi))
     for values, style, colour, label in (

@@ -1,8 +1,8 @@
-"""Slopes of a scanned surface: facets, listed planes, nearest regular pattern, and what they differ by.
+"""Slopes of a scanned surface: facets, listed planes, nearest regular pattern, and their differences.
 
 A facet is a piece of the scan with a vector, area times unit normal, components (N, Tx, Ty).  The average
-plane is the one that their sum stands on.  With the weights gamma the law sums tractions on planes (3), so
-gamma is a share of the true area: then a uniform pressure on all planes adds up to one along N.
+plane is normal to the sum of these vectors.  The law sums tractions on planes with the weights gamma (3), so
+gamma is a fraction of the true area: then a uniform pressure on all planes adds up to a pressure along N.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from ..contract import Floats
 from ..pattern import Pattern, direction_vector, unit_vector
 
 LEAST_POINTS = 8
-"""Points along a direction of a scan below which there is no statistics of slopes."""
+"""Smallest number of points along a direction of a scan."""
 
 LEAST_SHARE = 0.005
-"""Share of the nominal area below which a bin joins the nearest: a plane has to carry what slides on it."""
+"""Fraction of the nominal area below which a bin joins the nearest one: a plane has to carry the load."""
 
 FLATNESS = 1.0e-6
-"""Slope (tangent) that is rounding of the heights: of the flat plane, and between slopes that are equal."""
+"""Slope (tangent) that counts as a rounding error of the heights."""
 
 SAME = 1.0e-3
-"""Bins whose slopes (tangents) are nearer to each other than this are one plane."""
+"""Bins whose slopes (tangents) differ by less than this form one plane."""
 
 TIE = 1.0e-9
-"""Slopes along a slip that differ by less carry together."""
+"""Planes whose slopes along a slip differ by less than this share the load."""
 
 EVEN = 0.05
-"""Points within this share of the spacing of even places are evenly spaced: files round coordinates."""
+"""Points count as evenly spaced if they deviate by at most this fraction of the spacing (rounded files)."""
 
 AS_GOOD = 0.01
-"""The fewest sides are taken whose error is at most this above the smallest."""
+"""The smallest number of sides is chosen whose error exceeds the smallest error by at most this."""
 
 GAUSS = float(np.sqrt(np.log(2.0) / np.pi))
-"""Constant alpha of the Gaussian filter, which halves a wave of the cut-off length (ISO 16610-21)."""
+"""Constant alpha of the Gaussian filter: a wave of the cut-off length is halved (ISO 16610-21)."""
 
 Tick = Callable[[], object]
-"""Called once for every direction that is done."""
+"""Function that is called after every direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Scan:
 
     @property
     def is_profile(self) -> bool:
-        """Whether it is a profile."""
+        """Whether the scan is a profile."""
         return self.y is None
 
     @property
@@ -74,7 +74,7 @@ class Scan:
         return min(float(np.diff(axis).min()) for axis in self._axes()), self.spacing
 
     def sampled(self, length: float) -> Scan:
-        """Heights at points `length` apart, by straight lines between the given ones.
+        """Scan with points `length` apart, by straight lines between the given points.
 
         Raises ValueError for a length shorter than the spacing or one that leaves too few points.
         """
@@ -91,7 +91,7 @@ class Scan:
         return Scan(x, y, z.T, self.unit)
 
     def smoothed(self, cut_off: float) -> Scan:
-        """Heights after a Gaussian filter of this cut-off length; the mean plane is kept.
+        """Scan after a Gaussian filter of this cut-off length, which preserves the mean plane.
 
         Raises ValueError where the points are not evenly spaced or the length is not above the spacing.
         """
@@ -113,7 +113,7 @@ class Scan:
         return levelled
 
     def lean(self) -> float:
-        """Angle of the average plane to that of least squares, degrees: what the ends of the scan do."""
+        """Angle between the average plane and that of least squares, degrees, due to the ends of the scan."""
         a = _least_squares(self.x, self.z.mean(axis=0))
         b = 0.0 if self.y is None else _least_squares(self.y, self.z.mean(axis=1))
         fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
@@ -125,7 +125,7 @@ class Scan:
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """Unit normals (n, 3) with n_N > 0 and shares (n,) of the true area, sum 1: facets or a pattern."""
+    """Facets or planes: unit normals (n, 3) with n_N > 0 and fractions (n,) of the true area, with sum 1."""
 
     normals: Floats
     gamma: Floats
@@ -137,7 +137,7 @@ class Planes:
 
     @cached_property
     def gradients(self) -> Floats:
-        """Slope vectors (n, 2): up the slope, as long as its tangent."""
+        """Slope vectors (n, 2): direction up the slope, length equal to the tangent."""
         found: Floats = -self.normals[:, 1:] / self.normals[:, :1]
         return found
 
@@ -148,7 +148,7 @@ class Planes:
 
     @cached_property
     def nominal(self) -> Floats:
-        """Shares of the area projected on the average plane, (n,), with sum 1."""
+        """Fractions of the area projected on the average plane, (n,), with sum 1."""
         share = self.gamma * self.normals[:, 0]
         return share / share.sum()
 
@@ -171,7 +171,7 @@ class Planes:
     def uphill(self, angles: Floats, tick: Tick | None = None) -> tuple[Floats, Floats]:
         """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
         mean, square = np.empty(len(angles)), np.empty(len(angles))
-        for i, angle in enumerate(angles):  # one at a time: a map has millions of facets
+        for i, angle in enumerate(angles):  # one angle at a time saves memory: a map has millions of facets
             up = np.maximum(self.gradients @ unit_vector(angle), 0.0)
             mean[i] = self.nominal @ up
             up *= up
@@ -181,10 +181,11 @@ class Planes:
         return mean, np.sqrt(square)
 
     def residual(self, angles: Floats, mu: float, tick: Tick | None = None) -> Floats:
-        """Strength over |sigma_N| of the dead interface that slips along each angle (radians); inf: locks.
+        """Residual strength over |sigma_N| for slip along each angle (radians); inf: the joint locks.
 
-        Only the planes that are steepest along the slip touch.  Each closes by n_N times the same, so they
-        share the load by gamma n_N; a single one gives the closed form of docs/theory.md, section 8.
+        Only the planes that are steepest along the slip are in contact.  The closure of each is n_N times a
+        common value, so they share the load in proportion to gamma n_N; a single plane gives the closed form
+        of docs/theory.md, section 8.
         """
         found = np.empty(len(angles))
         for i, angle in enumerate(angles):
@@ -206,7 +207,7 @@ class Facets(Planes):
     """Facets of a scan in the frame of its average plane.
 
     ratio: true area over nominal area.  tilt: inclination of the average plane in the scan, degrees.
-    profile: they lie along one direction.
+    profile: whether they lie along one direction.
     """
 
     ratio: float = 1.0
@@ -216,10 +217,10 @@ class Facets(Planes):
 
 @dataclass(frozen=True, eq=False)
 class Slips:
-    """What facets do under slips along angles (n,), radians, with friction mu.
+    """Properties of facets for slips along angles (n,), radians, with friction mu.
 
-    uphill: mean and root mean square of the slope that faces each slip, (n,) each.  residual: strength of the
-    dead interface over |sigma_N|, (n,).
+    uphill: mean and root mean square of the slope that faces each slip, (n,) each.  residual: residual
+    strength over |sigma_N|, (n,).
     """
 
     angles: Floats
@@ -229,17 +230,17 @@ class Slips:
 
     @classmethod
     def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick | None = None) -> Slips:
-        """Slips of facets or planes; tick is called twice an angle."""
+        """Compute the slips of facets or planes; tick is called twice for each angle."""
         return cls(angles, mu, found.uphill(angles, tick), found.residual(angles, mu, tick))
 
 
 @dataclass(frozen=True)
 class Errors:
-    """What a pattern differs by from the facets.
+    """Differences between a pattern and the facets.
 
     mean_slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
     the mean or rms slope that faces a slip, over its largest value.  residual: largest relative difference of
-    the residual strength; inf where just one of the two locks.  listed: the same, from the listed planes.
+    the residual strength, inf if only one of the two locks.  listed: the same, from the listed planes.
     """
 
     mean_slope: float
@@ -250,10 +251,11 @@ class Errors:
 
 
 def facets(scan: Scan, direction: float = 0.0) -> Facets:
-    """Facets of a scan: segments of a profile, or four triangles a cell of a map.
+    """Facets of a scan: segments of a profile, or four triangles for each cell of a map.
 
-    direction: of a profile's x in the Tx-Ty plane, degrees.  The triangles of a cell are those of both its
-    diagonals, so that neither is favoured.  Raises ValueError where a facet overhangs.
+    direction: of the x axis of a profile in the Tx-Ty plane, degrees.  Both diagonals of a cell divide the
+    cell into triangles, so that the result does not depend on a choice.  Raises ValueError where a facet
+    overhangs.
     """
     rise = np.diff(scan.z) / np.diff(scan.x)
     if scan.y is None:
@@ -291,12 +293,12 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
 def bin_facets(
     found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0, most: int = 0
 ) -> tuple[Pattern, np.ndarray]:
-    """Listed planes of facets, and the plane of every facet (n,), a flat plane first.
+    """Listed planes of facets, a flat plane first, and the plane of every facet (n,).
 
     Facets inclined by at most `flat` (degrees) are the first bin; the others fall into `directions` sectors
     of azimuth, the first one centred at `start` (degrees), and in each into up to `bins` classes of
-    inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest.  The vector area of a plane
-    is that of its facets.  Raises ValueError for more planes than the library takes, or than `most`.
+    inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest one.  The vector area of a
+    plane is that of its facets.  Raises ValueError for more planes than the library accepts, or than `most`.
     """
     limit = most or contract.MAX_INCLINED
     if not (directions >= 1 and bins >= 1):
@@ -329,13 +331,13 @@ def bin_facets(
 
 
 def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, start: float = 0.0) -> Pattern:
-    """Regular pattern of the same mean and mean square slope over the nominal area.
+    """Regular pattern with the mean and the mean square slope of the facets over the nominal area.
 
     tan(theta) = mean square / mean, and the inclined planes have mean^2 / mean square of the nominal area.
-    turn: of the planes that agree best with the azimuths, arg(sum of slope^2 exp(i sides azimuth)) / sides.
-    sides: 0 for the fewest whose mean and rms uphill slopes under the slips are within AS_GOOD of the best.
-    Two sides have the moments of the slopes along their direction alone.  A profile has two, turned to
-    `start` (degrees).
+    The rotation (turn) agrees best with the azimuths: arg(sum of slope^2 exp(i sides azimuth)) / sides.
+    sides: 0 for the smallest number whose mean and rms uphill slopes for the slips are within AS_GOOD of the
+    best.  Two sides have the moments of the slopes along their own direction only.  A profile has two sides,
+    along `start` (degrees).
     """
     if found.rms_slope <= FLATNESS:
         return Pattern.regular(0, 0.0)
@@ -352,9 +354,9 @@ def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, s
 
 
 def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) -> Errors:
-    """What a pattern differs by from the facets, which do what is given under slips.
+    """Differences between a pattern and the facets; slips: properties of the facets.
 
-    of_listed: residual strength of the listed planes under the same.
+    of_listed: residual strength of the listed planes for the same slips.
     """
     planes = Planes.of(pattern)
     own = Slips.of(planes, slips.angles, slips.mu)
@@ -368,32 +370,32 @@ def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) ->
 
 
 def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
-    """Slips (radians) that are looked at: both ways of a profile, `count` ways of a map."""
+    """Angles (radians) of the compared slips: both directions of a profile, `count` directions of a map."""
     turn = 2 if found.profile else count
     angles: Floats = np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
     return angles
 
 
 def even(axis: Floats) -> Floats:
-    """As many places from the first to the last, evenly spaced."""
+    """The same number of evenly spaced positions from the first to the last."""
     places: Floats = np.linspace(axis[0], axis[-1], len(axis))
     return places
 
 
 def longest(scan: Scan) -> float:
-    """Longest sampling length, which leaves LEAST_POINTS; rounding allowed for."""
+    """Longest sampling length with LEAST_POINTS points, up to rounding."""
     return scan.extent / (LEAST_POINTS - 1) * (1.0 + 1.0e-9)
 
 
 def lengths_of(scan: Scan) -> Floats:
-    """Sampling lengths: the spacing, its double, and so on."""
+    """Sampling lengths: the spacing, twice the spacing, and so on."""
     count = int(np.floor(np.log2(longest(scan) / scan.spacing))) + 1
     lengths: Floats = scan.spacing * 2.0 ** np.arange(max(count, 1))
     return lengths
 
 
 def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
-    """Turn (degrees) of the planes that agree best with the azimuths, for increasing numbers of sides."""
+    """Rotation (degrees) that agrees best with the azimuths, for increasing numbers of sides."""
     share = found.nominal * found.slopes**2
     once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
     wave, power = np.ones_like(once), 0
@@ -402,14 +404,14 @@ def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
         wave *= once ** (sides - power) if sides - power > 1 else once
         power = sides
         total = share @ wave
-        # where no azimuth is preferred rounding must not choose one
+        # without a preferred azimuth rounding errors must not determine one
         turn = np.degrees(np.angle(total)) / sides if abs(total) > TIE * share.sum() else 0.0
         turns[sides] = 0.0 if abs(turn) < TIE else float(turn)
     return turns
 
 
 def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
-    """Regular pattern of the facets' mean and mean square slope; for two sides, of that along its profile."""
+    """Regular pattern with the mean and mean square slope of the facets; for two sides, along itself."""
     slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
     mean, square = found.nominal @ slopes, found.nominal @ slopes**2
     if mean <= FLATNESS:
@@ -422,7 +424,7 @@ def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
 
 
 def _merged(found: Facets, label: np.ndarray) -> tuple[Floats, np.ndarray]:
-    """Vector areas and labels of bins; those below LEAST_SHARE join the nearest, those of a slope are one."""
+    """Vector areas and labels of bins; bins below LEAST_SHARE join the nearest, bins of equal slope merge."""
     facet = found.gamma[:, None] * found.normals
     vectors = np.column_stack([np.bincount(label, facet[:, i]) for i in range(3)])
     target = np.arange(len(vectors))
@@ -444,7 +446,7 @@ def _merged(found: Facets, label: np.ndarray) -> tuple[Floats, np.ndarray]:
 
 
 def _ranks(values: Floats, weights: Floats) -> Floats:
-    """Share of the weight below each value, half its own included; equal values have the same."""
+    """Fraction of the weight below each value plus half of its own weight; equal values have the same."""
     _, group = np.unique(np.round(values / FLATNESS), return_inverse=True)
     group = group.ravel()
     of_group = np.bincount(group, weights)
@@ -454,7 +456,7 @@ def _ranks(values: Floats, weights: Floats) -> Floats:
 
 
 def _difference(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> float:
-    """Largest difference of the first or the second over the largest value of the other."""
+    """Largest difference of the means or of the rms, over the largest value of the expected ones."""
     parts = zip(one, other, strict=True)
     return max(
         float(np.abs(a - b).max() / b.max()) if b.max() > 0.0 else float(a.max() > 0.0) for a, b in parts
@@ -462,7 +464,7 @@ def _difference(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> flo
 
 
 def _of_strength(values: Floats, expected: Floats) -> float:
-    """Largest relative difference; none where both are infinite, inf where one is."""
+    """Largest relative difference: 0 where both are infinite, inf where only one is."""
     finite = np.isfinite(values) & np.isfinite(expected)
     if (np.isfinite(values) != np.isfinite(expected)).any():
         return np.inf
@@ -471,7 +473,7 @@ def _of_strength(values: Floats, expected: Floats) -> float:
 
 
 def _relative(value: Floats | float, expected: Floats | float) -> float:
-    """Norm of the difference over that of what is expected; 0 for 0 of 0."""
+    """Norm of the difference over the norm of the expected value; 0 if both are 0."""
     size = np.linalg.norm(expected)
     difference = np.linalg.norm(np.subtract(value, expected))
     return float(difference / size) if size > 0.0 else float(difference > 0.0)
@@ -486,7 +488,7 @@ def _rotation(n: Floats) -> Floats:
 
 
 def _place(scan: Scan, facet: int) -> str:
-    """Where a facet begins."""
+    """Text with the position at which a facet begins."""
     if scan.y is None:
         return f"x = {scan.x[facet]:g}"
     j, i = divmod(facet // 4, len(scan.x) - 1)
@@ -498,7 +500,7 @@ def _mean_gradient(scan: Scan) -> tuple[float, float]:
     total = (scan.z[:, -1] - scan.z[:, 0]) / (scan.x[-1] - scan.x[0])
     if scan.y is None:
         return float(total[0]), 0.0
-    # over a side the mean is that of the trapezoid rule, as for the facets
+    # the mean over a side is by the trapezoid rule, as for the facets
     sides = (scan.z[-1] - scan.z[0]) / (scan.y[-1] - scan.y[0])
     return _mean(scan.y, total), _mean(scan.x, sides)
 
@@ -512,7 +514,7 @@ def _mean_plane(scan: Scan) -> Floats:
 
 
 def _least_squares(x: Floats, z: Floats) -> float:
-    """Slope of the straight line of least squares."""
+    """Slope of the least-squares line."""
     away = x - x.mean()
     return float(away @ (z - z.mean()) / (away @ away))
 
@@ -531,7 +533,7 @@ def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
 
 
 def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
-    """Gaussian mean along the rows; at the ends over what there is."""
+    """Gaussian mean along the rows; at the ends only over existing points."""
     steps = np.diff(x)
     if np.abs(x - even(x)).max() > EVEN * steps.mean():
         raise ValueError(

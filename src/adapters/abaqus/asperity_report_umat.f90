@@ -1,4 +1,4 @@
-!> Rejected calls of the UMAT inside Abaqus/Standard: its message routine, then the end of the analysis.
+!> Report of a rejected call of the UMAT in Abaqus/Standard, by its message routine; the analysis ends.
 module asperity_report_umat
   use asperity_kinds, only: wp
   use asperity_text, only: piece_end
@@ -6,13 +6,13 @@ module asperity_report_umat
   private
   public :: report_umat
 
-  !> Abaqus/Standard: an error message, the analysis goes on (it is ended below, after the last line).
+  !> Abaqus/Standard: error message. The analysis continues; this module ends it after the last line.
   integer, parameter :: error_message = -2
-  !> Characters Abaqus prints of a message.
+  !> Number of characters that Abaqus prints of a message.
   integer, parameter :: text_length = 500
 
   interface
-    !> Message of Abaqus/Standard; %I, %R and %S in the text stand for the values.
+    !> Write a message of Abaqus/Standard; %I, %R and %S in the text stand for the values.
     subroutine stdb_abqerr(lop, string, intv, realv, charv)
       import :: wp
       implicit none
@@ -23,7 +23,7 @@ module asperity_report_umat
       character(len=8), intent(in) :: charv(*)     !! texts
     end subroutine stdb_abqerr
 
-    !> End of the analysis; files are closed, all processes stop.
+    !> End the analysis: close all files and stop all processes.
     subroutine xit()
       implicit none
     end subroutine xit
@@ -31,10 +31,10 @@ module asperity_report_umat
 
 contains
 
-  !> Tell in the files of the analysis why a call was rejected, a message for each line, and end the analysis.
+  !> Write why a call was rejected to the files of the analysis, one message for each line, and end the analysis.
   !>
-  !> The values are part of the text: those of Abaqus' formats lose digits, and texts have eight characters. No text of
-  !> the library has a percent sign.
+  !> The text contains the values: the formats of Abaqus print fewer digits and only eight characters of a text. No text
+  !> of the library contains a percent sign, which Abaqus would take for a format.
   subroutine report_umat(message)
     character(len=*), intent(in) :: message   !! lines that name the values and what was expected
     character(len=*), parameter :: head = "asperity umat: "

@@ -1,4 +1,4 @@
-"""Where methods fail: the catalogue of failures and the maps, `asperity stability`."""
+"""Catalogue of failure modes and maps of convergence, `asperity stability`."""
 
 from .catalogue import EDGES, find, shown, table
 from .edges import Edge, Trial

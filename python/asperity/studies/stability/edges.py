@@ -1,4 +1,4 @@
-"""What an entry of the catalogue is, and how its paths are run."""
+"""Entries of the catalogue of failure modes, and functions that run their load paths."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...results import driven
 from ..newton import NewtonStudy
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-"""The paper's Table 2: mm, MPa, N/mm."""
+"""Table 2 of the paper: mm, MPa, N/mm."""
 
 S_F = TABLE_2.s_f
 """Separation at complete rupture, mm."""
@@ -26,7 +26,7 @@ K = TABLE_2.K
 
 @dataclass(frozen=True)
 class Trial:
-    """A method on a case: whether it should survive, whether it did, and what was measured."""
+    """A method on a load case: whether it should succeed, whether it did, and the measured values."""
 
     method: str
     expected: bool
@@ -35,13 +35,13 @@ class Trial:
 
     @property
     def holds(self) -> bool:
-        """Whether it went as expected."""
+        """Whether the result is the expected one."""
         return self.survives == self.expected
 
 
 @dataclass(frozen=True)
 class Edge:
-    """An edge of the law or of its solvers: what happens there, what to do, and the trials that show both."""
+    """A failure mode of the law or of its solvers: description, advice, and the trials that show both."""
 
     name: str
     title: str
@@ -52,7 +52,7 @@ class Edge:
 
 @dataclass(frozen=True, eq=False)
 class Driven:
-    """A case run by the driver: exit code, columns by name, (T,) each, and the events by row."""
+    """Driver run of a case: exit code, columns by name, (T,) each, and the events by row."""
 
     code: int
     columns: dict[str, Floats]
@@ -63,12 +63,12 @@ class Driven:
         return float(self.columns[name][-1])
 
     def rows_with(self, event: str) -> list[int]:
-        """Rows in which an event happened."""
+        """Rows with a given event."""
         return [row for row, text in enumerate(self.events) if event in text.split("+")]
 
 
 def drive(case: str | Path) -> Driven:
-    """Run a case of the catalogue, or a file, by the driver."""
+    """Run a case of the catalogue, or a case file, by the driver."""
     path = case if isinstance(case, Path) else stability_case(case)
     with driven(path) as (done, output):
         if not output.is_file():

@@ -1,4 +1,4 @@
-"""One point driven through the VUMATs of the library as an explicit code does it."""
+"""One point taken through the VUMATs of the library as in an explicit code."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Array = NDArray[np.floating]
 
 
 class Vumat:
-    """The VUMAT (double) or VUMAT_SINGLE of the library with the state of one point, virgin at rest.
+    """VUMAT (double) or VUMAT_SINGLE of the library with the state of one point, virgin at first.
 
     Calls are those of Abaqus/Explicit for a 3D cohesive element of thickness 1: order N, Ty, Tx.
     """
 
     def __init__(self, interface: Interface, single: bool = False) -> None:
-        """Load the routine of the precision."""
+        """Load the routine for the precision."""
         self.kind = np.float32 if single else np.float64
         handle = ctypes.CDLL(str(library()))
         self._call = handle.vumat_single_ if single else handle.vumat_
@@ -34,7 +34,7 @@ class Vumat:
         self._energy = np.zeros(2, self.kind)
 
     def step(self, ds: Array, time: float = 1.0) -> Array:
-        """Traction (N, Tx, Ty) after a change of the separation ds (3,); time is that at the end, > 0."""
+        """Traction (N, Tx, Ty) after a change ds (3,) of the separation; time: at the end, > 0."""
         n_n, n_tx, n_ty = ds
         strain = np.array([n_n, 0.5 * n_ty, 0.5 * n_tx], self.kind)
         nothing = np.zeros(9, self.kind)
@@ -57,20 +57,20 @@ class Vumat:
 
     @property
     def work(self) -> float:
-        """Work of the traction on the separation, as the host is told, stress*length."""
+        """Work of the traction on the separation, as the VUMAT reports it to the host, stress*length."""
         return float(self._energy[0]) * self.density
 
     def value(self, name: str) -> float:
-        """State variable by its name."""
+        """Value of a state variable by its name."""
         return float(self.state[self.names.index(name)])
 
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """A mass on an interface under a constant force: separation (T, 3), damage at the end, and energies.
+    """Motion of a mass on an interface under a constant force: separation (T, 3), damage at the end, energy.
 
-    energy (T,): kinetic, with the mean of the velocities before and after, and work on the interface, less
-    the work of the force, stress*length.
+    energy (T,), stress*length: kinetic energy, with the mean of the velocities before and after, plus work on
+    the interface, less work of the force.
     """
 
     separation: Floats
@@ -89,8 +89,8 @@ def fly(
 ) -> Flight:
     """Central differences for a mass per unit area (stress*time^2/length) on a point of the interface.
 
-    velocity (3,) at the start, length/time; force (3,), stress, is constant; start (3,): separation reached
-    by one increment before.
+    velocity (3,): at the start, length/time.  force (3,): constant, stress.  start (3,): separation at the
+    start, which is applied in one increment.
     """
     point = Vumat(interface)
     s = np.zeros(3) if start is None else np.asarray(start, float)

@@ -1,4 +1,4 @@
-"""Edges of the law and its arithmetic: large steps, locking, second law, units, precision, time step."""
+"""Failure modes of the law and its arithmetic: steps, locking, second law, units, precision, time step."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ S_0 = TABLE_2.s_0
 # --- steps --------------------------------------------------------------------------------------------------
 
 ACCEPTED = 0.01
-"""Error that a trial of accuracy accepts."""
+"""Accepted error of a trial of accuracy."""
 
 
 RUPTURE = contract.statev_index("rupture")
 LEDGER = [contract.statev_index(name) for name in ("stored", "rupture", "friction")]
-"""What the work becomes, in STATEV."""
+"""Names of the energies in STATEV."""
 
 
 def ledger_error(study: NewtonStudy) -> float:
-    """Work that is neither stored nor dissipated at the end, over the work."""
+    """Energy balance: work less stored and dissipated energy at the end, over the work."""
     work = work_along(study.separation, study.traction)[-1]
     return float(abs(work - study.state[-1, LEDGER].sum()) / abs(work))
 
 
 def steps() -> list[Trial]:
-    """One step of 10 s_f against 1000, and paths by separations in a few steps."""
+    """Compare one step of 10 s_f with 1000 steps, and prescribed separations in a few steps with many."""
     rough = Interface(replace(TABLE_2, kc=20.0), Pattern.regular(4, 30.0))
     trials = []
     exact = newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=1000), -1.0)
@@ -67,7 +67,7 @@ def steps() -> list[Trial]:
 
 
 def path(corners: ArrayLike, steps: int) -> Floats:
-    """Straight legs from corner to corner, `steps` each."""
+    """Straight legs from corner to corner, each in `steps` steps."""
     corners = np.asarray(corners, dtype=float)
     share = np.linspace(0.0, 1.0, steps + 1)[1:, None]
     return np.concatenate([a + share * (b - a) for a, b in pairwise(corners)])
@@ -76,11 +76,11 @@ def path(corners: ArrayLike, steps: int) -> Floats:
 STEPS = Edge(
     "steps",
     "Large steps",
-    "The return mapping is implicit: a step of 10 s_f through onset, rupture and sliding converges and, "
-    "under a held pressure, ends at the right traction. The energies are sums over the path and do not; nor "
-    "do tractions where the path turns while planes slide.",
-    "Limit the growth of damage in an increment (PROPS 14) where energies matter; resolve reversals. The "
-    "ledger work = stored + rupture + friction shows the error.",
+    "The return mapping is implicit. A step of 10 s_f through onset, rupture and sliding converges and, "
+    "under a constant pressure, ends at the right traction. The energies are sums over the path and are "
+    "wrong. Tractions are also wrong if the path reverses while planes slide.",
+    "Limit the growth of damage in an increment (PROPS 14) where energies matter, and end an increment at "
+    "each reversal. The energy balance work = stored + rupture + friction shows the error.",
     steps,
 )
 
@@ -88,7 +88,7 @@ STEPS = Edge(
 
 
 FAR = 1e12
-"""Residual strength, of |sigma_N|, beyond which it is infinite but for rounding."""
+"""Residual strength over |sigma_N| beyond which the strength counts as infinite."""
 
 
 def facing_angle(sides: int, direction: ArrayLike) -> Floats:
@@ -100,18 +100,18 @@ def facing_angle(sides: int, direction: ArrayLike) -> Floats:
 
 
 def locks(interface: Interface, direction: float) -> bool:
-    """Whether the traction of the dead interface grows with the slip, far out, instead of staying."""
+    """Whether the traction of the fully damaged interface grows with the slip at a large slip."""
     far = 1e4 * S_F
-    # one step of 10 s_f breaks every plane
+    # one step of 10 s_f damages every plane fully
     study = newton_study(interface, direction, [10 * S_F, 0.5 * far, far], -0.01, preload=1, tolerance=1e-6)
     if not study.converged:
         raise RuntimeError(f"slip at {direction:g} degrees: {study.end}")
     before, after = study.traction[-2:, 1:] @ direction_vector(direction)
-    return bool(after > 1.5 * before)  # 2 if it grows with the slip, 1 if it stays
+    return bool(after > 1.5 * before)  # 2 if proportional to the slip, 1 if constant
 
 
 def locking() -> list[Trial]:
-    """The closed form as a coefficient of friction, and the law in all directions."""
+    """Use the closed form as a coefficient of friction, and run the law in all directions."""
     theta = 30.0
     slope = np.tan(np.radians(theta))
     trials = []
@@ -151,10 +151,10 @@ def locking() -> list[Trial]:
 LOCKING = Edge(
     "locking",
     "Locking at mu tan(theta) = 1",
-    "Up a steep, rough plane friction holds whatever the slip: the traction grows like a spring. With no "
-    "wear in the law nothing ends that.",
-    "Keep mu tan(theta) below 1 in every direction, or expect forces limited by the bulk only. A lower "
-    "theta stands for worn asperities.",
+    "On a steep, rough plane friction prevents any sliding up: the traction grows in proportion to the "
+    "slip. The law has no wear, so this growth has no limit.",
+    "Keep mu tan(theta) below 1 in every direction; otherwise only the adjacent bodies limit the forces. A "
+    "smaller theta models worn asperities.",
     locking,
 )
 
@@ -164,10 +164,10 @@ LOCKING = Edge(
 def clamped_reversal(
     flat: Interface, clamp: ArrayLike, back: ArrayLike, slip: float, steps: int = 400
 ) -> Floats:
-    """Rupture given back, stress*length, by a flat plane slid to `slip`, clamped, and slid the other way.
+    """Decrease of the rupture energy, stress*length, of a flat plane slid to `slip`, closed, and slid back.
 
-    clamp, back (n,): closure and slip at the end of each path, both counted positive, length.  The result
-    (n,) is the largest fall of the rupture below a value it had, >= 0.
+    clamp, back (n,): closure and slip at the end of each path, both positive, length.  The result (n,) is the
+    largest fall of the rupture energy below an earlier value, >= 0.
     """
     clamp, back = np.asarray(clamp, dtype=float), np.asarray(back, dtype=float)
     zero = np.zeros(len(clamp))
@@ -190,7 +190,7 @@ def clamped_reversal(
 
 
 def second_law() -> list[Trial]:
-    """Damage with clamped slip: the law as printed, the closed region, the guard."""
+    """Damage with clamped slip: the law of the paper, the closed-form region, the guard."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
     state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
@@ -214,7 +214,7 @@ def second_law() -> list[Trial]:
     agree = int(np.sum((fall > 1e-9) == predicted))
     trials.append(
         Trial(
-            "where it happens: mu |s_N| > s_1 and reversal beyond s_1 (closed form)",
+            "region of this failure: mu |s_N| > s_1 and reversal beyond s_1 (closed form)",
             True,
             agree == len(fall),
             f"{agree} of {len(fall)} paths as predicted ({int(predicted.sum())} fall, by up to "
@@ -230,11 +230,11 @@ def second_law() -> list[Trial]:
 SECOND_LAW = Edge(
     "second-law",
     "Damage with clamped slip",
-    "A plane is slid open to s_1, clamped to s_N and slid back to -r. Beyond r = s_1 it damages on; its "
-    "broken part is then strained by up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2 and damage "
-    "releases energy where q > r. It begins for mu |s_N| > s_1.",
-    "Watch STATEV 3 (rupture): where it falls the law is outside its ground (CNS, seismic paths). The guard "
-    "(PROPS 17) holds the damage back there.",
+    "A plane is slid open to s_1, closed to s_N and slid back to -r. Beyond r = s_1 its damage grows again. "
+    "The elastic slip of its contact is then up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2, and "
+    "growing damage releases energy where q > r. This happens for mu |s_N| > s_1.",
+    "Look at STATEV 3 (rupture): if it decreases, the law is outside its range of validity (CNS, seismic "
+    "paths). The guard (PROPS 17) prevents this growth of damage.",
     second_law,
 )
 
@@ -242,7 +242,7 @@ SECOND_LAW = Edge(
 
 
 def held_error(material: Material, slips: Floats, sigma_N: float) -> float:
-    """Largest error of the held normal traction over sigma0 along a slip test; inf: equilibrium lost."""
+    """Largest error of the prescribed normal traction over sigma0 in a slip test; inf: lost equilibrium."""
     rough = Interface(material, Pattern.regular(4, 30.0))
     try:
         history = rough.confined_slip(20.0, slips, sigma_N, preload=10)
@@ -252,7 +252,7 @@ def held_error(material: Material, slips: Floats, sigma_N: float) -> float:
 
 
 def stiffness() -> list[Trial]:
-    """Contact against bond, and mode II against mode I, from 1e-9 to 1e9."""
+    """Stiffness ratios of contact to bond and of mode II to mode I from 1e-9 to 1e9."""
     ratios = 10.0 ** np.arange(-9, 10, 3)
     slips = ramp(0.0, 2.0 * S_F, steps=100)
     closing, shear, plain_closing, plain_shear = [], [], [], []
@@ -295,9 +295,9 @@ def stiffness() -> list[Trial]:
 STIFFNESS = Edge(
     "stiffness",
     "Stiffness ratios",
-    "A separation is known to 16 digits: times a stiffness 1e9 that of the bond, the traction has seven "
-    "left. An elastic tangent diverges as soon as the contact is more than twice as stiff as the bond.",
-    "kc of 10 to 1e4 makes the contact stiff enough. Consistent tangent.",
+    "A separation has 16 digits. With a contact 1e9 times as stiff as the bond, the traction has seven "
+    "digits. An elastic tangent diverges as soon as the contact is more than twice as stiff as the bond.",
+    "Choose kc between 10 and 1e4, which makes the contact stiff enough, and use the consistent tangent.",
     stiffness,
 )
 
@@ -322,7 +322,7 @@ def units() -> list[Trial]:
     worst = max(np.abs(run(a, b) - one).max() for a in factors for b in factors) / np.abs(one).max()
     trials = []
     for stress, survives in ((1e-9, False), (1.0, True), (1e9, False)):
-        # 1e-6 in the units of the user, over the scale of the residuals
+        # an absolute tolerance of 1e-6 in the units of the user, over the scale of the residuals
         study = newton_study(scaled(1.0, stress), 20.0, slips, -stress, 10, tolerance=1e-6 / (4.0 * stress))
         off = np.abs(study.traction[-1] / stress - one[len(study.iterations) - 11, 3:6]).max() / 3.0
         good = study.converged and off < ACCEPTED
@@ -343,8 +343,9 @@ def units() -> list[Trial]:
 UNITS = Edge(
     "units",
     "Units",
-    "The law has no constant with a unit. A tolerance with one accepts anything, or nothing.",
-    "Tolerances relative to sigma0 or to the loads.",
+    "The law has no built-in constant with a unit. An absolute tolerance accepts everything or nothing if "
+    "the units change.",
+    "Use tolerances relative to sigma0 or to the loads.",
     units,
 )
 
@@ -352,7 +353,7 @@ UNITS = Edge(
 
 
 def single() -> list[Trial]:
-    """The VUMATs of both precisions: a long slip, then small increments back, elastic."""
+    """VUMATs of both precisions: a long slip, then small elastic increments back."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     back, n = 2e-3, 1000
     trials = []
@@ -374,9 +375,9 @@ def single() -> list[Trial]:
 SINGLE = Edge(
     "single",
     "Single precision",
-    "An explicit code gives increments; the separation is their sum. In single precision increments below "
-    "6e-8 of the separation are lost, and s_T - s_di has an error of 6e-8 K |s_T|.",
-    "double=both in Abaqus/Explicit where slips exceed 1e3 s_0 or increments fall below 1e-6 of the slip.",
+    "An explicit code passes increments; the separation is their sum. In single precision increments below "
+    "6e-8 of the separation are lost, and K (s_T - s_di) has an error of 6e-8 K |s_T|.",
+    "Use double=both in Abaqus/Explicit if slips exceed 1e3 s_0 or increments are below 1e-6 of the slip.",
     single,
 )
 
@@ -384,7 +385,7 @@ SINGLE = Edge(
 
 
 def explicit() -> list[Trial]:
-    """A mass on the bond and on a stiff contact, time steps around the critical one."""
+    """A mass on the bond and on a stiff contact, with time steps around the critical one."""
     mass = 1.0
     omega = np.sqrt(K / mass)
     velocity = 0.05 * S_0 * omega
@@ -392,7 +393,7 @@ def explicit() -> list[Trial]:
     trials = []
 
     def judge(label: str, flight: Flight, scale: float, share: float, survives: bool) -> None:
-        # of a linear oscillator with the mean of the velocities: 1 - share^2 to 1 of its amplitude
+        # bound for a linear oscillator whose kinetic energy is that of the mean velocity
         bound = 1.0 / (1.0 - share**2) if share < 1.0 else np.inf
         growth = np.abs(flight.energy).max() / scale
         reach = np.abs(flight.separation).max() / S_0
@@ -408,7 +409,7 @@ def explicit() -> list[Trial]:
         start = np.array([velocity, 0.0, 0.0])
         flight = fly(bond, mass, share * 2.0 / omega, 400, start, np.zeros(3))
         judge(f"bond, dt = {share:g} x 2/omega", flight, energy, share, survives)
-    # pressed shut and pushed: it oscillates about its closure and never opens
+    # an initial closure and a velocity: the mass oscillates about its closure and never opens
     kc, pressure = 100.0, 0.3
     stiff = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
     closed, push = -pressure / (kc * K), 0.05 * pressure / np.sqrt(kc * K * mass)
@@ -428,12 +429,12 @@ def explicit() -> list[Trial]:
 EXPLICIT = Edge(
     "explicit",
     "Time step of an explicit code",
-    "Central differences are stable below dt = 2/omega, omega^2 = K/m for the bond and kc K/m for the "
-    "contact. Above, the interface breaks by itself.",
-    "Leave the increment to the host: the VUMAT answers the packager's probe with the stiffer of bond and "
-    "contact. kc costs a factor sqrt(kc) in the increment.",
+    "Central differences are stable below dt = 2/omega, with omega^2 = K/m for the bond and kc K/m for the "
+    "contact. Above this limit the oscillation grows without any load until the interface breaks.",
+    "Let the host choose the increment: in the data check the VUMAT returns the larger stiffness of bond and "
+    "contact. A contact stiffness kc reduces the increment by the factor sqrt(kc).",
     explicit,
 )
 
 EDGES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, UNITS, SINGLE, EXPLICIT)
-"""Entries of this file."""
+"""Entries of this module."""

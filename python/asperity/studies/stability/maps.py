@@ -1,4 +1,4 @@
-"""Maps from real runs: which method converges where, what it costs, and what the closed forms say."""
+"""Maps of convergence and cost of methods, with boundaries from closed forms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .law_edges import clamped_reversal, locks
 from .solver_edges import SPRING, pulled, ramp
 
 Row = dict[str, float | str]
-"""One cell of a map, by the columns of its CSV."""
+"""Values of one cell of a map by the columns of its CSV."""
 
 DIRECTION = 20.0
 """Direction of the shear in the map of tangents, degrees."""
@@ -35,7 +35,7 @@ FAILED = "0.85"
 
 
 def draw_maps(folder: Path, size: int, pdf: bool = False) -> Iterator[Path]:
-    """Run and draw every map; size: cells along an axis.  Yields the files as they are written."""
+    """Compute and draw every map; size: cells along an axis.  Yields the names of the written files."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, compute, draw in (
         ("tangents", tangent_rows, draw_tangents),
@@ -59,7 +59,7 @@ def draw_maps(folder: Path, size: int, pdf: bool = False) -> Iterator[Path]:
 
 
 def _shown(name: str, rows: Iterator[Row]) -> Iterator[Row]:
-    """Rows as they come, counted on standard error."""
+    """Yield the rows and show their count on standard error."""
     n = 0
     for n, row in enumerate(rows, 1):
         if n % 20 == 0 and sys.stderr.isatty():
@@ -71,7 +71,7 @@ def _shown(name: str, rows: Iterator[Row]) -> Iterator[Row]:
 def cells(
     rows: Sequence[Row], x: str, y: str, value: str | Callable[[Row], float]
 ) -> tuple[Floats, Floats, Floats]:
-    """Values of x and y, and the value of every cell (len(y), len(x)), NaN where there is none."""
+    """Values of x and y, and the value of every cell (len(y), len(x)), NaN for a missing cell."""
     xs, ys = (np.array(sorted({float(row[name]) for row in rows})) for name in (x, y))
     grid = np.full((len(ys), len(xs)), np.nan)
     for row in rows:
@@ -85,11 +85,11 @@ def cells(
 SHOWN_TANGENTS = ("consistent", "symmetrised", "secant")
 
 MOST = 100
-"""Iterations of an increment in the map of tangents."""
+"""Largest number of iterations of an increment in the map of tangents."""
 
 
 def tangent_rows(size: int) -> Iterator[Row]:
-    """Iterations of three tangents, and signs of the tangent along the path, over friction and slope."""
+    """Iterations with three tangents, and signs of the tangent along the path, over friction and slope."""
     for theta in np.linspace(0.0, 60.0, size):
         for mu in np.linspace(0.0, 1.6, size):
             row: Row = {"mu": float(mu), "theta": float(theta)}
@@ -113,7 +113,7 @@ def _symmetric(matrices: Floats) -> float:
 
 
 def draw_tangents(rows: Sequence[Row]) -> Figure:
-    """Iterations per tangent, and where the symmetric part and the determinant lose their sign."""
+    """Draw the iterations per tangent, and where the symmetric part and the determinant change their sign."""
     figure, axes = plt.subplots(2, 2, figsize=(9.5, 8.2), layout="constrained", sharex=True, sharey=True)
     norm = BoundaryNorm([1, 2, 3, 4, 6, 10, 20, 40, 100], 256)
     image = None
@@ -151,8 +151,8 @@ def draw_tangents(rows: Sequence[Row]) -> Figure:
         ax.set_ylabel(r"inclination $\theta$ [degree]")
     handles = [
         Line2D([], [], color=COLOURS[1], linewidth=2.0, label="locking, closed form"),
-        Line2D([], [], color="black", label="symmetric part of the system loses its sign"),
-        Line2D([], [], color="black", linestyle="--", label="determinant of the tangent loses its sign"),
+        Line2D([], [], color="black", label="symmetric part of the system becomes indefinite"),
+        Line2D([], [], color="black", linestyle="--", label="determinant of the tangent becomes negative"),
         Line2D([], [], color="0.4", marker="x", linestyle="", label="does not converge"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small")
@@ -164,14 +164,14 @@ def draw_tangents(rows: Sequence[Row]) -> Figure:
 
 
 def _locking_friction(theta: Floats, phi: float) -> Floats:
-    """Friction at which a plane at phi, radians, locks: the denominator of the residual strength is 0."""
+    """Friction at which a plane at phi, radians, locks: zero of the denominator of the residual strength."""
     slope = np.tan(np.radians(theta)) * np.cos(phi)
     result: Floats = np.cos(np.radians(theta)) * np.sqrt(1.0 + slope**2) / slope
     return result
 
 
 def _failed(ax: Axes, x: Floats, y: Floats, failed: np.ndarray) -> None:
-    """Grey with a cross where a method fails."""
+    """Mark cells in which a method fails by grey and a cross."""
     ax.set_facecolor(FAILED)
     i, j = np.nonzero(failed)
     ax.plot(x[j], y[i], "x", color="0.4", markersize=3, markeredgewidth=0.7)
@@ -183,7 +183,7 @@ SIDES = 16
 """Pattern of the map of steps: RP-16, which snaps."""
 
 OUTCOMES = ("smooth", "snap", "lost")
-"""Paths of the driver's solver: the last of these events in it, or none."""
+"""Results of the driver's solver: the last of these events on a path, or none."""
 
 
 def step_rows(size: int) -> Iterator[Row]:
@@ -213,7 +213,7 @@ def step_rows(size: int) -> Iterator[Row]:
 
 
 def _pressures(size: int) -> list[float]:
-    """Normal traction over sigma0 from +0.5 through 0 to -100, dense around 0."""
+    """Values of the normal traction over sigma0 from +0.5 through 0 to -100, dense around 0."""
     below = max(2, (3 * size) // 4)
     above = max(1, size - below - 1)
     return [
@@ -224,7 +224,7 @@ def _pressures(size: int) -> list[float]:
 
 
 def draw_steps(rows: Sequence[Row]) -> Figure:
-    """Plain Newton beside the solver."""
+    """Draw plain Newton beside the solver of the driver."""
     pressures = sorted({float(row["sigma_N/sigma0"]) for row in rows}, reverse=True)
     steps = sorted({float(row["step/s_f"]) for row in rows})
     shape = (len(steps), len(pressures))
@@ -271,13 +271,14 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
     figure.colorbar(image, ax=axes, label="iterations per increment [-]", format="%g")
     handles = [
         Line2D([], [], color="0.4", marker="x", linestyle="", label="does not converge"),
-        Line2D([], [], color=COLOURS[1], marker="o", linestyle="", label="snap, and on"),
+        Line2D([], [], color=COLOURS[1], marker="o", linestyle="", label="snap, then converges"),
         Line2D([], [], color=COLOURS[1], linewidth=2.0, label="snap line"),
         Line2D([], [], color="0.3", marker="_", linestyle="", label="no equilibrium (tension)"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
     figure.suptitle(
-        rf"RP-{SIDES}, 30°, slip from 0 to $s_f$ along $T_x$ under a held normal traction", fontsize="medium"
+        rf"RP-{SIDES}, 30°, slip from 0 to $s_f$ along $T_x$ under a constant normal traction",
+        fontsize="medium",
     )
     return figure
 
@@ -285,14 +286,14 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
 # --- law: locking, and the second law -----------------------------------------------------------------------
 
 LOCK_DIRECTIONS = (0.0, 15.0, 30.0, 45.0)
-"""Directions of the map of locking, degrees: RP-4 repeats itself beyond."""
+"""Directions of the map of locking, degrees; by symmetry RP-4 needs no others."""
 
 FIRST_SLIP = 0.15
-"""Slip before the clamp in the map of the second law, over s_f."""
+"""Slip before the closure in the map of the second law, over s_f."""
 
 
 def law_rows(size: int) -> Iterator[Row]:
-    """Directions that lock over (mu, theta), and rupture given back over (clamp, reversal)."""
+    """Locking directions over (mu, theta), and decrease of the rupture energy over (closure, reversal)."""
     for theta in np.linspace(0.0, 60.0, size):
         for mu in np.linspace(0.0, 3.0, size):
             rough = Interface(replace(TABLE_2, mu=mu), Pattern.regular(4, theta))
@@ -306,7 +307,7 @@ def law_rows(size: int) -> Iterator[Row]:
 
 
 def draw_law(rows: Sequence[Row]) -> Figure:
-    """Locking beside the second law, with their closed forms."""
+    """Draw locking beside the second law, with the closed forms."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.8), layout="constrained")
     mu, theta, grid = cells([row for row in rows if row["map"] == "locking"], "x", "y", "value")
     levels = np.arange(-0.5, len(LOCK_DIRECTIONS) + 1.0)
@@ -331,7 +332,7 @@ def draw_law(rows: Sequence[Row]) -> Figure:
         clamp, back, np.where(fall > 0.0, fall, np.nan), vmin=0.0, vmax=top, cmap="cividis"
     )
     right.set_facecolor("white")
-    figure.colorbar(image, ax=right, label=r"rupture given back [$G_c$]")
+    figure.colorbar(image, ax=right, label=r"decrease of the rupture energy [$G_c$]")
     edge = FIRST_SLIP / TABLE_2.mu
     right.plot([clamp[-1], edge, edge], [FIRST_SLIP, FIRST_SLIP, back[-1]], color=COLOURS[1], linewidth=2.0)
     right.set(xlabel=r"clamp $-s_N/s_f$ [-]", ylabel=r"reversal $-s_L/s_f$ [-]")

@@ -1,4 +1,4 @@
-"""Edges at which the search for equilibrium fails: snaps, chatter, dead interfaces, softening, tangents."""
+"""Failure modes of the search for equilibrium: snaps, chatter, full damage, softening, tangents."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ SPRING = 0.3
 
 
 def ramp(*corners: float, steps: int) -> Floats:
-    """Values from the first corner, which is left out, to the last, `steps` for each leg."""
+    """Values from the first corner, which is left out, to the last, in `steps` steps for each leg."""
     return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)])
 
 
 def period(residuals: Floats, most: int = 6) -> int:
-    """Period with which the last residuals repeat, 0: they do not."""
+    """Period of the last residuals, 0 if they do not repeat."""
     tail = residuals[-2 * most :]
     for n in range(1, most + 1):
         if len(tail) == 2 * most and np.allclose(tail[n:], tail[:-n], rtol=1e-6, atol=0.0):
@@ -50,7 +50,7 @@ def pulled(
 
 
 def snap() -> list[Trial]:
-    """Plain Newton against the solver at the fold."""
+    """Compare plain Newton and the solver at the fold."""
     trials = []
     for sides, steps, survives in (
         (16, 100, False), (16, 400, False), (16, 2000, False),
@@ -58,7 +58,9 @@ def snap() -> list[Trial]:
     ):  # fmt: skip
         rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
         study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
-        leap = "it leaps over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
+        leap = (
+            "one step leaps over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
+        )
         trials.append(plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, leap))
     run = drive("snap")
     row = run.rows_with("snap")[-1]
@@ -81,10 +83,10 @@ def snap() -> list[Trial]:
 SNAP = Edge(
     "snap",
     "Fold of the slip path at low pressure",
-    "Fine patterns (m >= 13 at 30°) and steep ones lose the neighbouring equilibrium where their last "
-    "planes open: the next one is a jump away. Small steps meet the fold, large ones leap over it by luck.",
-    "Small steps do not help. Viscous damage, an implicit dynamic step, or a solver that goes on to the next "
-    "equilibrium; look for the event snap.",
+    "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last planes "
+    "open; the next equilibrium is a jump away. Small steps stop at the fold; large ones pass it by chance.",
+    "Small steps do not help. Use viscous damage, an implicit dynamic step, or a solver that continues at "
+    "the next equilibrium, as the driver does with the event snap.",
     snap,
 )
 
@@ -92,7 +94,7 @@ SNAP = Edge(
 
 
 def chatter() -> list[Trial]:
-    """Iterates that go to and fro across s_n = 0."""
+    """Iterates that alternate across s_n = 0."""
     steep = Interface(Material(3.0, 0.3, 0.9, 0.6), Pattern.regular(6, 50.0))
     study = newton_study(steep, 0.0, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
     tail = study.residuals[-1]
@@ -127,14 +129,15 @@ def chatter() -> list[Trial]:
 
 CHATTER = Edge(
     "chatter",
-    "To and fro across s_n = 0",
-    "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes: at a "
-    "fold, or with a tangent that does not know the contact.",
-    "Consistent tangent. Where it alternates too there is no equilibrium near by: treat it as a snap.",
+    "Iterates that alternate across s_n = 0",
+    "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes at a "
+    "fold, or with a tangent that leaves out the contact.",
+    "Use the consistent tangent. If iterates still alternate, there is no equilibrium nearby: treat this as "
+    "a snap.",
     chatter,
 )
 
-# --- dead ---------------------------------------------------------------------------------------------------
+# --- full damage --------------------------------------------------------------------------------------------
 
 
 def dead() -> list[Trial]:
@@ -154,12 +157,12 @@ def dead() -> list[Trial]:
             best >= 0.1,
             f"no solution: the largest t_N over {len(s)} openings from -10 to 10^4 mm is {best:g} MPa",
         ),
-        plain("plain Newton, -1 MPa on the open, dead interface", pressed, False),
+        plain("plain Newton, -1 MPa on the open, fully damaged interface", pressed, False),
         Trial(
             "solver, t_N = +0.1 MPa",
             False,
             "lost" not in lost.events[-1],
-            f"says so: event lost, all {len(lost.events)} rows kept",
+            f"reports the event lost and writes all {len(lost.events)} rows",
         ),
         Trial(
             "solver, t_N = -1 MPa from s_N = 1 mm",
@@ -172,11 +175,11 @@ def dead() -> list[Trial]:
 
 DEAD = Edge(
     "dead",
-    "Dead interface under a given traction",
-    "Open and dead, the interface has no stiffness. Under tension there is no solution at all; under "
+    "Fully damaged interface under a prescribed traction",
+    "An open and fully damaged interface has no stiffness. Under tension there is no solution at all; under "
     "pressure there is one, but no tangent leads to it.",
-    "Separation control, or stiffness around the point (the adjacent bodies, or a weak spring). Never "
-    "delete the point: contact must survive.",
+    "Prescribe separations, or add stiffness around the point (the adjacent bodies, or a weak spring). Never "
+    "delete the point: its contact must remain.",
     dead,
 )
 
@@ -184,7 +187,7 @@ DEAD = Edge(
 
 
 def unloading() -> list[Trial]:
-    """Slip back after a climb, contact stiffer than the bond."""
+    """Slip back after a climb, with a contact stiffer than the bond."""
     rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0), Pattern.regular(4, 30.0))
 
     def back(steps: int, spring: float = 0.0) -> NewtonStudy:
@@ -218,11 +221,11 @@ def unloading() -> list[Trial]:
 
 UNLOADING = Edge(
     "unloading",
-    "Slip back from a climb",
-    "At the crest only the facing planes touch. The first slip back by more than |s_n|/sin(theta), the "
-    "closure of the facing plane over the sine of the slope, lifts them off before s_N has followed: no "
-    "stiffness is left.",
-    "Steps below |s_n|/sin(theta) on reversals, or a weak spring in the normal direction.",
+    "Reversal after a climb",
+    "After a climb only the facing planes are in contact. A first step back of more than |s_n|/sin(theta), "
+    "the closure of the facing plane over the sine of the slope, opens them while s_N is still unchanged: "
+    "then the joint has no stiffness.",
+    "Use steps below |s_n|/sin(theta) at reversals, or a weak spring in the normal direction.",
     unloading,
 )
 
@@ -264,22 +267,22 @@ def softening() -> list[Trial]:
 
 SOFTENING = Edge(
     "softening",
-    "Past the peak",
+    "Softening after the peak",
     "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
     "surroundings softer than K_s snap back, whatever the step.",
-    "Separation control, or arc length. Refine until the bulk beside the interface is stiffer than K_s, or "
-    "damp.",
+    "Prescribe separations, or use arc length. Refine until the bulk beside the interface is stiffer than "
+    "K_s, or use viscous damage.",
     softening,
 )
 
 # --- tangents -----------------------------------------------------------------------------------------------
 
 FRICTIONS, SLOPES = (0.1, 0.5, 0.9, 1.3), (0.0, 10.0, 30.0, 45.0)
-"""mu and theta of the tangents' trials."""
+"""Values of mu and theta in the trials of tangents."""
 
 
 def tangents() -> list[Trial]:
-    """Every tangent on 16 interfaces."""
+    """Run every tangent on 16 interfaces."""
     trials = []
     for tangent, increments, most, survives in (
         ("consistent", 10, 25, True), ("numerical", 10, 25, True), ("symmetrised", 10, 25, False),
@@ -295,7 +298,7 @@ def tangents() -> list[Trial]:
             found += f"; {cost:.1f} iterations and {updates:.1f} updates an increment"
         name = {
             "start": "modified Newton: tangent at the start of the increment",
-            "elastic": "tangent at rest",
+            "elastic": "tangent of the virgin joint",
         }
         label = (
             f"{name.get(tangent, f'{tangent} tangent')}, {increments} increments of at most {most} iterations"
@@ -307,9 +310,9 @@ def tangents() -> list[Trial]:
 TANGENTS = Edge(
     "tangents",
     "Symmetric and elastic tangents",
-    "Friction makes the tangent unsymmetric, softening indefinite. RP-4 pressed by 1 MPa and sheared "
-    "through springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°.",
-    "The unsymmetric solver (UNSYMM) and DDSDDE as it comes. Where a host symmetrises it (CalculiX), "
+    "Friction makes the tangent unsymmetric, softening makes it indefinite. Load case: RP-4 pressed by 1 MPa "
+    "and sheared through springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°.",
+    "Use the unsymmetric solver (UNSYMM) and DDSDDE without change. If a host symmetrises DDSDDE (CalculiX), "
     "smaller steps do not help: keep friction low, or use an explicit code.",
     tangents,
 )
@@ -318,7 +321,7 @@ TANGENTS = Edge(
 
 
 def wrong() -> list[Trial]:
-    """Tangents that a user routine got wrong."""
+    """Wrong tangents of a user routine."""
     return [
         plain(f"{name} tangent", pulled(0.5, 30.0, tangent), survives)
         for name, tangent, survives in (
@@ -332,11 +335,11 @@ def wrong() -> list[Trial]:
 WRONG = Edge(
     "wrong",
     "Zero and wrong-signed tangents",
-    "A user routine that leaves DDSDDE at zero, or takes opening for closing.",
+    "A user routine leaves DDSDDE at zero or gives it the wrong sign.",
     "Compare DDSDDE with differences of the traction before the first run (`newton_path(..., "
     "tangent='numerical')`).",
     wrong,
 )
 
 EDGES = (SNAP, CHATTER, DEAD, UNLOADING, SOFTENING, TANGENTS, WRONG)
-"""Entries of this file."""
+"""Entries of this module."""
