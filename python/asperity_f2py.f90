@@ -33,7 +33,7 @@ subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper
   character(len=8), intent(out) :: owner          !! law, pattern, host, numerics or none
   character(len=64), intent(out) :: meaning       !! one line
   character(len=14), intent(out) :: unit          !! in the user's consistent set
-  character(len=40), intent(out) :: admissible    !! what an error message says was expected
+  character(len=40), intent(out) :: admissible    !! expectation in an error message
   double precision, intent(out) :: lower, upper   !! ends of the range
   double precision, intent(out) :: default_value  !! value where none is given
   integer, intent(out) :: whole                   !! 1: integral, else 0
@@ -254,11 +254,11 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
   integer, intent(in) :: nstatv                            !! state variables of a point
-  integer, intent(in) :: room                              !! rows that are kept
+  integer, intent(in) :: room                              !! size of the arrays of rows
   double precision, intent(in) :: direction                !! from Tx towards Ty, degrees
   integer, intent(in) :: n                                 !! turning points
-  double precision, intent(in) :: turns(n)                 !! slips in their order, length
-  double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
+  double precision, intent(in) :: turns(n)                 !! slips at the reversals and at the end, length
+  double precision, intent(in) :: sigma_n                  !! constant normal traction, stress
   double precision, intent(in) :: tolerance                !! relative
   double precision, intent(in) :: times(n)                 !! of the turning points (viscous damage only), time
   double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
@@ -303,7 +303,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
     traction, state, work, n_rows, n_turns, times)
 end subroutine interface_adaptive_slip
 
-!> Confined slip test: slips along a direction under a held normal traction.
+!> Confined slip test: slips along a direction under a constant normal traction.
 subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, sigma_n, preload, times, &
                                    preload_time, stiffness, separation, traction, state, work, jumps, n_done, status, &
                                    message)
@@ -319,8 +319,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   integer, intent(in) :: nstatv                            !! state variables of a point
   integer, intent(in) :: n                                 !! slips
   double precision, intent(in) :: direction                !! from Tx towards Ty, degrees
-  double precision, intent(in) :: slips(n)                 !! slips in their order, length
-  double precision, intent(in) :: sigma_n                  !! normal traction that is held, stress
+  double precision, intent(in) :: slips(n)                 !! slips at the reversals and at the end, length
+  double precision, intent(in) :: sigma_n                  !! constant normal traction, stress
   integer, intent(in) :: preload                           !! increments of the preload, >= 1
   double precision, intent(in) :: times(n)                 !! of the slips (viscous damage only), not decreasing, time
   double precision, intent(in) :: preload_time             !! duration of the preload, >= 0, time
@@ -331,7 +331,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   double precision, intent(inout) :: work(n)            !! of the traction on the separation, stress*length
   double precision, intent(inout) :: jumps(9, 0:n)      !! of the preload and every slip: snaps, parts, separation before
                                                         !! and after the longest snap, energy set free by all
-  integer, intent(out) :: n_done                           !! rows that converged; fewer than n: equilibrium lost
+  integer, intent(out) :: n_done                           !! number of converged rows; less than n: lost equilibrium
   integer, intent(out) :: status                           !! 0 or status_separation
   character(len=32768), intent(out) :: message             !! every bad value; slips count from 0
   !f2py threadsafe
@@ -382,7 +382,7 @@ subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, 
   integer, intent(in) :: n                                 !! rows
   double precision, intent(in) :: separation(3, n)         !! separation (N, Tx, Ty), length
   double precision, intent(in) :: state(nstatv, n)         !! STATEV; before the first row the point was virgin
-  integer, intent(in) :: jumps(2, n)                       !! not 0: the row has a snap, was solved in parts
+  integer, intent(in) :: jumps(2, n)                       !! not 0: the row has a snap, was solved in sub-increments
   character(len=64), intent(inout) :: names(n)             !! names joined by +, blank: none
   !f2py threadsafe
   type(interface_type) :: joint
@@ -403,7 +403,7 @@ subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, 
   end do
 end subroutine interface_events
 
-!> Newton's method without safeguards: one virgin point along given values of mixed control.
+!> Newton's method without safeguards: one virgin point along prescribed values of mixed control.
 subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, durations, kind, tolerance, separation, &
                        traction, state, iterations, updates, residuals, n_done, ended)
   use asperity_contract, only: status_ok
@@ -416,20 +416,20 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
   integer, intent(in) :: nstatv                               !! state variables of a point
   integer, intent(in) :: n                                    !! increments
   integer, intent(in) :: most                                 !! iterations of an increment
-  integer, intent(in) :: held(3)                              !! 1: the traction (N, Tx, Ty) is given, 0: the separation
+  integer, intent(in) :: held(3)                              !! 1: traction (N, Tx, Ty) prescribed, 0: separation
   double precision, intent(in) :: spring(3)                   !! stiffness of the surroundings, stress/length
   double precision, intent(in) :: targets(3, n)               !! separation, or traction + spring*separation
   double precision, intent(in) :: durations(n)                !! of the increments (viscous damage only), time
   integer, intent(in) :: kind                                 !! which tangent, from 1
-  double precision, intent(in) :: tolerance                   !! residual that is accepted, relative
+  double precision, intent(in) :: tolerance                   !! accepted relative residual
   double precision, intent(inout) :: separation(3, n)         !! separation (N, Tx, Ty), length
   double precision, intent(inout) :: traction(3, n)           !! traction, stress
   double precision, intent(inout) :: state(nstatv, n)         !! STATEV
   integer, intent(inout) :: iterations(n)                     !! linear systems solved
   integer, intent(inout) :: updates(n)                        !! updates of the law
   double precision, intent(inout) :: residuals(most + 1, n)   !! relative, -1 where none was needed
-  integer, intent(out) :: n_done                              !! increments that converged
-  integer, intent(out) :: ended                               !! 0, or why the last one did not
+  integer, intent(out) :: n_done                              !! number of converged increments
+  integer, intent(out) :: ended                               !! 0, or the reason of failure of the last increment
   !f2py threadsafe
   type(interface_type) :: joint
   type(control_type) :: control
@@ -444,7 +444,7 @@ subroutine newton_path(nprops, props, nstatv, n, most, held, spring, targets, du
     updates, residuals, n_done, ended)
 end subroutine newton_path
 
-!> Name of a tangent of newton_path; blank: there is none of that number.
+!> Name of a tangent of newton_path; blank for an unknown number.
 subroutine newton_tangent(kind, name)
   use asperity_naive_newton, only: tangent_names
   implicit none

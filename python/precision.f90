@@ -2,7 +2,7 @@
 
 !> Take a virgin point along separations by the single-precision law for blocks, in one of three ways.
 !>
-!> 1: the host knows the separation and hands it over, rounded, at the start and the end of each increment.
+!> 1: the host passes the separation, rounded, at the start and the end of each increment.
 !> 2: the host hands over increments, rounded, which STATEV 6-8 add up, as VUMAT does.
 !> 3: as 2, and separation and energies are added up with compensation (Kahan 1965).
 subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, traction, damage, work, status)
@@ -16,12 +16,12 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
   integer, intent(in) :: way                                   !! 1, 2 or 3
   integer, intent(in) :: n                                     !! increments
   double precision, intent(in) :: s(3, n)                      !! separation (N, Tx, Ty) at their ends, length
-  integer, intent(in) :: stride                                !! increments between rows that are kept
+  integer, intent(in) :: stride                                !! increments between returned rows
   integer, intent(in) :: n_kept                                !! n/stride
   double precision, intent(inout) :: traction(3, n_kept)       !! traction, stress
   double precision, intent(inout) :: damage(n_kept)            !! damage
   double precision, intent(inout) :: work(3, n_kept)           !! rupture, friction, work, stress*length
-  integer, intent(out) :: status                               !! 0 or that of the constants
+  integer, intent(out) :: status                               !! 0, or the status of the constants
   !f2py threadsafe
   integer, parameter :: wp = real32
   integer, parameter :: ledger(2) = [v_rupture, v_friction]
@@ -76,11 +76,11 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
 
 contains
 
-  !> Add to sums, with what rounding lost so far; volatile, so that no optimisation takes it away.
+  !> Compensated sum; volatile, so that no optimisation removes the compensation.
   subroutine add(total, low, part)
     real(wp), intent(inout) :: total(3)   !! sums
-    real(wp), intent(inout) :: low(3)     !! what they lack, with the sign of an excess
-    real(wp), intent(in) :: part(3)       !! what is added
+    real(wp), intent(inout) :: low(3)     !! rounding error of the sums so far
+    real(wp), intent(in) :: part(3)       !! terms to add
     real(wp), volatile :: corrected(3), next(3)
     corrected = part - low
     next = total + corrected

@@ -1,4 +1,4 @@
-! Many confined slip tests in one call, in the shape f2py reads (see asperity_f2py.f90): what charts need of each row.
+! Many confined slip tests in one call, in the shape f2py reads (see asperity_f2py.f90), with the columns for charts.
 
 !> Curves of confined slip tests, one for each set of direction, normal traction and stiffness; the slips are shared.
 !>
@@ -14,13 +14,13 @@ subroutine interface_slip_curves(nprops, props, n_curves, direction, sigma_n, st
   double precision, intent(in) :: props(nprops)               !! admissible PROPS
   integer, intent(in) :: n_curves                             !! number of curves
   double precision, intent(in) :: direction(n_curves)         !! from Tx towards Ty, degrees
-  double precision, intent(in) :: sigma_n(n_curves)           !! normal traction that is held, stress
+  double precision, intent(in) :: sigma_n(n_curves)           !! constant normal traction, stress
   double precision, intent(in) :: stiffness(n_curves)         !! of the surroundings along N, stress/length
   integer, intent(in) :: n                                    !! slips of a curve
   double precision, intent(in) :: slips(n)                    !! slips in their order, length
   integer, intent(in) :: preload                              !! increments of the preload, >= 1
   double precision, intent(inout) :: rows(6, n, n_curves)     !! s_N, t_N, t_Tx, t_Ty, damage, work; 0 beyond n_done
-  integer, intent(out) :: n_done(n_curves)                    !! rows that converged, -1: the preload did not
+  integer, intent(out) :: n_done(n_curves)                    !! number of converged rows, -1: not even the preload
   integer, intent(out) :: iterations(n_curves)                !! Newton iterations of these rows
   !f2py threadsafe
   type(interface_type) :: joint

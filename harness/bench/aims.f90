@@ -1,4 +1,4 @@
-!> The ratios the library aims at, from the rows of one run.
+!> Target ratios of the library's speed, compared with the rows of one run.
 module aims
   use, intrinsic :: iso_fortran_env, only: real64
   use table, only: find
@@ -9,7 +9,7 @@ module aims
 
 contains
 
-  !> Ratio, aim and whether it is met, line by line.
+  !> Print one line for each ratio, with its target and whether the target is met.
   subroutine print_aims(rows, n_cache, n_memory)
     type(row_type), intent(in) :: rows(:)   !! all rows
     integer, intent(in) :: n_cache          !! points of the arrays in the second-level caches
@@ -52,18 +52,18 @@ contains
 
   contains
 
-    !> Time of a row in double precision.
+    !> Time of the row with these properties, in double precision.
     function ns(pattern, kernel, tangent) result(t)
       character(len=*), intent(in) :: pattern   !! its pattern
       character(len=*), intent(in) :: kernel    !! its kernel
-      logical, intent(in) :: tangent            !! whether it gives the tangent
+      logical, intent(in) :: tangent            !! whether the kernel computes the tangent
       real(real64) :: t
       type(row_type) :: row
       row = find(rows, pattern, kernel, "double", tangent, "slip")
       t = row%ns
     end function ns
 
-    !> Time of a row of arrays.
+    !> Time of the row of arrays with these properties.
     function array_ns(kernel, points, threads) result(t)
       character(len=*), intent(in) :: kernel   !! its kernel
       integer, intent(in) :: points            !! its number of points
@@ -76,7 +76,7 @@ contains
 
   end subroutine print_aims
 
-  !> One line.
+  !> Print one line.
   subroutine line(text, measured, at_least, at_most)
     character(len=*), intent(in) :: text               !! what is compared
     real(real64), intent(in) :: measured               !! its ratio

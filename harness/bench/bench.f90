@@ -1,5 +1,5 @@
-!> Cost of the update against the textbook version and against the limits of the hardware:
-!> bench [--csv FILE] [--quick] [--costs], or bench --profile PATTERN KERNEL yes|no: one kernel only, with or without
+!> Cost of the update, compared with a textbook version of the law and with the limits of the hardware:
+!> bench [--csv FILE] [--quick] [--costs], or bench --profile PATTERN KERNEL yes|no for one kernel with or without
 !> tangent.
 program bench
   use, intrinsic :: iso_fortran_env, only: error_unit, real64
@@ -12,7 +12,7 @@ program bench
     workspace_type
   use timing, only: median
   implicit none
-  !> A pattern to measure: its name, inclined planes, share of the flat plane, whether large numbers of points too.
+  !> A pattern: name, number of inclined planes, weight of the flat plane, whether it is measured with many points, too.
   type :: pattern_type
     character(len=8) :: name
     real(real64) :: m, flat
@@ -25,11 +25,11 @@ program bench
     pattern_type("RP-6", 6.0_real64, third, .true.), pattern_type("RP-8", 8.0_real64, third, .false.), &
     pattern_type("RP-16", 16.0_real64, third, .false.), pattern_type("RP-32", 32.0_real64, third, .true.), &
     pattern_type("RP-63", 63.0_real64, third, .false.)]
-  !> Table 2 of the paper.
+  !> Material of Table 2 of the paper.
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
-  !> Points: near the processor, of a scene, of a VUMAT call, and calls in memory.
+  !> Points with data in the first-level cache, points of a scene and of a VUMAT call, and calls with data in memory.
   integer, parameter :: n_small = 128, n_scene = 640, width = 128, n_calls = 1600
-  !> Points of arrays: in the second-level caches, and in memory (for a rough run fewer).
+  !> Points of arrays in the second-level cache, and in memory (fewer with --quick).
   integer, parameter :: n_cache = 2048, n_memory = 1000000, n_memory_quick = 20000
   character(len=6), parameter :: precisions(2) = ["double", "single"]
   type(row_type), allocatable :: rows(:)
@@ -73,11 +73,11 @@ program bench
     call write_csv(unit, rows)
     close (unit)
   end if
-  if (.not. abs(used) <= huge(used)) error stop "bench: results are not finite"   ! uses them all
+  if (.not. abs(used) <= huge(used)) error stop "bench: results are not finite"   ! uses all results
 
 contains
 
-  !> One pass over all patterns and scenes.
+  !> Measure all patterns and scenes once.
   subroutine measure_all(rows)
     type(row_type), allocatable, intent(out) :: rows(:)   !! with the medians of this pass
     type(workspace_type) :: work
@@ -117,12 +117,12 @@ contains
       some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
       call take_turns(work, some, turns, shortest, used)
       some%pattern = "RP-4"
-      some%scene = merge("all slip ", scene_names(i), i == slip)   ! other points than the rows of the pattern
+      some%scene = merge("all slip ", scene_names(i), i == slip)   ! other points than those of the pattern
       rows = [rows, some]
     end do
   end subroutine measure_all
 
-  !> Rows of a small scene.
+  !> Rows to measure with data in the cache.
   pure function small_rows() result(list)
     type(row_type), allocatable :: list(:)
     integer :: k
@@ -135,12 +135,12 @@ contains
     end do
   end function small_rows
 
-  !> The arguments; stops with a message if one is unknown.
+  !> Read the arguments; the program stops with a message if one is unknown.
   subroutine read_arguments(file, quick, costs, profiled)
     character(len=:), allocatable, intent(out) :: file   !! name of the CSV, empty: none
-    logical, intent(out) :: quick                        !! few turns and points: to test the program
+    logical, intent(out) :: quick                        !! few repetitions and points, to test the program
     logical, intent(out) :: costs                        !! only UMAT and block of every pattern, double precision
-    type(row_type), intent(out) :: profiled              !! the one thing to run, no kernel: all
+    type(row_type), intent(out) :: profiled              !! the kernel of --profile; no kernel: all
     character(len=4096) :: text
     integer :: k
     file = ""
@@ -172,7 +172,7 @@ contains
     end do
   end subroutine read_arguments
 
-  !> One kernel often enough for a profiler that counts instructions.
+  !> Run one kernel often enough for a profiler that counts instructions.
   subroutine profile(row)
     type(row_type), intent(in) :: row   !! pattern, kernel, tangent
     integer, parameter :: runs = 1000

@@ -1,4 +1,5 @@
-!> Arrays of points as Python and C pass them, on one or more threads, and the limit of streaming the same bytes.
+!> Arrays of points as Python and C pass them, processed by one or more threads, and a copy of the same bytes as the
+!> hardware limit.
 module many_points
   !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use asperity_contract, only: status_ok
@@ -10,7 +11,7 @@ module many_points
   private
   public :: many_work_type, new_many_work, run_points, run_copy, most_threads
 
-  !> Points, start and end of their increment.
+  !> Points at the start and at the end of their increment.
   type :: many_work_type
     type(interface_type) :: joint
     real(wp), allocatable :: s_old(:, :), s(:, :), state(:, :), copied(:, :), traction(:, :)
@@ -18,14 +19,14 @@ module many_points
 
 contains
 
-  !> Threads the machine offers, 1 if the benchmark was built without OpenMP.
+  !> Number of threads of the machine; 1 if the benchmark was built without OpenMP.
   function most_threads() result(n)
     integer :: n
     n = 1
     !$ n = omp_get_max_threads()
   end function most_threads
 
-  !> Work on n points, all slipping under compression; memory is first touched as it is used later, by the threads.
+  !> Allocate and fill n points, all slipping under compression. Each thread first writes the memory that it uses later.
   subroutine new_many_work(joint, n, work)
     type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: n                        !! points
@@ -49,7 +50,7 @@ contains
     !$omp end parallel do
   end subroutine new_many_work
 
-  !> The checked update of all points in place, stress only.
+  !> Run the checked update of all points in place, without tangent.
   subroutine run_points(work, threads, used)
     type(many_work_type), intent(inout) :: work   !! the points
     integer, intent(in) :: threads                !! number of threads
@@ -61,7 +62,8 @@ contains
     used = used + work%traction(1, 1)
   end subroutine run_points
 
-  !> Limit: the bytes `run_points` has to move, only copied: separations and state read, state and traction written.
+  !> Hardware limit: a copy of the bytes that `run_points` moves (reads of separation and state, writes of state and
+  !> traction).
   subroutine run_copy(work, threads, used)
     type(many_work_type), intent(inout) :: work   !! the points
     integer, intent(in) :: threads                !! number of threads
@@ -77,7 +79,7 @@ contains
     used = used + work%traction(1, 1) + work%copied(1, 1)
   end subroutine run_copy
 
-  !> Threads of the parallel regions that follow.
+  !> Set the number of threads of the following parallel regions.
   subroutine set_threads(n)
     integer, intent(in) :: n   !! number of threads
     !$ call omp_set_num_threads(n)

@@ -16,7 +16,7 @@ module point_work
   integer, parameter :: n_preload = 10, n_slips = 240
   integer, parameter, public :: n_test_increments = n_preload + n_slips
 
-  !> Points, start and end of their increment.
+  !> Points at the start and at the end of their increment.
   type :: point_work_type
     type(interface_type) :: joint
     real(wp), allocatable :: props(:), s_old(:, :), s(:, :), ds(:, :), old(:, :), new(:, :)
@@ -24,7 +24,7 @@ module point_work
 
 contains
 
-  !> Work on n points of a scene.
+  !> Allocate and fill n points of a scene.
   pure subroutine new_point_work(props, joint, kind, n, work)
     real(wp), intent(in) :: props(:)                !! PROPS
     type(interface_type), intent(in) :: joint       !! made of them
@@ -56,7 +56,7 @@ contains
     end do
   end function textbook_error
 
-  !> Textbook, tangent by central differences.
+  !> Run the textbook version with a tangent by central differences.
   pure subroutine run_textbook_numerical(work, used)
     type(point_work_type), intent(inout) :: work   !! the points
     real(wp), intent(inout) :: used                !! sum of results
@@ -68,7 +68,7 @@ contains
     end do
   end subroutine run_textbook_numerical
 
-  !> Textbook, stress only or with its analytic tangent.
+  !> Run the textbook version without or with its analytical tangent.
   pure subroutine run_textbook(work, with_tangent, used)
     type(point_work_type), intent(inout) :: work   !! the points
     logical, intent(in) :: with_tangent            !! whether the tangent is wanted
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine run_textbook
 
-  !> The library's point kernel.
+  !> Run the library's point kernel.
   pure subroutine run_point(work, used)
     type(point_work_type), intent(inout) :: work   !! the points
     real(wp), intent(inout) :: used                !! sum of results
@@ -98,7 +98,7 @@ contains
     end do
   end subroutine run_point
 
-  !> The UMAT, as a host calls it.
+  !> Call the UMAT as a host does.
   subroutine run_umat(work, used)
     type(point_work_type), intent(inout) :: work   !! the points
     real(wp), intent(inout) :: used                !! sum of results
@@ -117,7 +117,7 @@ contains
     end do
   end subroutine run_umat
 
-  !> A confined slip test there and back, solved as the driver does, Newton iterations included.
+  !> Run a confined slip test with a reversal by the solver of the driver, with all Newton iterations.
   pure subroutine run_test(work, used)
     type(point_work_type), intent(in) :: work   !! the interface
     real(wp), intent(inout) :: used             !! sum of results

@@ -1,4 +1,4 @@
-!> Increments of many points to measure with.
+!> Scenes: increments of many points for the measurements.
 module scene
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -7,7 +7,8 @@ module scene
   private
   public :: new_scene
 
-  !> Scenes: all slip under compression; 90 % virgin, 8 % damaging, 2 % open, in zones or scattered.
+  !> Kinds of scene: all points slip under compression, or 90 % are virgin, 8 % under growing damage and 2 % open, in
+  !> zones or scattered.
   integer, parameter, public :: slip = 1, zones = 2, scattered = 3
   character(len=9), parameter, public :: scene_names(3) = [character(len=9) :: "slip", "zones", "scattered"]
 
@@ -20,7 +21,7 @@ contains
     real(wp), intent(out) :: s_old(:, :)            !! (3, n) at the start, length
     real(wp), intent(out) :: s(:, :)                !! (3, n) at the end, length
     real(wp), intent(out) :: state(:, :)            !! (nstatv, n) at the start
-    integer, parameter :: apart = 37                ! prime, shares no factor with the numbers of points used
+    integer, parameter :: apart = 37                ! prime that does not divide the numbers of points
     real(wp), parameter :: rest(3) = 0.0_wp
     real(wp) :: share, virgin(size(state, 1)), traction(3), tangent(3, 3), direction(2)
     integer :: n, p, place
@@ -47,7 +48,7 @@ contains
 
   contains
 
-    !> A point of a bed joint: slip, and dilation that leaves it compressed.
+    !> A point of a bed joint: slip, with a dilation for which the point stays under compression.
     pure function compressed_slip(multiple) result(x)
       real(wp), intent(in) :: multiple   !! slip as a multiple of s0
       real(wp) :: x(3)

@@ -1,4 +1,4 @@
-!> The table of times: printed, and as CSV.
+!> Output of the times as a printed table and as CSV.
 module table
   use, intrinsic :: iso_fortran_env, only: real64
   use tasks, only: row_type
@@ -8,13 +8,13 @@ module table
 
 contains
 
-  !> The row of these properties; stops if there is none.
+  !> The row with these properties; the program stops if there is none.
   function find(rows, pattern, kernel, precision, tangent, scene, points, threads) result(row)
     type(row_type), intent(in) :: rows(:)       !! where to look
     character(len=*), intent(in) :: pattern     !! its pattern
     character(len=*), intent(in) :: kernel      !! its kernel
     character(len=*), intent(in) :: precision   !! double or single
-    logical, intent(in) :: tangent              !! whether it gives the tangent
+    logical, intent(in) :: tangent              !! whether the kernel computes the tangent
     character(len=*), intent(in) :: scene       !! its scene
     integer, intent(in), optional :: points     !! its number of points, absent: any
     integer, intent(in), optional :: threads    !! its number of threads, absent: 1
@@ -33,7 +33,7 @@ contains
     error stop "bench: no such row"
   end function find
 
-  !> Fill in what the rows of each pattern are compared with: textbook and limits of the same run.
+  !> Set the times with which a row is compared: textbook version and hardware limits of the same run.
   pure subroutine add_limits(rows)
     type(row_type), intent(inout) :: rows(:)   !! all rows
     integer :: i, j
@@ -51,14 +51,14 @@ contains
     end do
   end subroutine add_limits
 
-  !> Whether the row is a limit.
+  !> Whether the row is a hardware limit.
   pure function limit(row) result(yes)
     type(row_type), intent(in) :: row   !! any row
     logical :: yes
     yes = row%kernel == "stream" .or. row%kernel == "roots" .or. row%kernel == "copy"
   end function limit
 
-  !> The printed table.
+  !> Print the table.
   subroutine print_table(rows)
     type(row_type), intent(in) :: rows(:)   !! what to print
     integer :: i
@@ -73,7 +73,7 @@ contains
     end do
   end subroutine print_table
 
-  !> The same as CSV.
+  !> Write the table as CSV.
   subroutine write_csv(unit, rows)
     integer, intent(in) :: unit             !! open for writing
     type(row_type), intent(in) :: rows(:)   !! all rows

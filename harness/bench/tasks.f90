@@ -1,4 +1,4 @@
-!> What can be timed, and the timing: tasks run in turn, medians over the turns.
+!> Tasks of the benchmark and their timing: the tasks run alternately, and the median over the repetitions counts.
 module tasks
   use, intrinsic :: iso_fortran_env, only: real64
   use asperity_contract, only: status_ok
@@ -17,24 +17,24 @@ module tasks
   private
   public :: row_type, workspace_type, new_workspace, new_large_workspace, new_array_workspace, run_often, take_turns
 
-  !> What a row of the table is about.
+  !> A row of the table: what was measured, and its times.
   type :: row_type
     character(len=8) :: pattern = ""      !! name of the pattern
     integer :: planes = 0                 !! number of planes
     character(len=9) :: kernel = ""       !! numerical, textbook, point, umat, test, block, roots, vumat, stream,
                                           !! points, copy
     character(len=6) :: precision = "double"
-    logical :: tangent = .false.          !! whether it gives the tangent
+    logical :: tangent = .false.          !! whether the kernel computes the tangent
     character(len=9) :: scene = "slip"
-    integer :: points = 0                 !! points worked on
-    integer :: threads = 1                !! threads used
+    integer :: points = 0                 !! number of points
+    integer :: threads = 1                !! number of threads
     real(real64) :: ns = 0.0_real64       !! nanoseconds per point (test: per increment)
     real(real64) :: textbook = 0.0_real64   !! ns of the textbook version, 0: none
-    real(real64) :: stream = 0.0_real64     !! ns of streaming the same bytes, 0: none
-    real(real64) :: roots = 0.0_real64      !! ns of the bare square roots and divisions, 0: none
+    real(real64) :: stream = 0.0_real64     !! ns of a copy of the same bytes, 0: none
+    real(real64) :: roots = 0.0_real64      !! ns of the square roots and divisions alone, 0: none
   end type row_type
 
-  !> Points to work on, in every form a kernel takes.
+  !> Points of a measurement, in the form of each kernel.
   type :: workspace_type
     type(point_work_type) :: point
     type(double_block) :: double
@@ -48,13 +48,13 @@ module tasks
 
 contains
 
-  !> A small workspace: data near the processor.
+  !> A small workspace, with data in the first-level cache.
   subroutine new_workspace(props, kind, n, work)
     real(real64), intent(in) :: props(:)        !! PROPS
     integer, intent(in) :: kind                 !! scene
     integer, intent(in) :: n                    !! points
     type(workspace_type), intent(out) :: work
-    !> What the textbook version and the point kernel may differ by: the law's rounding is far below.
+    !> Largest difference between textbook version and point kernel, far above the rounding errors of the law.
     real(real64), parameter :: rounding = 1.0e-12_real64
     type(interface_type) :: joint
     integer :: status
@@ -67,7 +67,7 @@ contains
     if (status /= status_ok) error stop "bench: PROPS rejected in single precision"
   end subroutine new_workspace
 
-  !> A large workspace in one precision: data in memory.
+  !> A large workspace in one precision, with data in memory.
   subroutine new_large_workspace(props, precision, width, calls, work)
     real(real64), intent(in) :: props(:)        !! PROPS
     character(len=*), intent(in) :: precision   !! double or single
@@ -83,7 +83,7 @@ contains
     end if
   end subroutine new_large_workspace
 
-  !> Points in arrays as Python and C pass them.
+  !> A workspace of arrays as Python and C pass them.
   subroutine new_array_workspace(props, n, work)
     real(real64), intent(in) :: props(:)        !! PROPS
     integer, intent(in) :: n                    !! points
@@ -93,7 +93,7 @@ contains
     call new_many_work(joint, n, work%many)
   end subroutine new_array_workspace
 
-  !> The interface of a workspace, and its numbers of planes and points.
+  !> Make the interface of a workspace and set its numbers of planes and points.
   subroutine begin(props, n, work, joint)
     real(real64), intent(in) :: props(:)            !! PROPS
     integer, intent(in) :: n                        !! points
@@ -106,7 +106,7 @@ contains
     work%points = n
   end subroutine begin
 
-  !> Run what a row says once over all points.
+  !> Run the kernel of a row once for all points.
   subroutine run(work, row, used)
     type(workspace_type), intent(inout) :: work   !! the points
     type(row_type), intent(in) :: row             !! kernel, precision, tangent
@@ -147,7 +147,7 @@ contains
     end select
   end subroutine run
 
-  !> Run what a row says many times.
+  !> Run the kernel of a row many times.
   subroutine run_often(work, row, runs, used)
     type(workspace_type), intent(inout) :: work   !! the points
     type(row_type), intent(in) :: row             !! kernel, precision, tangent
@@ -159,11 +159,11 @@ contains
     end do
   end subroutine run_often
 
-  !> Median time of every row, the rows running in turn; each run is repeated until it lasts `shortest`.
+  !> Median time of every row. The rows run alternately, and each run repeats its kernel until it lasts `shortest`.
   subroutine take_turns(work, rows, turns, shortest, used)
     type(workspace_type), intent(inout) :: work     !! the points
-    type(row_type), intent(inout) :: rows(:)        !! what to run -> with points, planes and times
-    integer, intent(in) :: turns                    !! number of turns
+    type(row_type), intent(inout) :: rows(:)        !! tasks -> with points, planes and times
+    integer, intent(in) :: turns                    !! number of repetitions
     real(real64), intent(in) :: shortest            !! time of a run, ns
     real(real64), intent(inout) :: used             !! sum of results
     real(real64) :: times(turns, size(rows)), start

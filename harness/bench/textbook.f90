@@ -1,7 +1,7 @@
-!> The law written as a textbook would: one plane after the other, rotation matrices and matmul.
+!> The law as in a textbook: one plane after the other, with rotation matrices and matmul.
 !>
-!> It is independent of the library's kernels on purpose: it is what their speed is compared with, and the benchmark
-!> stops where its traction or tangent differs from theirs.
+!> This version does not use the library's kernels, because their speed is compared with it. The benchmark stops if its
+!> traction or tangent differs from that of the kernels.
 module textbook
   use asperity_kinds, only: wp
   use asperity_interface, only: interface_type
@@ -84,7 +84,7 @@ contains
     end associate
   end subroutine textbook_update
 
-  !> The same with the tangent by central differences.
+  !> As textbook_update, with the tangent by central differences.
   pure subroutine textbook_numerical_tangent(joint, s, state_old, state, traction, tangent)
     type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(3)               !! separation, length

@@ -1,12 +1,12 @@
 !> Replay of recorded strains through `vumat`, called as Abaqus/Explicit calls it.
 !>
-!> A block of points goes through the record, each point some increments later than the first (0 to `stagger` - 1), so
-!> that virgin and damaged points stand side by side; point 1 makes the rows. Viscous damage goes with the time
-!> increments, which the delayed points do not share, and a point that starts under a traction may slide by a rounding
-!> error while it waits: then points of equal delay are compared.
+!> All points of a block follow the record. Point i is delayed by mod(i - 1, stagger) increments, so that a block has
+!> virgin and damaged points; point 1 gives the rows. A delayed point is compared with point 1 as many increments ago.
+!> With viscous damage or an initial traction their results may differ, because the time increments are not the same and
+!> a waiting point may slide by a rounding error. In these cases points of equal delay are compared.
 !>
-!> First comes the packager's probe at totalTime = 0. What was new becomes old after an increment; outputs, and what a
-!> host leaves undefined, hold garbage.
+!> The first call is the packager's probe at totalTime = 0. After an increment the new arrays are copied to the old
+!> ones. Before a call, outputs and arguments that a host does not define have the value `garbage`.
 module block_replay
   use asperity_checks, only: bounded
   use asperity_host, only: vumat_map
@@ -24,9 +24,9 @@ module block_replay
   private
   public :: run_block_replay
 
-  !> Delays of the points of a block are 0 ... stagger - 1 increments, over and over.
+  !> Number of different delays of the points: 0 to stagger - 1 increments, repeated over the block.
   integer, parameter :: stagger = 8
-  !> What a host leaves in arguments it does not define.
+  !> Value of outputs before a call, and of arguments that a host does not define.
   real(wp), parameter :: garbage = -7.7e77_wp
   !> Mass density of the host; a power of two, so that energies per mass differ by an exact factor.
   real(wp), parameter :: density = 0.5_wp**28
@@ -35,7 +35,8 @@ module block_replay
 
 contains
 
-  !> Replay a record; every record becomes a row (iterations: calls of vumat; in 2D s_Ty and t_Ty are 0).
+  !> Replay a record. Each of its increments gives a row, whose `iterations` are the calls of vumat; in 2D s_Ty and t_Ty
+  !> are 0.
   subroutine run_block_replay(joint, props, ntens, n_points, initial, record, label, table, progress, failure)
     type(interface_type), intent(in) :: joint                !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS
@@ -43,10 +44,10 @@ contains
     integer, intent(in) :: n_points                          !! points of the block
     type(initial_type), intent(in) :: initial                !! planes and traction before the first call
     type(strains_type), intent(in) :: record                 !! strains in the VUMAT's order, tensor shears
-    character(len=*), intent(in) :: label                    !! of the run, for the progress line
+    character(len=*), intent(in) :: label                    !! name of the run, for the progress line
     type(history_type), intent(inout) :: table               !! rows are added
     type(progress_type), intent(inout) :: progress           !! clock
-    character(len=:), allocatable, intent(out) :: failure    !! not empty: what vumat did wrong
+    character(len=:), allocatable, intent(out) :: failure    !! not empty: error of vumat
     type(row_type) :: row
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(n_points, ntens) :: strain, stress_old, stress
@@ -76,7 +77,7 @@ contains
     end if
     if (len(failure) > 0) return
 
-    ! initial conditions, as a host gives them
+    ! initial conditions in the form in which a host passes them
     do i = 1, 3
       if (position(i) > 0) stress_old(:, position(i)) = initial%traction(i)
     end do
@@ -105,7 +106,7 @@ contains
           if (any(abs(stress(i, :) - stress(delay + 1, :)) > 0.0_wp)) failure = "points " // &
             integer_text(delay + 1) // " and " // integer_text(i) // " of the same delay differ"
         else if (any(abs(stress(i, :) - earlier(mod(n - delay, stagger), :)) > 0.0_wp)) then
-          failure = "point " // integer_text(i) // " differs from what point 1 was " // integer_text(delay) // &
+          failure = "point " // integer_text(i) // " differs from point 1 " // integer_text(delay) // &
             " increments before"
         end if
       end do
@@ -114,7 +115,7 @@ contains
         if (position(i) > 0) row%traction(i) = stress(1, position(i))
       end do
       row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
-      ! what the separations, which are sums, are rounded by counts in the work
+      ! tolerance of the work: rounding errors of the separations, which are sums of increments
       largest = max(largest, maxval(abs(state(1, v_offset:v_offset + 2)))*sum(abs(row%traction)))
       associate (mass => density*joint%h, ledger => state(1, v_rupture) + state(1, v_friction), &
                  rounding => 4.0_wp*real(n, wp)*epsilon(1.0_wp))
@@ -133,7 +134,7 @@ contains
       row%increment = n
       row%time = record%time(n)
       row%state = state(1, :)
-      row%state(v_offset:v_offset + 2) = offset   ! a VUMAT keeps its strains there, too
+      row%state(v_offset:v_offset + 2) = offset   ! a VUMAT adds its strains to the offset
       call add_row(table, joint, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
@@ -141,7 +142,7 @@ contains
 
   contains
 
-    !> One call, garbage in the outputs.
+    !> Call vumat once, after setting the outputs to `garbage`.
     subroutine call_vumat(total_time)
       real(wp), intent(in) :: total_time   !! totalTime
       stress = garbage
@@ -155,7 +156,7 @@ contains
 
   end subroutine run_block_replay
 
-  !> Strain increment n of a record; before the first there is none.
+  !> Strain increment n of a record; it is zero for n < 1.
   pure function increment(record, n) result(strain)
     type(strains_type), intent(in) :: record      !! strains
     integer, intent(in) :: n                      !! up to the number of records

@@ -1,4 +1,4 @@
-!> A case as JSON on standard output, as the driver understands it. Other programs read that instead of the file.
+!> Output of a case as JSON, with all defaults; other programs read this instead of the case file.
 !>
 !> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
 !> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the
@@ -19,10 +19,10 @@ module case_echo
   private
   public :: echo_case
 
-  !> Text that grows.
+  !> A text to which pieces are appended.
   type :: json_type
-    character(len=:), allocatable :: room   !! twice as long whenever it is too short
-    integer :: length = 0                   !! characters that are there
+    character(len=:), allocatable :: room   !! doubled in length if it is too short
+    integer :: length = 0                   !! number of characters of the text
   end type json_type
 
 contains
@@ -33,7 +33,7 @@ contains
     character(len=*), intent(in) :: sweep        !! name of the sweep, empty: none
     real(wp), intent(in) :: values(:)            !! of the sweep, size 0: none
     type(case_type), intent(in) :: cases(:)      !! the runs
-    logical, intent(out) :: good                 !! false: it cannot be written, the reason is on standard error
+    logical, intent(out) :: good                 !! false: it cannot be written; the reason is on standard error
     type(json_type) :: json
     character(len=:), allocatable :: start, value
     integer :: file, i, j
@@ -63,7 +63,7 @@ contains
     if (good) call write_line(file, "standard output", json%room(:json%length), good)
   end subroutine echo_case
 
-  !> Add a step.
+  !> Append a step.
   pure subroutine put_step(json, step)
     type(json_type), intent(inout) :: json   !! text so far
     type(step_type), intent(in) :: step      !! the step
@@ -86,7 +86,7 @@ contains
     call put(json, """time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // "}")
   end subroutine put_step
 
-  !> Add a name and its numbers, and a comma.
+  !> Append a name, its numbers and a comma.
   pure subroutine put_list(json, name, values)
     type(json_type), intent(inout) :: json   !! text so far
     character(len=*), intent(in) :: name     !! of the list
@@ -100,7 +100,7 @@ contains
     call put(json, "], ")
   end subroutine put_list
 
-  !> Add a piece.
+  !> Append a piece of text.
   pure subroutine put(json, piece)
     type(json_type), intent(inout) :: json   !! text so far
     character(len=*), intent(in) :: piece    !! what is added
@@ -111,14 +111,14 @@ contains
     json%length = json%length + len(piece)
   end subroutine put
 
-  !> A truth value.
+  !> A logical value as JSON.
   pure function truth(yes) result(word)
     logical, intent(in) :: yes   !! the value
     character(len=:), allocatable :: word
     word = trim(merge("true ", "false", yes))
   end function truth
 
-  !> A string in quotes; what JSON does not take is escaped.
+  !> A string as JSON, in quotes and with escaped characters.
   pure function quoted(string) result(json)
     character(len=*), intent(in) :: string   !! without control characters but tabs
     character(len=:), allocatable :: json

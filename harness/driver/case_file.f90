@@ -1,5 +1,5 @@
-!> Meaning of a case file: material, pattern, load path or replay, and the end that is expected.
-!> The groups and their entries: `print_format`, which `rie_driver --help` calls.
+!> Meaning of a case file: material, pattern, load path or replay, and the expected end. `print_format`, which
+!> `rie_driver --help` calls, describes the groups and their entries.
 module case_file
   use, intrinsic :: iso_fortran_env, only: output_unit
   use asperity_contract, only: status_ok
@@ -22,33 +22,33 @@ module case_file
   character(len=*), parameter :: group_names(9) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state", "initial"]
 
-  !> {group} stands for the constants of a group, with their defaults.
+  !> {group} is replaced by the constants of a group with their defaults.
   character(len=*), parameter :: case_format(38) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "  &material  {material}", &
     "  &pattern   sides, {pattern}", &
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
-    "  &step      one or more; each goes on from where the last one ended", &
-    "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   separation or traction to ramp to, one value or a list run", &
-    "               through in turn (a shorter list keeps its last value); a component that is not named", &
-    "               is held as it was, at first s = 0", &
+    "  &step      one or more; each starts from the end of the last one", &
+    "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   target separation or traction: one value or a list", &
+    "               (a shorter list repeats its last value); without an entry a component keeps its last", &
+    "               prescribed value, in the first step s = 0", &
     "    slip, direction = 0   s_Tx and s_Ty together, along a direction (degrees from Tx to Ty)", &
     "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
-    "               k (s - s at the start of the step), until k is set again or s is given", &
+    "               k (s - s at the start of the step), until k is set again or s is prescribed", &
     "    increments = 100      to each target, one number or a list", &
-    "    tolerance             relative, 1e-8 to 0.1: adaptive increments, so that straight lines between the", &
-    "               rows are within it; increments is the first guess", &
-    "    cycles = 1            times that the lists are run through", &
-    "    time = 1.0            that the step takes", &
+    "    tolerance             relative, 1e-8 to 0.1: adaptive increments; bound of the error of straight", &
+    "               lines between the rows; increments is the first guess", &
+    "    cycles = 1            number of times that the lists are followed", &
+    "    time = 1.0            duration of the step", &
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
-    "  &initial   traction = t_N, t_Tx, t_Ty, damage = alpha, slip = s_dit, s_dih: the planes a run starts", &
-    "             with (values for all of them, or for each), and the traction they carry at separation", &
+    "  &initial   traction = t_N, t_Tx, t_Ty, damage = alpha, slip = s_dit, s_dih: state of the planes at", &
+    "             the start (for all planes, or for each), and the traction that they carry at separation", &
     "             zero                                                                ! optional", &
-    "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: where the run starts (default: virgin and", &
-    "             at rest); a run that loses equilibrium writes OUT.failed.nml with it  ! optional", &
+    "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: start of the run (else virgin, s = 0);", &
+    "             a run that loses equilibrium writes OUT.failed.nml with this group  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3,", &
     "             {replay}, dtime = 1; columns s_N, s_Tx, s_Ty or", &
     "             e_1 ... e_<ntens>, time; through = 'vumat': ntens = 2 or 3, in blocks of block = 136", &
@@ -58,19 +58,19 @@ module case_file
     "  &pattern sides = 4, theta = 30.0 /", &
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
-    "rows: step, increment, time, separation, traction, damage, energies, iterations of Newton's method (a", &
-    "  replay: calls), event: onset, damaged, open, close, slip, snap, substeps, cut, lost; joined by +", &
+    "rows: step, increment, time, separation, traction, damage, energies, Newton iterations (of a replay:", &
+    "  calls), event: onset, damaged, open, close, slip, snap, substeps, cut, lost; joined by +", &
     "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
-    "  substeps: solved in parts; cut: umat asked for a smaller increment; lost: no equilibrium beyond it"]
+    "  substeps: sub-increments; cut: umat requested a smaller increment; lost: no equilibrium beyond it"]
 
-  !> Points of a block of vumat: Abaqus/Explicit's number, and the most that are taken.
+  !> Points of a block of vumat: the number of Abaqus/Explicit, and the largest admissible number.
   integer, parameter :: default_points = 136, most_points = 1000
 
-  !> What &expect may state, in this order.
+  !> Values that &expect may state, in this order.
   character(len=8), parameter, public :: expect_names(12) = [character(len=8) :: "s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", &
     "t_Ty", "damage", "stored", "rupture", "friction", "work", "slip"]
 
-  !> End that a case states.
+  !> Expected end of a case.
   type, public :: expect_type
     integer :: line = 0                            !! in the case file, 0: no such group
     logical :: lost = .false.                      !! equilibrium is lost (false: the path is completed)
@@ -79,27 +79,27 @@ module case_file
     real(wp) :: tolerance = 0.0_wp                 !! absolute, for all values
   end type expect_type
 
-  !> Recorded strains to run through a host adapter.
+  !> Replay of recorded strains through a host adapter.
   type, public :: replay_type
     character(len=:), allocatable :: file   !! CSV
     integer :: ntens = 3                    !! components of the host
-    integer :: block = 0                    !! points of a block of vumat, 0: through umat
+    integer :: block = 0                    !! points of a block of vumat, 0: umat
     real(wp) :: dtime = 1.0_wp              !! time increment where the file has no time
   end type replay_type
 
-  !> A case, ready to run.
+  !> A case that has been checked.
   type, public :: case_type
     character(len=:), allocatable :: title
-    logical :: planes = .false.                   !! columns per plane
+    logical :: planes = .false.                   !! whether each plane has columns
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     type(interface_type) :: joint
-    type(initial_type) :: initial                 !! planes and traction of the start
-    type(state_type) :: state                     !! where the steps start
+    type(initial_type) :: initial                 !! planes and traction at the start
+    type(state_type) :: state                     !! state at the start of the steps
     type(step_type), allocatable :: steps(:)      !! size 0: a replay
     type(expect_type) :: expect
     type(replay_type) :: replay
-    type(strains_type) :: strains                 !! of the replay
+    type(strains_type) :: strains                 !! strains of the replay
   end type case_type
 
 contains
@@ -155,7 +155,7 @@ contains
     if (len(name) == 0 .or. size(values) == 0) call append(message, group_where(text, g) // "expected name and values")
   end subroutine read_sweep
 
-  !> A case from its file; &sweep is in force through text%variable.
+  !> Read a case from its text; text%variable has the value of the sweep.
   subroutine interpret_case(text, sweep_values, case, message)
     type(text_type), intent(in) :: text                       !! the file
     real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
@@ -195,7 +195,7 @@ contains
     end if
   end subroutine interpret_case
 
-  !> Every group known, and present as often as it may be.
+  !> Check that every group is known and not given too often.
   subroutine check_groups(text, message)
     type(text_type), intent(in) :: text                       !! the file
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
@@ -221,7 +221,7 @@ contains
       " groups &step and " // integer_text(n(g)) // " &replay: expected one or more &step, or one &replay")
   end subroutine check_groups
 
-  !> &case.
+  !> Read the group &case.
   subroutine read_case_group(text, case, message)
     type(text_type), intent(in) :: text                       !! the file
     type(case_type), intent(inout) :: case                    !! title and planes are set
@@ -242,7 +242,8 @@ contains
     end do
   end subroutine read_case_group
 
-  !> &expect for the value of the sweep that is in force: a group that names it by `when`, else one without.
+  !> Read the group &expect for the current value of the sweep: the group with this value of `when`, else the one
+  !> without `when`.
   subroutine read_expect(text, sweep_values, expect, message)
     type(text_type), intent(in) :: text                       !! the file
     real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
@@ -299,7 +300,7 @@ contains
     end do
   end subroutine read_expect
 
-  !> &replay, but for what belongs to PROPS.
+  !> Read the group &replay without its entries of PROPS.
   subroutine read_replay(text, replay, message)
     type(text_type), intent(in) :: text                       !! the file
     type(replay_type), intent(out) :: replay                  !! what to replay
@@ -329,7 +330,7 @@ contains
         call get_real(text, e, replay%dtime, message)
         if (replay%dtime < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
       case default
-        continue   ! of PROPS, or unknown: read_props tells
+        continue   ! an entry of PROPS, or an unknown one that read_props reports
       end select
     end do
     if (through == "vumat") then

@@ -1,4 +1,4 @@
-!> Initial state of a case: the planes a run starts with, and the traction they carry at separation zero.
+!> Initial state of a case: the state of the planes and the traction that they carry at separation zero.
 module case_initial
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok
@@ -12,23 +12,23 @@ module case_initial
   private
   public :: read_initial, carry_initial
 
-  !> Where a run starts.
+  !> State at the start of a run.
   type, public :: initial_type
-    logical :: given = .false.                      !! false: virgin, free of traction
+    logical :: given = .false.                      !! false: virgin, without traction
     real(wp) :: traction(3) = 0.0_wp                !! (N, Tx, Ty), stress
     real(wp), allocatable :: damage(:)              !! of all planes or of each, size 0: none
     real(wp), allocatable :: slip(:)                !! s_dit, s_dih of all planes or of each, length, size 0: none
-    integer :: traction_entry = 0, damage_entry = 0, slip_entry = 0   !! where they stand, 0: nowhere
-    real(wp), allocatable :: planes(:)              !! STATEV as a host gives it before the first call: the planes alone
+    integer :: traction_entry = 0, damage_entry = 0, slip_entry = 0   !! their entries in the file, 0: none
+    real(wp), allocatable :: planes(:)              !! STATEV as of a host before the first call: planes only
     real(wp), allocatable :: carried(:)             !! STATEV with the offset at which they carry the traction
   end type initial_type
 
 contains
 
-  !> &initial, if there is one.
+  !> Read the group &initial, if there is one.
   subroutine read_initial(text, initial, message)
     type(text_type), intent(in) :: text                       !! the file
-    type(initial_type), intent(out) :: initial                !! what it says
+    type(initial_type), intent(out) :: initial                !! initial state
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     real(wp), allocatable :: traction(:)
     integer :: e, g
@@ -67,12 +67,13 @@ contains
       integer_text(text%groups(group_index(text, "state"))%line) // ": expected the one or the other")
   end subroutine read_initial
 
-  !> The states of &initial, without one those of a virgin point; the planes must be able to carry the traction.
+  !> Compute the states of &initial, or of a virgin point without this group; the planes must be able to carry the
+  !> traction.
   subroutine carry_initial(text, joint, held, replays, initial, message)
     type(text_type), intent(in) :: text                       !! the file
     type(interface_type), intent(in) :: joint                 !! the interface
-    logical, intent(in) :: held(3)                            !! components that there are
-    logical, intent(in) :: replays                            !! whether a host adapter has to find the offset
+    logical, intent(in) :: held(3)                            !! components that the host has
+    logical, intent(in) :: replays                            !! whether the host adapter computes the offset
     type(initial_type), intent(inout) :: initial              !! planes and carried are set
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: reasons
@@ -104,8 +105,8 @@ contains
     if (any(abs(initial%traction) > 0.0_wp .and. .not. held)) call append(message, &
       entry_where(text, initial%traction_entry) // ": expected t_Ty = 0 with ntens = 2")
     if (replays .and. .not. loaded .and. size(initial%slip) > 0) call append(message, &
-      entry_where(text, initial%slip_entry) // ": expected a traction with it: a host's routine looks for the " // &
-      "separation of a slip where there is a stress only")
+      entry_where(text, initial%slip_entry) // ": expected a traction with it: a host's routine computes the " // &
+      "offset of a slip only if the stress is not zero")
     if (len(message) > earlier) return
     initial%carried = initial%planes
     call carry_traction(joint, initial%traction, held, initial%carried, status)
@@ -117,7 +118,7 @@ contains
     call append(message, entry_where(text, e) // ": " // reasons)
   end subroutine carry_initial
 
-  !> How many values there may be: for all planes, or for each.
+  !> Text of the admissible numbers of values: for all planes, or for each plane.
   pure function one_or(n, each) result(text)
     integer, intent(in) :: n      !! planes
     integer, intent(in) :: each   !! values of a plane

@@ -1,4 +1,4 @@
-!> Run of one case: rows, end as expected or not, summary.
+!> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
   use asperity_text, only: integer_text, to_text
   use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
@@ -20,12 +20,12 @@ module case_run
 
 contains
 
-  !> Run a case into a CSV and say on standard error what came out.
+  !> Run a case, write its rows to a CSV file and its result to standard error.
   subroutine run_case(case, label, output, planes, quiet, closure, code)
     type(case_type), intent(in) :: case         !! the case
-    character(len=*), intent(in) :: label       !! of the run in messages
+    character(len=*), intent(in) :: label       !! name of the run in messages
     character(len=*), intent(in) :: output      !! file, "-": standard output
-    logical, intent(in) :: planes               !! columns per plane
+    logical, intent(in) :: planes               !! whether each plane has columns
     logical, intent(in) :: quiet                !! no progress line, no summary
     real(wp), intent(out) :: closure            !! of the facing planes at the largest pressure, as a multiple of s_f
     integer, intent(out) :: code                !! exit code
@@ -87,7 +87,7 @@ contains
       ", written to " // output)
   end subroutine run_case
 
-  !> Where a run ended.
+  !> Text of the last row of a run: step, increment, separation and traction.
   function last_row(table) result(text)
     type(history_type), intent(in) :: table   !! rows
     character(len=:), allocatable :: text
@@ -98,17 +98,17 @@ contains
     end associate
   end function last_row
 
-  !> Updates of the law where they are counted, and snaps if there were any.
+  !> Text of the number of updates of the law, if they were counted, and of snaps, if there were any.
   function updates_and_snaps(table) result(text)
     type(history_type), intent(in) :: table   !! rows
     character(len=:), allocatable :: text
     text = ""
     if (table%updates > 0) text = integer_text(table%updates) // " updates of the law, "
     if (table%snaps > 0) text = text // integer_text(table%snaps) // &
-      trim(merge(" snap ", " snaps", table%snaps == 1)) // " that set " // short(table%released) // " free, "
+      trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
   end function updates_and_snaps
 
-  !> What is known of the equilibrium that was not found.
+  !> Text of the reason why no equilibrium was found, from a scan of the free separations.
   function why(case, failed) result(text)
     type(case_type), intent(in) :: case        !! the case
     type(failed_type), intent(in) :: failed    !! the increment
@@ -133,26 +133,26 @@ contains
     if (scan%n == 1) then
       text = trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
         trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over s_" // name // " in " // &
-        range // " is " // to_text(scan%extreme) // trim(merge(" <", " >", scan%short)) // " held " // &
+        range // " is " // to_text(scan%extreme) // trim(merge(" <", " >", scan%short)) // " prescribed " // &
         to_text(failed%report%beyond(scan%free))
       if (scan%found) then
-        text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
-          "there is one                                                     ", len(limit) == 0)) // ", near s_" // &
-          name // " = " // short(scan%place(scan%free))
+        text = trim(merge("no equilibrium in the sense of the missing traction; there is one elsewhere", &
+          "there is an equilibrium                                                    ", &
+          len(limit) == 0)) // ", near s_" // name // " = " // short(scan%place(scan%free))
       else
         text = "no equilibrium: " // text
       end if
     else if (scan%found) then
-      text = "the motion under the held tractions comes to no rest; there is an equilibrium elsewhere, at s = (" // &
+      text = "the motion under the prescribed tractions reaches no equilibrium; there is one elsewhere, at s = (" // &
         short(scan%place(1)) // ", " // short(scan%place(2)) // ", " // short(scan%place(3)) // ")"
     else
-      text = "no equilibrium: the motion under the held tractions comes to no rest, the smallest residual over " // &
+      text = "no equilibrium: the motion under the prescribed tractions reaches none, the smallest residual over " // &
         integer_text(scan%samples) // " separations, each free one in " // range // ", is " // short(scan%extreme)
     end if
     text = limit // text
   end function why
 
-  !> Leave the failed increment as a case of its own.
+  !> Write the failed increment as a case of its own.
   subroutine keep_failed(case, failed, label, output)
     type(case_type), intent(in) :: case        !! the case
     type(failed_type), intent(in) :: failed    !! the increment
@@ -163,10 +163,10 @@ contains
     if (.not. failed%happened) return
     path = failed_file(output)
     call write_failed_case(path, case%props, failed, written)
-    if (written) call say(label // ": that increment alone: " // path)
+    if (written) call say(label // ": the failed increment was written to " // path)
   end subroutine keep_failed
 
-  !> Case that a failed increment of a run is left in.
+  !> Name of the case file of a failed increment.
   pure function failed_file(output) result(path)
     character(len=*), intent(in) :: output   !! file with the rows
     character(len=:), allocatable :: path
@@ -179,7 +179,7 @@ contains
     path = path // ".failed.nml"
   end function failed_file
 
-  !> Which values of the last row are not as expected; empty: none.
+  !> Text of the values of the last row that are not as expected; empty: none.
   function unexpected(case, table) result(complaint)
     type(case_type), intent(in) :: case        !! with what is expected
     type(history_type), intent(in) :: table    !! rows
@@ -202,7 +202,7 @@ contains
     end do
   end function unexpected
 
-  !> Elastic closure of the inclined planes that carry a pressure alone, as a multiple of s_f.
+  !> Elastic closure of one inclined plane that carries the whole pressure, as a multiple of s_f.
   pure function largest_closure(case, pressure) result(closure)
     type(case_type), intent(in) :: case    !! the case
     real(wp), intent(in) :: pressure       !! >= 0, stress

@@ -1,4 +1,4 @@
-!> State a case starts from: separation, STATEV and the work so far, as a replay file of a failed increment gives them.
+!> State at the start of a case: separation, STATEV and the work so far. The case of a failed increment has this group.
 module case_state
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok
@@ -11,21 +11,21 @@ module case_state
   private
   public :: read_state, check_state
 
-  !> Where a run starts.
+  !> State at the start of a run.
   type, public :: state_type
-    logical :: given = .false.              !! false: virgin and at rest
+    logical :: given = .false.              !! false: virgin, separation zero
     real(wp) :: s(3) = 0.0_wp               !! separation (N, Tx, Ty), length
     real(wp), allocatable :: statev(:)      !! STATEV
-    logical :: has_work = .false.           !! false: the work so far is what is stored and dissipated
-    real(wp) :: work = 0.0_wp               !! of the traction on the separation so far, stress*length
+    logical :: has_work = .false.           !! false: the work is the sum of stored and dissipated energy
+    real(wp) :: work = 0.0_wp               !! work of the traction so far, stress*length
   end type state_type
 
 contains
 
-  !> &state, if there is one.
+  !> Read the group &state, if there is one.
   subroutine read_state(text, state, message)
     type(text_type), intent(in) :: text                       !! the file
-    type(state_type), intent(out) :: state                    !! where the run starts
+    type(state_type), intent(out) :: state                    !! state at the start
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     real(wp), allocatable :: s(:)
     integer :: e, g
@@ -57,11 +57,11 @@ contains
       "a replay starts from the virgin state: expected &state with &step only")
   end subroutine read_state
 
-  !> The state must be one that the law takes.
+  !> Check that the state is admissible for the interface.
   subroutine check_state(text, joint, state, message)
     type(text_type), intent(in) :: text                       !! the file
     type(interface_type), intent(in) :: joint                 !! the interface
-    type(state_type), intent(in) :: state                     !! where the run starts
+    type(state_type), intent(in) :: state                     !! state at the start
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: reasons
     if (.not. state%given) return

@@ -1,8 +1,9 @@
 !> Text of a case file: namelist groups, their entries and values, each with its line.
 !>
-!> Read here and not by the compiler's run-time library, so that every compiler names file, line, group, name and value
-!> of an error alike. Namelist syntax: `&group name = value, value, ... /`, `!` comments, quoted strings, repeat counts
-!> `3*0.0`; names in any case; no subscripts, no empty values, no text between groups.
+!> This module reads the namelist instead of the compiler's run-time library, so that the messages name file, line,
+!> group, name and value of an error, and are the same with every compiler. Admissible syntax: `&group name = value,
+!> value, ... /`, `!` comments, quoted strings, repeat counts `3*0.0`, names in any case. Subscripts, empty values and
+!> text between groups are errors.
 module case_text
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text
@@ -13,13 +14,13 @@ module case_text
   public :: token_text, value_text
 
   integer, parameter, public :: name_length = 32
-  !> A value: where it stands in the source.
+  !> A value: its position in the source.
   type :: token_type
     integer :: first, last, line
     logical :: is_string
   end type token_type
 
-  !> `name = values`.
+  !> An entry `name = values`.
   type :: entry_type
     character(len=name_length) :: name     !! lower case
     character(len=name_length) :: shown    !! as it is written
@@ -27,7 +28,7 @@ module case_text
     integer :: first, last                 !! its tokens
   end type entry_type
 
-  !> `&name entries /`.
+  !> A group `&name entries /`.
   type :: group_type
     character(len=name_length) :: name     !! lower case
     integer :: line
@@ -35,7 +36,7 @@ module case_text
     integer :: from, to                    !! in the source, from & to /
   end type group_type
 
-  !> A file in memory.
+  !> Contents of a file, split into groups, entries and values.
   type, public :: text_type
     character(len=:), allocatable :: path
     character(len=:), allocatable :: source
@@ -43,7 +44,7 @@ module case_text
     type(entry_type), allocatable :: entries(:)
     type(group_type), allocatable :: groups(:)
     integer :: n_tokens = 0, n_entries = 0, n_groups = 0
-    ! a name that stands for a number where values are read (&sweep)
+    ! name of the variable of &sweep, which is replaced by a number
     character(len=name_length) :: variable = ""
     real(wp) :: variable_value = 0.0_wp
   end type text_type
@@ -106,14 +107,14 @@ contains
     if (inside) call append(message, not_closed(text) // " before the end of the file")
   end subroutine split
 
-  !> One piece of a group that starts at i: value, name and `=`, `,` or the closing `/`.
+  !> Read one item of a group from position i: a value, a name with `=`, a comma or the closing `/`.
   pure subroutine split_inside(text, i, last, line, inside, comma, message)
     type(text_type), intent(inout) :: text                    !! tokens, entries, groups so far
     integer, intent(in) :: i                                  !! position in the source
     integer, intent(out) :: last                              !! last position used
     integer, intent(inout) :: line                            !! line number
-    logical, intent(inout) :: inside                          !! a group is open
-    logical, intent(inout) :: comma                           !! a comma would leave an empty value
+    logical, intent(inout) :: inside                          !! whether a group is open
+    logical, intent(inout) :: comma                           !! whether a comma here would mean an empty value
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=1) :: c
     integer :: next
@@ -171,7 +172,7 @@ contains
     last = merge(len(source), i + last - 2, last == 0)
   end function end_of_word
 
-  !> Line ends in a piece of text.
+  !> Number of line ends in a piece of text.
   pure function count_lines(piece) result(n)
     character(len=*), intent(in) :: piece   !! text
     integer :: i, n
@@ -298,7 +299,7 @@ contains
     name = name // trim(text%entries(text%n_entries)%shown) // ": "
   end function in_entry
 
-  !> Complaint about the group that was opened last.
+  !> Message that the group that was opened last is not closed.
   pure function not_closed(text) result(complaint)
     type(text_type), intent(in) :: text   !! the file
     character(len=:), allocatable :: complaint
@@ -355,7 +356,7 @@ contains
     place = where_is(text, text%groups(g)%line) // "&" // trim(text%groups(g)%name) // ": "
   end function group_where
 
-  !> Complaint about a name that the group does not have.
+  !> Append a message about a name that the group does not have.
   subroutine unknown_name(text, e, known, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: e                                  !! entry
@@ -364,7 +365,7 @@ contains
     call append(message, entry_where(text, e) // ": unknown name, expected one of " // known)
   end subroutine unknown_name
 
-  !> Names with commas between them.
+  !> Names separated by commas.
   pure function listed(names, prefix) result(list)
     character(len=*), intent(in) :: names(:)   !! names
     character(len=*), intent(in) :: prefix     !! before each

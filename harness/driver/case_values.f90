@@ -1,4 +1,4 @@
-!> Values of the entries of a case file; what cannot be read is reported with file, line, group, name and value.
+!> Values of the entries of a case file; a message names file, line, group, name and value of a bad one.
 module case_values
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text
@@ -56,7 +56,7 @@ contains
   pure subroutine get_real(text, entry, value, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: entry                              !! which
-    real(wp), intent(inout) :: value                          !! left as it is on error
+    real(wp), intent(inout) :: value                          !! unchanged on error
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     real(wp), allocatable :: values(:)
     call get_reals(text, entry, values, message)
@@ -87,7 +87,7 @@ contains
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: entry                              !! which
     integer, intent(in) :: least, most                        !! admissible range
-    integer, intent(inout) :: value                           !! left as it is on error
+    integer, intent(inout) :: value                           !! unchanged on error
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     integer, allocatable :: values(:)
     call get_integers(text, entry, least, most, values, message)
@@ -95,11 +95,11 @@ contains
     if (size(values) > 1) call append(message, entry_where(text, entry) // ": expected one number")
   end subroutine get_integer
 
-  !> The only truth value of an entry.
+  !> The only logical value of an entry.
   pure subroutine get_logical(text, entry, value, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: entry                              !! which
-    logical, intent(inout) :: value                           !! left as it is on error
+    logical, intent(inout) :: value                           !! unchanged on error
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     select case (lower(value_text(text, entry)))
     case (".true.", ".t.", "true", "t")
@@ -111,11 +111,11 @@ contains
     end select
   end subroutine get_logical
 
-  !> The only number of an entry, or its only truth value as 1 or 0.
+  !> The only number of an entry, or its only logical value as 1 or 0.
   pure subroutine get_switch(text, entry, value, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: entry                              !! which
-    real(wp), intent(inout) :: value                          !! left as it is on error
+    real(wp), intent(inout) :: value                          !! unchanged on error
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: complaint
     logical :: yes
@@ -136,7 +136,7 @@ contains
   pure subroutine get_string(text, entry, value, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: entry                              !! which
-    character(len=:), allocatable, intent(inout) :: value     !! left as it is on error
+    character(len=:), allocatable, intent(inout) :: value     !! unchanged on error
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=1) :: quote
     integer :: i

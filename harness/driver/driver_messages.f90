@@ -11,7 +11,7 @@ module driver_messages
 
   integer, parameter, public :: exit_ok = 0      !! the run ended as expected
   integer, parameter, public :: exit_input = 1   !! bad input
-  integer, parameter, public :: exit_solve = 2   !! a solve that cannot go on, or another end than expected
+  integer, parameter, public :: exit_solve = 2   !! equilibrium lost, or an unexpected end
 
   interface
     !> Standard C: end the program with an exit code (`stop` would print).
@@ -31,7 +31,7 @@ contains
     flush (error_unit)
   end subroutine say
 
-  !> Say something during a run, unless it is a quiet one.
+  !> Write a message during a run, unless the run is quiet.
   subroutine tell(progress, text)
     type(progress_type), intent(inout) :: progress   !! of the run
     character(len=*), intent(in) :: text             !! lines
@@ -40,7 +40,7 @@ contains
     call say(text)
   end subroutine tell
 
-  !> Number for a message, six digits.
+  !> Text of a number with six digits, for a message.
   pure function short(value) result(text)
     real(wp), intent(in) :: value   !! finite
     character(len=:), allocatable :: text

@@ -1,12 +1,12 @@
-!> CSV of a run: one row per increment, in the file as soon as it is known; and what the run came to.
+!> CSV file of a run, with one row per increment that is written at once, and the totals of the run.
 !>
 !> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
-!> s_dit_k, s_dih_k of every plane. `event` names what happened in the increment, joined by +: what
-!> module `asperity_events` finds, and
-!>   snap      the branch of equilibria ended, the point moved on to the next rest
-!>   substeps  the increment was solved in parts
-!>   cut       a replayed host was asked for a smaller increment
-!>   lost      no equilibrium was found beyond: the row is the last one found
+!> s_dit_k, s_dih_k of every plane. `event` has the names of the events of the increment, joined by +. These are the
+!> events of the module `asperity_events` and
+!>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
+!>   substeps  the increment was solved in sub-increments
+!>   cut       the UMAT requested a smaller increment in a replay
+!>   lost      no equilibrium was found beyond this row
 module history
   use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, statev_table, v_damage, v_friction, &
     v_rupture, v_stored
@@ -30,15 +30,15 @@ module history
     real(wp) :: s(3) = 0.0_wp            !! separation (N, Tx, Ty)
     real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
     real(wp), allocatable :: state(:)    !! STATEV
-    real(wp) :: work = 0.0_wp            !! of the traction on the separation so far, stress*length
+    real(wp) :: work = 0.0_wp            !! work of the traction so far, stress*length
     integer :: iterations = 0
     integer :: updates = 0               !! of the law
     integer :: snaps = 0
-    real(wp) :: released = 0.0_wp        !! energy set free by them, stress*length
+    real(wp) :: released = 0.0_wp        !! energy released by them, stress*length
     logical :: substeps = .false., cut = .false., lost = .false.
   end type row_type
 
-  !> The file and what has been written to it.
+  !> The file, its last row and totals over its rows.
   type, public :: history_type
     type(row_type) :: last                 !! the last row
     integer :: n_rows = 0
@@ -46,20 +46,20 @@ module history
     integer :: most_iterations = 0         !! of one row
     integer :: updates = 0                 !! of the law, of all rows; 0: not counted
     integer :: snaps = 0                   !! of all rows
-    real(wp) :: released = 0.0_wp          !! energy set free by them, stress*length
+    real(wp) :: released = 0.0_wp          !! energy released by them, stress*length
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     integer, private :: file = 0           !! descriptor
     character(len=:), allocatable, private :: path
-    integer, private :: n_planes = 0       !! with columns of their own
-    type(planes_type), private :: planes   !! at the last row
+    integer, private :: n_planes = 0       !! number of planes with columns
+    type(planes_type), private :: planes   !! regime of the planes at the last row
   end type history_type
 
 contains
 
   !> Open the file ("-": standard output) and write the header.
   subroutine open_history(table, path, joint, planes)
-    type(history_type), intent(out) :: table        !! nothing written yet
+    type(history_type), intent(out) :: table        !! the file, without rows
     character(len=*), intent(in) :: path            !! file, replaced if it exists
     type(interface_type), intent(in) :: joint       !! the interface
     logical, intent(in) :: planes                   !! whether planes have columns
@@ -85,11 +85,11 @@ contains
     call write_line(table%file, path, header, table%good)
   end subroutine open_history
 
-  !> The run starts from a point that is not virgin: events are counted from there.
+  !> Set the state from which events are counted, for a run that does not start from a virgin point.
   subroutine start_from(table, joint, point)
     type(history_type), intent(inout) :: table      !! the file, no row yet
     type(interface_type), intent(in) :: joint       !! the interface
-    type(point_type), intent(in) :: point           !! where the run starts
+    type(point_type), intent(in) :: point           !! start of the run
     character(len=event_length) :: ignored
     call find_events(joint, point%s, point%state, point%state, table%planes, ignored)
     table%last%s = point%s
@@ -98,7 +98,7 @@ contains
     table%last%work = point%work
   end subroutine start_from
 
-  !> Write a row; the whole row goes out at once, so that a run that is killed leaves whole rows.
+  !> Write a row by one system call, so that a run that is killed leaves complete rows.
   subroutine add_row(table, joint, row)
     type(history_type), intent(inout) :: table      !! the file
     type(interface_type), intent(in) :: joint       !! the interface
@@ -147,7 +147,7 @@ contains
     table%good = table%good .and. closed
   end subroutine close_history
 
-  !> Number with the 17 digits that give it back exactly.
+  !> Text of a number with 17 digits, which determine it exactly.
   pure function number(value) result(text)
     real(wp), intent(in) :: value   !! finite
     character(len=:), allocatable :: text

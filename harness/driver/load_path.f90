@@ -1,4 +1,4 @@
-!> Load path of a case: the groups &step in turn.
+!> Load path of a case: its groups &step in their order.
 module load_path
   use asperity_adaptive, only: largest_tolerance, least_tolerance
   use asperity_checks, only: bounded
@@ -14,35 +14,35 @@ module load_path
   private
   public :: read_steps, check_separations
 
-  !> Most increments of a run.
+  !> Largest number of increments of a run.
   integer, parameter :: most_increments = 10000000
-  !> Most targets of a step, cycles included.
+  !> Largest number of targets of a step, with all cycles.
   integer, parameter :: most_targets = 1000000
 
   character(len=4), parameter, public :: component_names(3) = ["N   ", "Tx  ", "Ty  "]
 
-  !> Targets in turn; every component is held as `control` says.
+  !> A step: its targets in their order, and which value of each component is prescribed (`control`).
   type, public :: step_type
     type(control_type) :: control
-    logical :: changed(3) = .false.             !! control of the component is not that of the last step
-    logical :: has_target(3) = .false.          !! false: held where it is
+    logical :: changed(3) = .false.             !! whether the control of the component differs from the last step
+    logical :: has_target(3) = .false.          !! false: the prescribed value is constant
     real(wp), allocatable :: targets(:, :)      !! (3, n) separation or traction
-    integer :: n_given(3) = 0                   !! values of the list of the component
-    integer, allocatable :: increments(:)       !! (n) to each target
-    real(wp), allocatable :: slip(:)            !! (n) where s_Tx and s_Ty are given so, along `direction`
+    integer :: n_given(3) = 0                   !! number of values in the list of the component
+    integer, allocatable :: increments(:)       !! (n) number of increments to each target
+    real(wp), allocatable :: slip(:)            !! (n) slips along `direction`, if s_Tx and s_Ty are given as slip
     real(wp) :: direction = 0.0_wp              !! of the slip, degrees
-    real(wp) :: time = 1.0_wp                   !! the step takes
-    real(wp) :: tolerance = 0.0_wp              !! of adaptive increments, 0: as many as given
+    real(wp) :: time = 1.0_wp                   !! duration of the step
+    real(wp) :: tolerance = 0.0_wp              !! tolerance of adaptive increments, 0: fixed increments
   end type step_type
 
-  !> Values of a component or of the slip, in turn.
+  !> List of values of a component or of the slip.
   type :: list_type
     real(wp), allocatable :: values(:)
   end type list_type
 
 contains
 
-  !> All &step groups in turn.
+  !> Read all groups &step.
   subroutine read_steps(text, steps, message)
     type(text_type), intent(in) :: text                       !! the file
     type(step_type), allocatable, intent(out) :: steps(:)     !! the load path
@@ -65,7 +65,7 @@ contains
       " increments in all &step: expected at most " // integer_text(most_increments))
   end subroutine read_steps
 
-  !> One &step.
+  !> Read one group &step.
   subroutine read_step(text, g, control, direction, step, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: g                                  !! group
@@ -158,10 +158,10 @@ contains
   subroutine set_targets(text, g, s, t, increments, cycles, step, message)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: g                                  !! group
-    type(list_type), intent(in) :: s(3), t(3)                 !! separations and tractions, not allocated: not given
-    integer, intent(in) :: increments(:)                      !! for the first targets; the last number goes on
-    integer, intent(in) :: cycles                             !! times the lists are run through
-    type(step_type), intent(inout) :: step                    !! control is set
+    type(list_type), intent(in) :: s(3), t(3)                 !! separations and tractions; not allocated: no entry
+    integer, intent(in) :: increments(:)                      !! for the first targets; the last number is repeated
+    integer, intent(in) :: cycles                             !! number of times that the lists are followed
+    type(step_type), intent(inout) :: step                    !! the step, with its control
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     integer :: i, n
 
@@ -196,11 +196,11 @@ contains
     step%increments = nint(run_through(real(increments, wp), n, cycles))
   end subroutine set_targets
 
-  !> A list of n values at most, run through several times; a shorter one keeps its last value.
+  !> Repeat a list of up to n values several times; a shorter list repeats its last value.
   pure function run_through(list, n, cycles) result(values)
     real(wp), intent(in) :: list(:)   !! 1 to n values
     integer, intent(in) :: n          !! values of a cycle
-    integer, intent(in) :: cycles     !! times
+    integer, intent(in) :: cycles     !! number of repetitions
     real(wp) :: values(n*cycles)
     integer :: j
     do j = 1, n*cycles
@@ -208,7 +208,7 @@ contains
     end do
   end function run_through
 
-  !> Separations that are given must be such that the law takes them; every list is looked through once.
+  !> Check that the prescribed separations are in the range of the law; every list is checked once.
   pure subroutine check_separations(text, steps, joint, message)
     type(text_type), intent(in) :: text                       !! the file
     type(step_type), intent(in) :: steps(:)                   !! the load path

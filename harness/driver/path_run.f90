@@ -1,4 +1,4 @@
-!> Run of a load path: the steps of a case in turn by the mixed solver.
+!> Run of a load path: the steps of a case are solved one after the other under mixed control.
 module path_run
   use asperity_adaptive, only: adaptive_step, new_walk, walk_type
   use asperity_interface, only: interface_type
@@ -17,12 +17,12 @@ module path_run
 
 contains
 
-  !> Run all steps, or as far as there is equilibrium; every increment becomes a row.
+  !> Run all steps, or up to a loss of equilibrium; every increment gives a row.
   subroutine run_path(joint, state, steps, label, table, progress, failed)
     type(interface_type), intent(in) :: joint        !! the interface
-    type(state_type), intent(in) :: state            !! where the run starts
+    type(state_type), intent(in) :: state            !! state at the start
     type(step_type), intent(in) :: steps(:)          !! the load path
-    character(len=*), intent(in) :: label            !! of the run, for the progress line
+    character(len=*), intent(in) :: label            !! name of the run, for the progress line
     type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
     type(progress_type), intent(inout) :: progress   !! clock
     type(failed_type), intent(out) :: failed         !! the increment without equilibrium, if there is one
@@ -65,7 +65,7 @@ contains
     integer, intent(in) :: done, total               !! increments of earlier steps, of the run
     character(len=*), intent(in) :: label            !! of the run
     type(point_type), intent(inout) :: point         !! the point, start -> end
-    type(walk_type), intent(inout) :: walk           !! of adaptive increments
+    type(walk_type), intent(inout) :: walk           !! control of adaptive increments
     real(wp), intent(inout) :: given(3)              !! separation, or traction + spring*separation, start -> end
     type(history_type), intent(inout) :: table       !! rows are added
     type(progress_type), intent(inout) :: progress   !! clock
@@ -77,7 +77,7 @@ contains
     real(wp) :: earlier, from(3), last(3), offset(3), reached, to(3)
     integer :: j, n
 
-    ! the surroundings are free of force at the start of the step
+    ! the force of the spring is zero at the start of the step
     offset = merge(step%control%spring*point%s, 0.0_wp, step%control%traction)
     where (step%changed) given = merge(point%traction + offset, point%s, step%control%traction)
     control = step%control
@@ -121,19 +121,19 @@ contains
     end do
   end subroutine run_step
 
-  !> Say what a snap came to.
+  !> Report a snap.
   subroutine tell_snap(label, row, report, earlier, progress)
     character(len=*), intent(in) :: label            !! of the run
     type(row_type), intent(in) :: row                !! the increment
-    type(report_type), intent(in) :: report          !! what happened in it
+    type(report_type), intent(in) :: report          !! report of the increment
     integer, intent(in) :: earlier                   !! snaps before it
     type(progress_type), intent(inout) :: progress   !! clock
-    !> Snaps that are told one by one.
+    !> Number of snaps that are reported one by one.
     integer, parameter :: most = 20
     if (earlier >= most) return
     call tell(progress, label // ": step " // integer_text(row%step) // " increment " // &
       integer_text(row%increment) // ": snap from s = " // vector(report%before) // " to " // vector(report%after) // &
-      ", " // short(report%released) // " set free")
+      ", " // short(report%released) // " released")
   end subroutine tell_snap
 
   !> Components in parentheses.
@@ -148,14 +148,14 @@ contains
                           table, progress, failed)
     type(interface_type), intent(in) :: joint        !! the interface
     type(step_type), intent(in) :: step              !! the step
-    real(wp), intent(in) :: from(3), to(3)           !! given values at both ends of the way
+    real(wp), intent(in) :: from(3), to(3)           !! given values at both ends
     real(wp), intent(in) :: start                    !! time at the start of the step
-    real(wp), intent(in) :: before, increments       !! of the step before this target, and to it: shares of its time
+    real(wp), intent(in) :: before, increments       !! increments of the step before this load path, and on it
     integer, intent(in) :: done, total               !! increments of earlier steps, of the run
     character(len=*), intent(in) :: label            !! of the run
     type(point_type), intent(inout) :: point         !! the point, start -> end
     type(walk_type), intent(inout) :: walk           !! step size and scales
-    type(row_type), intent(inout) :: row             !! the last one of the step
+    type(row_type), intent(inout) :: row             !! last row of the step
     type(history_type), intent(inout) :: table       !! rows are added
     type(progress_type), intent(inout) :: progress   !! clock
     type(failed_type), intent(inout) :: failed       !! set if a step finds no equilibrium
@@ -192,12 +192,12 @@ contains
 
   contains
 
-    !> Add the row at a share of the way.
+    !> Add the row at a fraction of the load path.
     subroutine add(now, new, iterations, report)
-      real(wp), intent(in) :: now               !! share of the way
+      real(wp), intent(in) :: now               !! fraction of the load path
       type(point_type), intent(in) :: new       !! the point
       integer, intent(in) :: iterations         !! of Newton's method
-      type(report_type), intent(in) :: report   !! what happened
+      type(report_type), intent(in) :: report   !! report
       row%increment = row%increment + 1
       row%time = start + step%time*((before + now*increments)/real(sum(step%increments), wp))
       row%s = new%s
@@ -215,7 +215,7 @@ contains
 
   end subroutine run_adaptive
 
-  !> Value n of m between two, both ends exact.
+  !> Linear interpolation, exact at both ends.
   pure elemental function ramp(from, to, n, m) result(value)
     real(wp), intent(in) :: from, to   !! values at n = 0 and n = m
     integer, intent(in) :: n, m        !! 0 <= n <= m

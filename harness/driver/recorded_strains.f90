@@ -1,8 +1,8 @@
-!> CSV of recorded strains, as an FE code would pass them to a material routine.
+!> CSV file of recorded strains, as an FE code would pass them to a material routine.
 !>
-!> Columns by a header line: `e_1` ... `e_<ntens>` (strains in the host's order) or `s_N`, `s_Tx`, `s_Ty` (separations;
-!> the driver's own output is such a file), and `time` if there is one; other columns are ignored. Without a header:
-!> the NTENS strains and nothing else. Time does not decrease. Lines that are blank or start with # are passed over.
+!> A header line names the columns: `e_1` ... `e_<ntens>` (strains in the host's order) or `s_N`, `s_Tx`, `s_Ty`
+!> (separations, as in an output file of the driver), and optionally `time`; other columns are ignored. A file without a
+!> header has the NTENS strains only. Time must not decrease. Blank lines and lines that start with # are skipped.
 module recorded_strains
   use asperity_checks, only: bounded
   use asperity_interface, only: interface_type, separation_bound
@@ -28,10 +28,10 @@ contains
     character(len=*), intent(in) :: path                      !! file
     integer, intent(in) :: ntens                              !! components of the host
     integer, intent(in) :: position(3)                        !! of N, Tx, Ty among them, 0: there is none
-    real(wp), intent(in) :: shear                             !! shear strain of the host per engineering shear: 1, 1/2
+    real(wp), intent(in) :: shear                             !! host's shear strain over engineering shear: 1, 1/2
     real(wp), intent(in) :: dtime                             !! time increment where there is no column `time`
-    type(interface_type), intent(in) :: joint                 !! with h of the host
-    type(strains_type), intent(out) :: record                 !! what was read
+    type(interface_type), intent(in) :: joint                 !! the interface, with h of the host
+    type(strains_type), intent(out) :: record                 !! the record
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: complaint, source, line
     integer, allocatable :: column(:)
@@ -105,7 +105,7 @@ contains
     record%time = record%time(:n)
   end subroutine read_strains
 
-  !> Without blanks at both ends.
+  !> A text without blanks at both ends.
   pure function strip(line) result(core)
     character(len=*), intent(in) :: line   !! text
     character(len=:), allocatable :: core
@@ -120,8 +120,8 @@ contains
 
   !> Field i of a line; empty beyond the last one.
   pure function field(line, i) result(text)
-    character(len=*), intent(in) :: line   !! fields with commas between them
-    integer, intent(in) :: i               !! which, from 1
+    character(len=*), intent(in) :: line   !! fields separated by commas
+    integer, intent(in) :: i               !! number of the field, from 1
     character(len=:), allocatable :: text
     integer :: comma, first, k
     first = 1
@@ -134,7 +134,7 @@ contains
 
   !> Number of fields of a line.
   pure function n_fields(line) result(n)
-    character(len=*), intent(in) :: line   !! fields with commas between them
+    character(len=*), intent(in) :: line   !! fields separated by commas
     integer :: i, n
     n = 1
     do i = 1, len(line)
@@ -144,20 +144,20 @@ contains
 
   !> Whether a line is a header: its first field is a name and not a number.
   pure function has_names(line) result(yes)
-    character(len=*), intent(in) :: line   !! fields with commas between them
+    character(len=*), intent(in) :: line   !! fields separated by commas
     logical :: yes
     yes = verify(line(1:1), "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ""'") == 0 .and. &
       all(lower(field(line, 1)) /= ["nan     ", "inf     ", "infinity"])
   end function has_names
 
-  !> Columns of the values by the header, time last (0: none).
+  !> Numbers of the columns from the header; the last one is that of time (0: none).
   pure subroutine find_columns(header, path, number, ntens, column, separations, message)
     character(len=*), intent(in) :: header                    !! lower case
     character(len=*), intent(in) :: path                      !! file
     integer, intent(in) :: number                             !! of the line
     integer, intent(in) :: ntens                              !! components of the host
     integer, allocatable, intent(out) :: column(:)            !! numbers of the columns
-    logical, intent(out) :: separations                       !! s_N, s_Tx, s_Ty and not strains
+    logical, intent(out) :: separations                       !! true: s_N, s_Tx, s_Ty; false: strains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: name
     integer :: i, k, n
@@ -185,12 +185,12 @@ contains
     end do
   end subroutine find_columns
 
-  !> Numbers of a line in the columns that are wanted.
+  !> Numbers of a line in the given columns.
   pure subroutine read_numbers(line, path, number, column, numbers, message)
-    character(len=*), intent(in) :: line                      !! fields with commas between them
+    character(len=*), intent(in) :: line                      !! fields separated by commas
     character(len=*), intent(in) :: path                      !! file
     integer, intent(in) :: number                             !! of the line
-    integer, intent(in) :: column(:)                          !! wanted, 0: not there, stays 0
+    integer, intent(in) :: column(:)                          !! columns; 0: there is none, the number is 0
     real(wp), allocatable, intent(out) :: numbers(:)          !! size 0 if one is bad
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: text

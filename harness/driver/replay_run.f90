@@ -1,9 +1,10 @@
 !> Replay of recorded strains through `umat`, called as an FE code calls it.
 !>
-!> Every increment: a call with the strain increment zero (a first iteration that asks for the tangent), a trial that
-!> overshoots, the increment itself, and the same call again (stress and tangent asked for separately). STATEV and
-!> STRESS are committed at the end of the increment only; what the host does not define holds garbage. An initial state
-!> comes in as a host's initial conditions do: planes in STATEV, status 0, and the traction in STRESS.
+!> Every increment has four calls: a zero strain increment (as in a first iteration that needs the tangent), a larger
+!> trial increment, the increment itself, and the same increment again (as if stress and tangent were computed
+!> separately). STATEV and STRESS are committed only at the end of the increment. Arguments that the host does not
+!> define have the value `garbage`. An initial state is passed as initial conditions of a host: planes in STATEV, status
+!> 0, traction in STRESS.
 module replay_run
   use asperity_checks, only: bounded
   use asperity_host, only: component_map
@@ -21,27 +22,27 @@ module replay_run
   private
   public :: run_replay
 
-  !> Calls of an increment, by their share of the strain increment.
+  !> Calls of an increment: their fractions of the strain increment.
   real(wp), parameter :: shares(4) = [0.0_wp, 1.5_wp, 1.0_wp, 1.0_wp]
-  !> What a host leaves in arguments it does not define.
+  !> Value of arguments that a host does not define.
   real(wp), parameter :: garbage = -7.7e77_wp
-  !> Of a division by h and a multiplication, relative.
+  !> Relative rounding error of a division by h and a multiplication.
   real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
 
 contains
 
-  !> Replay a record; every record becomes a row (iterations: calls of umat; a component that the
-  !> host does not have is 0, t_Ty with NTENS = 2 among them).
+  !> Replay a record. Each of its increments gives a row, whose `iterations` are the calls of umat. Components that the
+  !> host does not have are 0, also t_Ty with NTENS = 2.
   subroutine run_replay(joint, props, ntens, initial, record, label, table, progress, failure)
     type(interface_type), intent(in) :: joint                !! the interface
     real(wp), intent(in) :: props(:)                         !! PROPS
     integer, intent(in) :: ntens                             !! components of the host
     type(initial_type), intent(in) :: initial                !! planes and traction before the first call
     type(strains_type), intent(in) :: record                 !! strains
-    character(len=*), intent(in) :: label                    !! of the run, for the progress line
+    character(len=*), intent(in) :: label                    !! name of the run, for the progress line
     type(history_type), intent(inout) :: table               !! rows are added
     type(progress_type), intent(inout) :: progress           !! clock
-    character(len=:), allocatable, intent(out) :: failure    !! not empty: what umat did wrong
+    character(len=:), allocatable, intent(out) :: failure    !! not empty: error of umat
     type(row_type) :: row
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(ntens) :: stran, dstran, stress, first_stress, committed_stress

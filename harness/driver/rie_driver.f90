@@ -13,7 +13,7 @@ program rie_driver
   use text_file, only: lower
   implicit none
 
-  !> Closure of the facing planes, as a multiple of s_f, beyond which a warning is given.
+  !> Closure of the facing planes, as a multiple of s_f, above which the driver warns.
   real(wp), parameter :: soft_contact = 0.1_wp
   character(len=*), parameter :: usage(9) = [character(len=78) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
@@ -23,8 +23,8 @@ program rie_driver
     "  --quiet     no progress line, no summary", &
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
     "  --version   print the version", &
-    "exit code: 0 ended as expected, 1 bad input, 2 the solve could not go on or", &
-    "ended otherwise than expected (every row that converged is in the file)"]
+    "exit code: 0 ended as expected, 1 bad input, 2 equilibrium lost or another", &
+    "end than expected (the file has every row that converged)"]
   character(len=:), allocatable :: path, output, message
   logical :: echo, planes, quiet
 
@@ -33,7 +33,7 @@ program rie_driver
 
 contains
 
-  !> Arguments of the command.
+  !> Read the arguments of the command.
   subroutine read_command_line()
     character(len=:), allocatable :: argument
     integer :: i
@@ -86,7 +86,7 @@ contains
     if (length > 0) call get_command_argument(i, text)
   end function argument_text
 
-  !> Complain about the command and end.
+  !> Report an error in the command and end.
   subroutine reject(complaint)
     character(len=*), intent(in) :: complaint   !! what is wrong
     call say(complaint // "; rie_driver --help shows the usage")
@@ -131,7 +131,7 @@ contains
       if (same_file(result_file(stem, values, i), path)) call append(message, path // ": the output " // &
         result_file(stem, values, i) // " would replace the case file")
       if (same_file(failed_file(result_file(stem, values, i)), path)) call append(message, path // ": " // &
-        failed_file(result_file(stem, values, i)) // ", where a failed increment is left, would replace the case " // &
+        failed_file(result_file(stem, values, i)) // ", the case of a failed increment, would replace the case " // &
         "file: expected another -o")
       if (.not. allocated(cases(i)%replay%file)) cycle
       if (same_file(result_file(stem, values, i), cases(i)%replay%file)) call append(message, path // &
@@ -164,8 +164,8 @@ contains
   !> File with the rows of a case, of a value of its sweep if it has one.
   pure function result_file(stem, values, i) result(name)
     character(len=*), intent(in) :: stem   !! name without ending
-    real(wp), intent(in) :: values(:)      !! of the sweep, size 0: none
-    integer, intent(in) :: i               !! which of them
+    real(wp), intent(in) :: values(:)      !! values of the sweep, size 0: none
+    integer, intent(in) :: i               !! number of the value
     character(len=:), allocatable :: name
     if (size(values) > 0) then
       name = stem // "_" // to_text(values(i)) // ".csv"
@@ -179,14 +179,14 @@ contains
   !> Name without its ending.
   pure function without(name, ending) result(stem)
     character(len=*), intent(in) :: name     !! of a file
-    character(len=*), intent(in) :: ending   !! to leave out
+    character(len=*), intent(in) :: ending   !! ending that is removed
     character(len=:), allocatable :: stem
     stem = name
     if (len(name) <= len(ending)) return
     if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
   end function without
 
-  !> End if there is a complaint about the input.
+  !> End if the input has an error.
   subroutine end_on_errors()
     integer :: last
     do while (len(message) > 0)

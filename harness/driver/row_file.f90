@@ -1,4 +1,4 @@
-!> Lines out to a file at once, each by one call of the system: whole lines when the run is killed, and errors noticed.
+!> Output of lines, each by one system call: a run that is killed leaves complete lines, and errors are noticed.
 !>
 !> The Fortran run-time libraries do not report a full disk. On a full tmpfs and on /dev/full, iostat of write, flush
 !> and close is 0 with gfortran 12, whether a unit stays open or is opened for each line; with flang 16 flush reports
@@ -16,7 +16,7 @@ module row_file
     function c_creat(path, mode) bind(c, name="creat") result(fd)
       import :: c_char, c_int
       implicit none
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
       integer(c_int) :: fd
@@ -26,7 +26,7 @@ module row_file
       import :: c_char, c_int, c_intptr_t, c_size_t
       implicit none
       integer(c_int), value :: fd
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: n
       integer(c_intptr_t) :: written
@@ -42,24 +42,24 @@ module row_file
     function c_realpath(path, resolved) bind(c, name="realpath") result(found)
       import :: c_char, c_ptr
       implicit none
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: path(*)
-      ! allow(C071, C072): as C has it
+      ! allow(C071, C072): the interface is that of C
       character(kind=c_char), intent(out) :: resolved(*)
       type(c_ptr) :: found
     end function c_realpath
-    !> Standard C: say on standard error why the last call failed.
+    !> Standard C: write to standard error why the last call failed.
     subroutine c_perror(prefix) bind(c, name="perror")
       import :: c_char
       implicit none
-      ! allow(C071): as C has it
+      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: prefix(*)
     end subroutine c_perror
   end interface
 
 contains
 
-  !> Whether two names are those of one existing file.
+  !> Whether two names denote the same existing file.
   function same_file(first, second) result(same)
     character(len=*), intent(in) :: first, second   !! names
     logical :: same
@@ -70,14 +70,14 @@ contains
     same = c_associated(c_realpath(first // c_null_char, resolved(:, 1)))
     if (same) same = c_associated(c_realpath(second // c_null_char, resolved(:, 2)))
     if (.not. same) return
-    ! what follows the null is undefined
+    ! the characters after the null are undefined
     do i = 1, size(resolved, 1)
       same = resolved(i, 1) == resolved(i, 2)
       if (.not. same .or. resolved(i, 1) == c_null_char) exit
     end do
   end function same_file
 
-  !> Open a file for writing, empty; "-" is standard output.
+  !> Create or empty a file for writing; "-" is standard output.
   subroutine create_file(path, file, good)
     character(len=*), intent(in) :: path   !! file
     integer, intent(out) :: file           !! descriptor
@@ -119,7 +119,7 @@ contains
     if (.not. good) call tell(path)
   end subroutine close_file
 
-  !> Say why the last call failed.
+  !> Write to standard error why the last call failed.
   subroutine tell(path)
     character(len=*), intent(in) :: path   !! of the file
     call c_perror("rie_driver: " // path // ": cannot be written" // c_null_char)

@@ -8,14 +8,14 @@ module text_file
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
-  !> Lines of a kind of error that are shown; how many more there are is said.
+  !> Largest number of messages about one kind of error; the number of further ones is reported.
   integer, parameter, public :: most_lines = 20
   !> Largest file that is read, bytes.
   integer, parameter :: largest_file = 100000000
 
 contains
 
-  !> Bytes of a text file.
+  !> Read the bytes of a text file.
   subroutine load_file(path, source, message)
     character(len=*), intent(in) :: path                      !! file
     character(len=:), allocatable, intent(inout) :: source    !! its bytes
@@ -59,7 +59,7 @@ contains
     end if
   end subroutine load_file
 
-  !> Last position of the line that position i is in.
+  !> Last position of the line that contains position i.
   pure function line_end(source, i) result(last)
     character(len=*), intent(in) :: source   !! text
     integer, intent(in) :: i                 !! position
@@ -68,7 +68,7 @@ contains
     last = merge(i + last - 2, len(source), last > 0)
   end function line_end
 
-  !> Start of a piece of text, with a question mark for what is not ASCII.
+  !> Start of a text, with a question mark for each character that is not ASCII.
   pure function printable(piece) result(clean)
     character(len=*), intent(in) :: piece   !! text
     character(len=:), allocatable :: clean
@@ -82,7 +82,7 @@ contains
     if (len(piece) > most) clean = clean // "..."
   end function printable
 
-  !> Lower case.
+  !> A text in lower case.
   pure function lower(name) result(low)
     character(len=*), intent(in) :: name   !! any case
     character(len=len(name)) :: low
@@ -93,7 +93,7 @@ contains
     end do
   end function lower
 
-  !> Number from text: decimal, finite, with an exponent or without; anything else is refused.
+  !> Read a finite decimal number, with or without exponent; every other text is rejected.
   pure subroutine to_real(word, value, good)
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
@@ -119,7 +119,7 @@ contains
     else
       mantissa = word
     end if
-    ! refused before it is read: an overflow would raise a floating-point exception
+    ! rejected before it is read, as an overflow would raise a floating-point exception
     good = good .and. is_digits(trim(mantissa), .true.) .and. exponent + len_trim(mantissa) <= largest_exponent
     if (.not. good) return
     write (power, "(i0)") exponent
@@ -128,7 +128,7 @@ contains
     good = status == 0
   end subroutine to_real
 
-  !> Whether a word is a sign (or none) and digits, with one decimal point where that is allowed.
+  !> Whether a word is an optional sign and digits, with one decimal point if that is admissible.
   pure function is_digits(word, point) result(yes)
     character(len=*), intent(in) :: word   !! text
     logical, intent(in) :: point           !! allow a decimal point

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 STYLES = (("#0072B2", "-", 1.6), ("#D55E00", "--", 1.3), ("#000000", ":", 1.3))
-"""Colour, line and width of curves, told apart without colour too (Okabe and Ito)."""
+"""Colour (Okabe and Ito), line and width of curves, which differ without colour as well."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-!> The user routines as a host declares them: the one declaration for the programs and tests here.
+!> Interfaces of the user routines as hosts declare them, for all programs and tests of this repository.
 !>
-!> Nothing of asperity is used. `procedure(umat)` declares a routine that is called in the same way.
+!> The module uses no other module. `procedure(umat)` declares a procedure with the same arguments.
 module host_routines
   use, intrinsic :: iso_fortran_env, only: real32, real64
   implicit none
@@ -8,7 +8,7 @@ module host_routines
   public :: umat, vumat, vumat_single
 
   interface
-    !> UMAT; hosts may leave out (pass NULL for) what is optional here.
+    !> UMAT; hosts may pass NULL for the arguments that are optional here.
     subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, &
                     temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, &
                     celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)

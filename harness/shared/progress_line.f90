@@ -1,4 +1,4 @@
-!> Progress of a long run as one line on standard error: count, share and remaining time, on a terminal only.
+!> Progress of a long run as one line on standard error (only on a terminal): count, percentage and remaining time.
 module progress_line
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
@@ -8,10 +8,10 @@ module progress_line
   private
   public :: begin_progress, show_progress, clear_progress
 
-  !> Seconds before the first line, and between two; file descriptor of standard error.
+  !> Seconds before the first line and between two lines; file descriptor of standard error.
   real(wp), parameter :: patience = 2.0_wp, period = 0.5_wp
   integer(c_int), parameter :: standard_error = 2_c_int
-  !> ANSI sequence that clears the line from the cursor on, after a return to its start.
+  !> Carriage return and ANSI sequence that clears the line.
   character(len=*), parameter :: clear = achar(13) // achar(27) // "[K"
 
   !> Clock and names of a run.
@@ -57,7 +57,7 @@ contains
     call system_clock(progress%start)
   end subroutine begin_progress
 
-  !> Show how much is done, if the run is a long one and the last line is not too recent.
+  !> Show the progress if the run is long and some time has passed since the last line.
   subroutine show_progress(progress, label, done, total)
     type(progress_type), intent(inout) :: progress   !! progress
     character(len=*), intent(in) :: label            !! what is running, may be empty
@@ -86,7 +86,7 @@ contains
     progress%shown = .false.
   end subroutine clear_progress
 
-  !> Seconds in words.
+  !> Text of a duration in seconds or minutes.
   pure function duration(seconds) result(text)
     real(wp), intent(in) :: seconds   !! >= 0
     character(len=:), allocatable :: text

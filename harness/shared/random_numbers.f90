@@ -1,6 +1,7 @@
 !> Random numbers that are the same for the same seed with every compiler: the generator of Park and Miller (1988).
 !>
-!> The seed is the state: every draw changes it. A statement draws once, so that the order of the draws is fixed.
+!> The seed is the state of the generator; every draw changes it. Each statement draws only once, so that the order of
+!> the draws does not depend on the compiler.
 module random_numbers
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
@@ -8,13 +9,13 @@ module random_numbers
   private
   public :: seed_of, uniform, draw, pick, chance, log_uniform, random_bits
 
-  !> Largest seed; no product of a seed and a factor leaves 64 bits.
+  !> Largest seed; the product of a seed and the factor is within 64 bits.
   integer(int64), parameter :: modulus = 2147483647_int64
   integer(int64), parameter, public :: largest_seed = modulus - 1_int64
 
 contains
 
-  !> Seed of sequence `number` of a run: sequences of other numbers start elsewhere.
+  !> Seed of sequence `number` of a run; different numbers give different sequences.
   pure function seed_of(run, number) result(seed)
     integer(int64), intent(in) :: run      !! seed of the run, any
     integer(int64), intent(in) :: number   !! of the sequence, any
@@ -42,7 +43,7 @@ contains
     end do
   end subroutine draw
 
-  !> A whole number from 1 to n.
+  !> An integer from 1 to n.
   function pick(seed, n) result(i)
     integer(int64), intent(inout) :: seed   !! 1..largest_seed
     integer, intent(in) :: n                !! >= 1
@@ -50,7 +51,7 @@ contains
     i = min(n, 1 + int(real(n, wp)*uniform(seed)))
   end function pick
 
-  !> Yes with a probability.
+  !> True with a given probability.
   function chance(seed, probability) result(yes)
     integer(int64), intent(inout) :: seed   !! 1..largest_seed
     real(wp), intent(in) :: probability     !! 0..1
@@ -58,7 +59,7 @@ contains
     yes = uniform(seed) < probability
   end function chance
 
-  !> A power of ten with an exponent between two.
+  !> A power of ten whose exponent lies between two numbers.
   function log_uniform(seed, low, high) result(x)
     integer(int64), intent(inout) :: seed   !! 1..largest_seed
     real(wp), intent(in) :: low, high       !! exponents
@@ -66,7 +67,7 @@ contains
     x = 10.0_wp**(low + (high - low)*uniform(seed))
   end function log_uniform
 
-  !> 64 random bits, of three draws.
+  !> 64 random bits from three draws.
   function random_bits(seed) result(bits)
     integer(int64), intent(inout) :: seed   !! 1..largest_seed
     integer(int64) :: bits

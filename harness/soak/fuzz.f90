@@ -1,7 +1,8 @@
 !> Fuzz run over the UMAT, the VUMATs and the C API: fuzz [SEED [CALLS]], or fuzz SEED 1 TARGET CASE for one case alone.
 !>
-!> No crash, no result that is not finite from input that is, nothing written beyond what the caller owns, every
-!> rejection with a message. Exit code 1 with the seed, the case and its input where something is wrong.
+!> The run checks that no call crashes, that finite input gives finite results, that nothing is written beyond the
+!> caller's arrays, and that every rejection has a message. After a failure it prints seed, case and input, and the exit
+!> code is 1.
 program fuzz
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use fuzz_c, only: try_c
@@ -12,10 +13,11 @@ program fuzz
   implicit none
 
   character(len=6), parameter :: targets(4) = ["umat  ", "vumat ", "single", "c     "]
-  !> Calls of the UMAT in the long run; shares of calls of the other targets, which take blocks of points.
+  !> Number of calls of the UMAT in the long run, and its divisors for the other targets, whose calls take blocks of
+  !> points.
   integer(int64), parameter :: long_run = 10000000_int64
   integer(int64), parameter :: shares(4) = [1_int64, 20_int64, 20_int64, 10_int64]
-  !> Complaints shown in full before the run ends.
+  !> Number of failures after which the run ends.
   integer, parameter :: most_shown = 5
   integer(int64) :: number, seed, wanted
   integer :: failed, passed, target
@@ -23,7 +25,7 @@ program fuzz
 
   seed = argument(1, 1_int64)
   wanted = min(argument(2, long_run), int(huge(failed), int64))
-  ! rejected calls tell why on standard error: millions of lines
+  ! rejected calls write their reason to standard error, which would be millions of lines
   if (command_argument_count() < 4) open (unit=error_unit, file="/dev/null", action="write")
   failed = 0
   passed = 0
@@ -42,10 +44,10 @@ program fuzz
 
 contains
 
-  !> Whole number of the command line.
+  !> Integer argument of the command.
   function argument(i, default) result(value)
     integer, intent(in) :: i                 !! which
-    integer(int64), intent(in) :: default    !! where there is none
+    integer(int64), intent(in) :: default    !! value of a missing argument
     integer(int64) :: value
     character(len=32) :: text
     integer :: status
@@ -56,7 +58,7 @@ contains
     if (status /= 0 .or. value < 0) stop "usage: fuzz [SEED [CALLS [TARGET CASE]]]: whole numbers from 0 on"
   end function argument
 
-  !> All cases of a target.
+  !> Run all cases of a target.
   subroutine run(target, wanted)
     integer, intent(in) :: target            !! index of targets
     integer(int64), intent(in) :: wanted     !! calls
@@ -78,11 +80,11 @@ contains
     if (failed == earlier) passed = passed + 1
   end subroutine run
 
-  !> One case; a failure is told with what repeats it.
+  !> Run one case; the report of a failure has the command that repeats it.
   subroutine one_case(target, number, verbose, done, rejections)
     integer, intent(in) :: target                             !! index of targets
     integer(int64), intent(in) :: number                      !! case
-    logical, intent(in) :: verbose                            !! show the input in any case
+    logical, intent(in) :: verbose                            !! print the input also without a failure
     integer(int64), intent(inout), optional :: done           !! calls so far
     integer(int64), intent(inout), optional :: rejections     !! rejected calls so far
     character(len=:), allocatable :: complaint, inputs

@@ -1,6 +1,6 @@
-!> Fuzz of the C API: arrays of points of any number, one argument of which may be spoilt.
+!> Fuzz test of the C API: calls with random arrays of points, where one argument may be invalid.
 module fuzz_c
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_c, only: asperity_nstatv, asperity_update
   use asperity_call_checks, only: state_status
@@ -16,12 +16,12 @@ module fuzz_c
   public :: try_c
 
   integer, parameter :: most_points = 200, most_message = 300
-  !> What holds the end of a message buffer.
+  !> Character after the end of a message buffer, which must not change.
   character(kind=c_char), parameter :: fence = "#"
 
 contains
 
-  !> One case: what is wrong, empty if nothing is; and whether its last call was rejected.
+  !> Run one case; `complaint` is set if something is wrong.
   subroutine try_c(seed, number, calls, rejected, complaint, inputs)
     integer(int64), intent(in) :: seed, number                  !! of the run, of the case
     integer, intent(out) :: calls                               !! of asperity_update
@@ -83,15 +83,15 @@ contains
 
   contains
 
-    !> A pointer, or NULL every fourth time.
+    !> A pointer, or NULL in one of four cases.
     subroutine choose(given, chosen)
       type(c_ptr), intent(in) :: given    !! pointer
-      type(c_ptr), intent(out) :: chosen  !! that, or NULL
+      type(c_ptr), intent(out) :: chosen  !! the same pointer, or NULL
       chosen = given
       if (pick(stream, 4) == 1) chosen = c_null_ptr
     end subroutine choose
 
-    !> Spoil one of the arguments.
+    !> Replace one of the arguments by an arbitrary value.
     subroutine spoil_input()
       integer :: p, where_to
       where_to = pick(stream, 6)
@@ -125,7 +125,7 @@ contains
       end select
     end subroutine spoil_input
 
-    !> Whether the answer is one of the two that may be.
+    !> Check that the call was accepted with finite results, or rejected without output.
     subroutine judge()
       rejected = status /= status_ok
       if (.not. all(message(length + 1:) == fence)) call append(complaint, "a message beyond its buffer")
@@ -149,7 +149,7 @@ contains
       end if
     end subroutine judge
 
-    !> Every rejection says why, as far as the buffer goes; the buffer is closed.
+    !> Check that every rejection has a message, cut to the buffer and ended by a zero.
     subroutine check_message()
       call choose(c_loc(message), text)
       message = fence
@@ -165,7 +165,7 @@ contains
       end if
     end subroutine check_message
 
-    !> The last call in short.
+    !> Text of the last call.
     subroutine describe()
       call append(inputs, "increment " // integer_text(increment) // ", n " // integer_text(int(n)) // ", nstatv " // &
         integer_text(int(nstatv)) // ", dt " // to_text(dt))

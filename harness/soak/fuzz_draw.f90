@@ -2,7 +2,8 @@
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: divisor_props, integral_props, n_fixed_props, n_listed_values, n_required_props, &
-    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, prop_table
+    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, &
+    prop_table
   use asperity_kinds, only: wp
   use random_numbers, only: chance, log_uniform, pick, random_bits, uniform
   implicit none

@@ -1,4 +1,4 @@
-!> Fuzz of the UMAT: a short history of a point with admissible input, whose last call may be spoilt anywhere.
+!> Fuzz test of the UMAT: a short history of a point with admissible input; the last call may have invalid arguments.
 module fuzz_umat
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_call_checks, only: explain_call, state_status
@@ -16,14 +16,14 @@ module fuzz_umat
   private
   public :: try_umat
 
-  !> Entries beyond what the host owns, which must stay as they are, and what they hold.
+  !> Array elements beyond the host's sizes, which must not change, and their value.
   integer, parameter :: margin = 4, most_ntens = 8, most_statev = 220
   real(wp), parameter :: marker = -7.7e77_wp
   integer(int64), parameter :: marker_bits = transfer(marker, 0_int64)
 
 contains
 
-  !> One case: what is wrong, empty if nothing is; and whether its last call was rejected.
+  !> Run one case; `complaint` is set if something is wrong.
   subroutine try_umat(seed, number, calls, rejected, complaint, inputs)
     integer(int64), intent(in) :: seed, number                  !! of the run, of the case
     integer, intent(out) :: calls                               !! of the UMAT
@@ -96,7 +96,7 @@ contains
 
   contains
 
-    !> A point never called starts without a traction, with one that it may carry, or with any.
+    !> Draw the initial traction of a point: none, one that the state may carry, or an arbitrary one.
     subroutine begin()
       if (ntens < 1) return
       stress(:ntens) = 0.0_wp
@@ -108,7 +108,7 @@ contains
       if (chance(stream, 0.05_wp)) stress(ntens) = any_value(stream)
     end subroutine begin
 
-    !> What is wrong with the traction a point never called comes with.
+    !> Message about the initial traction, if the state cannot carry it.
     subroutine explain_start()
       real(wp) :: traction(3)
       integer :: position(3), k
@@ -122,7 +122,7 @@ contains
         before(:nstatv), message)
     end subroutine explain_start
 
-    !> Spoil one to three of the arguments.
+    !> Replace one to three of the arguments by arbitrary values.
     subroutine spoil_input()
       integer :: k, n
       n = pick(stream, 3)
@@ -154,7 +154,7 @@ contains
       end do
     end subroutine spoil_input
 
-    !> The call, arguments left out as the case says.
+    !> Call the UMAT with or without its optional arguments.
     subroutine call_umat()
       if (has_dtime .and. has_pnewdt) then
         call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), stran=stran, dstran=dstran, &
@@ -172,12 +172,12 @@ contains
       end if
     end subroutine call_umat
 
-    !> Whether the answer is one of the two that may be.
+    !> Check that the call was accepted with finite results, or rejected as documented.
     subroutine judge()
       rejected = .true.
       if (ntens > 0) rejected = any(is_nan(stress(:ntens)))
       allocate (character(len=0) :: message)
-      ! an explanation takes longer than the call: of those that were accepted some
+      ! the explanation takes longer than the call, so that only some accepted calls are explained
       if (rejected .or. mod(number, 16_int64) == 0_int64) then
         if (has_dtime) then
           call explain_call(nprops, props(:nprops), ntens, stran(:ntens), dstran(:ntens), nstatv, &
@@ -230,7 +230,7 @@ contains
       call append(complaint, text)
     end subroutine blame
 
-    !> All that the last call was given, in full.
+    !> Text of all arguments of the last call.
     subroutine describe()
       call append(inputs, "increment " // integer_text(increment) // ", NTENS " // integer_text(ntens) // &
         ", NPROPS " // integer_text(nprops) // ", NSTATV " // integer_text(nstatv))
@@ -248,7 +248,7 @@ contains
 
   end subroutine try_umat
 
-  !> Numbers in a line.
+  !> Text of several numbers.
   function list(x) result(text)
     real(wp), intent(in) :: x(:)   !! any bits
     character(len=:), allocatable :: text
@@ -259,7 +259,7 @@ contains
     end do
   end function list
 
-  !> Whether the bits are those of other numbers, or of the marker.
+  !> Whether the bits of x equal those of y, or of the marker.
   pure function same(x, y) result(yes)
     real(wp), intent(in) :: x(:)             !! any bits
     real(wp), intent(in), optional :: y(:)   !! any bits, absent: the marker

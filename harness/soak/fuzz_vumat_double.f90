@@ -1,4 +1,4 @@
-!> Fuzz of the VUMAT in double precision.
+!> Fuzz test of the VUMAT in double precision.
 module fuzz_vumat_double
   use, intrinsic :: iso_fortran_env, only: ik => int64, int64, real64, wp => real64
   use asperity_block_double, only: block_type, new_block

@@ -1,4 +1,4 @@
-!> Fuzz of the VUMAT in single precision.
+!> Fuzz test of the VUMAT in single precision.
 module fuzz_vumat_single
   use, intrinsic :: iso_fortran_env, only: ik => int32, int64, real64, wp => real32
   use asperity_block_single, only: block_type, new_block

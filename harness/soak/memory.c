@@ -1,6 +1,6 @@
 /* Resident memory over many calls of the UMAT and the C API, rejected calls among them: memory [CALLS].
  *
- * The peak must not grow once the first calls are done. */
+ * The peak must not grow after the first calls. */
 #define _POSIX_C_SOURCE 200809L
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,12 +11,12 @@
 enum { ENOUGH = 64 };
 static const double rp_4[] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
 
-/* Calls before the first look at the memory, and calls from one rejected call to the next. */
+/* Calls before the first measurement of the memory, and calls from one rejected call to the next. */
 static const long warm_up = 1000, rarely = 10;
 
 /* Growth allowed, kB: a leak of 3 bytes a call at 100000 calls, of 26 bytes a rejected call. */
 #ifdef __SANITIZE_ADDRESS__
-static const long allowed = 300000; /* freed memory is kept for a while; the sanitizer looks for leaks itself */
+static const long allowed = 300000; /* the sanitizer delays the release of freed memory, and finds leaks itself */
 #else
 static const long allowed = 256;
 #endif

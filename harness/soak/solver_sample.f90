@@ -1,4 +1,4 @@
-!> One sample of the solver's soak run: a drawn interface, load and increment, run by each method.
+!> One sample of the solver's soak run: a random interface, load and increment, solved by each method.
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
@@ -17,12 +17,12 @@ module solver_sample
   private
   public :: draw_sample, run_sample, describe
 
-  !> Loads: slip under a held normal traction; the same with the traction across the slip held at 0; with a spring on
-  !> the normal (CNS); all tractions given, up through the peak; springs on the normal and across the slip.
+  !> Loads: slip under constant normal traction; the same with zero traction across the slip; slip with a normal spring
+  !> (CNS); all tractions prescribed, beyond the peak; slip with springs in the normal direction and across the slip.
   integer, parameter, public :: confined = 1, free_across = 2, sprung = 3, all_tractions = 4, twice_sprung = 5
   character(len=*), parameter :: load_names(5) = [character(len=13) :: "confined", "free across", "sprung", &
     "all tractions", "twice sprung"]
-  !> Shares of the loads, of a hundred, added up.
+  !> Cumulative percentages of the first four loads.
   integer, parameter :: shares(4) = [70, 80, 90, 100]
 
   !> Material of the paper's Table 2, and its s_f.
@@ -30,7 +30,7 @@ module solver_sample
   !> Stiffness of the springs, sigma0/s_f.
   real(wp), parameter :: rigidity = 0.5_wp
 
-  !> What is drawn.
+  !> Random values of a sample.
   type, public :: sample_type
     integer :: load = confined
     integer :: m = 0                    !! inclined planes
@@ -38,20 +38,20 @@ module solver_sample
     real(wp) :: theta = 30.0_wp         !! inclination, degrees
     real(wp) :: eta = 0.9_wp            !! ductility
     real(wp) :: mu = 0.5_wp             !! friction
-    real(wp) :: sigma_n = 0.0_wp        !! held normal traction, stress
-    real(wp) :: step = 0.0_wp           !! of the slip, length; of the traction, sigma0 per s_f
-    real(wp) :: spring(2) = rigidity*sigma0/sf   !! on the normal and across the slip, stress/length
+    real(wp) :: sigma_n = 0.0_wp        !! constant normal traction, stress
+    real(wp) :: step = 0.0_wp           !! increment of the slip, length; of a traction: times sigma0/s_f
+    real(wp) :: spring(2) = rigidity*sigma0/sf   !! normal and across the slip, stress/length
     real(wp) :: kc = 1.0_wp             !! closing stiffness
-    real(wp) :: tau_v = 0.0_wp          !! relaxation time; an increment takes 1
+    real(wp) :: tau_v = 0.0_wp          !! relaxation time; the duration of an increment is 1
     real(wp) :: mode_ii(2) = 0.0_wp     !! sigma02, Gc2; 0: those of mode I
-    logical :: guarded = .false.        !! damage grows only where that releases energy
-    integer :: initial = 0              !! 0: virgin and at rest, 1: cracked, 2: cracked and loaded
-    real(wp) :: traction(3) = 0.0_wp    !! that the initial state carries, stress
+    logical :: guarded = .false.        !! damage grows only where its dissipation is >= 0
+    integer :: initial = 0              !! 0: virgin, 1: damaged, 2: damaged and loaded
+    real(wp) :: traction(3) = 0.0_wp    !! initial traction, stress
     real(wp), allocatable :: state(:)   !! initial STATEV
     type(interface_type) :: joint
   end type sample_type
 
-  !> What a method came to.
+  !> Result of a method.
   type, public :: outcome_type
     logical :: completed = .false.      !! the path was followed to its end
     integer :: increments = 0           !! solved
@@ -61,9 +61,9 @@ module solver_sample
     integer :: snaps = 0
     logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
     logical :: limited = .false.        !! an increment met the limit of updates
-    logical :: away = .false.           !! viscous, lost: what is held drives it apart without end
-    logical :: wrong = .false.          !! a row is no equilibrium, or no number
-    character(len=300) :: why = ""      !! what is not explained, or met the limit
+    logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
+    logical :: wrong = .false.          !! a row is not finite or not an equilibrium
+    character(len=300) :: why = ""      !! what is wrong or not explained
   end type outcome_type
 
 contains
@@ -71,13 +71,13 @@ contains
   !> Draw a sample.
   subroutine draw_sample(seed, varied, sample)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
-    logical, intent(in) :: varied               !! whether what `vary` draws is drawn, too: the rest does not change
+    logical, intent(in) :: varied               !! whether `vary` draws values, too; other values do not change
     type(sample_type), intent(out) :: sample    !! the sample
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
     real(wp), parameter :: mus(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.2_wp], etas(3) = [0.9_wp, 0.9_wp, 0.99_wp]
-    !> Smallest and largest pressure and step of those that are drawn on a logarithmic scale, of sigma0 and s_f.
+    !> Smallest and largest pressure, relative to sigma0, and step, relative to s_f, of the logarithmic distributions.
     real(wp), parameter :: pressures(2) = [0.01_wp, 100.0_wp], steps(2) = [1.0_wp/2000.0_wp, 0.5_wp]
-    !> One in six at no normal traction, one in six in tension up to half the strength.
+    !> One sample in six has no normal traction, one in six a tension up to half of the strength.
     integer, parameter :: kinds = 6, fine_shapes = 2
     real(wp), parameter :: tension = 0.5_wp
     real(wp) :: props(n_fixed_props)
@@ -109,7 +109,7 @@ contains
     props = prop_table%default
     props([p_sigma0, p_gc, p_eta, p_mu]) = [sigma0, gc, sample%eta, sample%mu]
     props([p_m, p_theta, p_flat]) = [real(sample%m, wp), sample%theta, 1.0_wp/3.0_wp]
-    ! slip along Tx in a pattern that is turned: a direction against the planes
+    ! the slip is along Tx, and the pattern is rotated instead
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
     props(p_guard) = merge(1.0_wp, 0.0_wp, sample%guarded)
@@ -118,12 +118,13 @@ contains
     if (varied) call crack(other, sample)
   end subroutine draw_sample
 
-  !> Draw what makes a sample harder, each in a share of the samples.
+  !> Draw options that make a sample more difficult, each for a fraction of the samples.
   subroutine vary(seed, sample)
     integer(int64), intent(inout) :: seed           !! 1..largest_seed; on return that of a sequence of its own
     type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
     real(wp), parameter :: kcs(4) = [0.05_wp, 20.0_wp, 1.0e3_wp, 1.0e4_wp]
-    !> Smallest and largest tau_v, of an increment; sigma02 and Gc2, of mode I; springs, of the usual one.
+    !> Smallest and largest tau_v, relative to the duration of an increment; sigma02 and Gc2, relative to mode I; spring
+    !> stiffness, relative to the usual one.
     real(wp), parameter :: times(2) = [0.01_wp, 100.0_wp], ratios(2) = [0.3_wp, 5.0_wp], &
       springs(2) = [0.01_wp, 100.0_wp]
     integer, parameter :: one_in = 3
@@ -147,11 +148,11 @@ contains
     end do
   end subroutine vary
 
-  !> Draw the initial state; one that cannot carry its traction starts without.
+  !> Draw the initial state; a state that cannot carry its traction gets none.
   subroutine crack(seed, sample)
     integer(int64), intent(inout) :: seed           !! 1..largest_seed
     type(sample_type), intent(inout) :: sample      !! its initial state is set
-    !> Largest slip, of s_f; largest tangential traction, of the pressure and the strength.
+    !> Largest slip, relative to s_f; largest tangential traction, relative to pressure and strength.
     real(wp), parameter :: slip = 1.5_wp, shear = 0.5_wp
     logical, parameter :: all_held(3) = .true.
     real(wp) :: damage, planes(sample%joint%n_statev)
@@ -159,7 +160,7 @@ contains
 
     if (sample%initial == 0) return
     planes = 0.0_wp
-    ! all planes alike, each of its own, all dead
+    ! equal damage of all planes, different damage, or all fully damaged
     kind = pick(seed, 3)
     damage = uniform(seed)
     do k = 1, sample%joint%pattern%n
@@ -170,7 +171,7 @@ contains
       call draw(seed, planes(i + 1:i + 2))
       planes(i + 1:i + 2) = slip*sf*planes(i + 1:i + 2)
     end do
-    ! or no slip
+    ! or without slip
     if (pick(seed, 2) == 1) then
       do k = 1, sample%joint%pattern%n
         planes(plane_statev(k) + 1:plane_statev(k) + 2) = 0.0_wp
@@ -185,7 +186,7 @@ contains
       sample%state = planes
       call carry_traction(sample%joint, sample%traction, all_held, sample%state, status)
       if (status == status_ok) return
-      ! without the shear, without any
+      ! try without the shear, then without traction
       sample%traction(2:3) = 0.0_wp
       if (i == 2) sample%traction(1) = 0.0_wp
     end do
@@ -193,11 +194,12 @@ contains
     sample%initial = 0
   end subroutine crack
 
-  !> Preload, then a slip of 1.5 s_f and back; or a tangential traction of twice the strength of all planes.
+  !> Apply the preload, then a slip of 1.5 s_f and its reversal, or a tangential traction of twice the strength of all
+  !> planes.
   subroutine run_sample(sample, method, outcome)
     type(sample_type), intent(in) :: sample       !! the sample
     integer, intent(in) :: method                 !! of `advance`
-    type(outcome_type), intent(out) :: outcome    !! what it came to
+    type(outcome_type), intent(out) :: outcome    !! result
     integer, parameter :: preload = 10
     real(wp), parameter :: farthest = 1.5_wp*sf, strength = 2.0_wp
     type(control_type) :: control
@@ -238,14 +240,14 @@ contains
     outcome%completed = .true.
   end subroutine run_sample
 
-  !> One increment, and a look at what it left.
+  !> Solve one increment and check its result.
   subroutine take(sample, control, start, target, method, point, outcome)
     type(sample_type), intent(in) :: sample           !! the sample
-    type(control_type), intent(in) :: control         !! what is held
+    type(control_type), intent(in) :: control         !! what is given
     real(wp), intent(in) :: start(3), target(3)       !! given values
     integer, intent(in) :: method                     !! of `advance`
     type(point_type), intent(inout) :: point          !! the point
-    type(outcome_type), intent(inout) :: outcome      !! counted on
+    type(outcome_type), intent(inout) :: outcome      !! increased counts
     type(report_type) :: report
     type(scan_type) :: scan
     type(control_type) :: at_once
@@ -258,8 +260,8 @@ contains
     outcome%updates = outcome%updates + report%updates
     outcome%most_updates = max(outcome%most_updates, report%updates)
     outcome%snaps = outcome%snaps + report%snaps
-    ! what is left is an equilibrium, lost or not; with the guard an initial state may be none before the first
-    ! increment
+    ! the last point is an equilibrium, also if the next one is lost; with the guard an initial state may not be one
+    ! before the first increment
     values = start + reached*(target - start)
     if (reached > 0.0_wp .or. outcome%increments > 0) call judge(sample, control, values, old, point, outcome)
     if (outcome%wrong) return
@@ -275,28 +277,28 @@ contains
         " updates of the law"
       return
     end if
-    ! no time is left for damage to grow in
+    ! without a duration no damage grows
     at_once = control
     at_once%dt = 0.0_wp
     call scan_equilibria(sample%joint, at_once, report%beyond, point, scan)
-    outcome%proven = .not. scan%found   ! also where the work limit came first
+    outcome%proven = .not. scan%found   ! also if the limit of updates was reached
     if (outcome%proven .and. .not. outcome%limited) return
     outcome%why = "increment " // integer_text(outcome%increments + 1) // ": "
-    if (outcome%limited) outcome%why = trim(outcome%why) // " limit of updates met;"
+    if (outcome%limited) outcome%why = trim(outcome%why) // " limit of updates reached;"
     if (scan%found) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // to_text(scan%place(1)) // &
       ", " // to_text(scan%place(2)) // ", " // to_text(scan%place(3))
   end subroutine take
 
-  !> Whether what an increment left carries what is held, and is a state of the law.
+  !> Check that the point has the given values and that its state is admissible.
   subroutine judge(sample, control, values, old, point, outcome)
     type(sample_type), intent(in) :: sample           !! the sample
-    type(control_type), intent(in) :: control         !! what is held
+    type(control_type), intent(in) :: control         !! what is given
     real(wp), intent(in) :: values(3)                 !! given values
     type(point_type), intent(in) :: old               !! the point before
     type(point_type), intent(in) :: point             !! the point
-    type(outcome_type), intent(inout) :: outcome      !! counted on
-    !> Of the strength and the given tractions: an equilibrium to this share, however far the separations are. K times
-    !> the given separations is known to rounding errors.
+    type(outcome_type), intent(inout) :: outcome      !! increased counts
+    !> Largest residual, relative to strength and given tractions, for separations of any size; rounding error of K
+    !> times the given separations.
     real(wp), parameter :: tolerance = 1.0e-6_wp, rounding = 1.0e-12_wp
     type(point_type) :: again
     real(wp) :: alpha(sample%joint%pattern%n), gap(3), most
@@ -311,7 +313,7 @@ contains
     alpha = [(point%state(plane_statev(k)), k = 1, size(alpha))]
     outcome%wrong = any(alpha < [(old%state(plane_statev(k)), k = 1, size(alpha))]) .or. any(alpha > 1.0_wp)
     if (outcome%wrong) then
-      outcome%why = "damage that heals or is above 1"
+      outcome%why = "damage decreases or is above 1"
       return
     end if
     most = tolerance*(sigma0 + maxval([0.0_wp, pack(abs(values), control%traction)]))
@@ -320,7 +322,8 @@ contains
     outcome%wrong = any(abs(gap) > most .and. (control%traction .or. &
       abs(gap) > rounding*sample%joint%material%k_n*abs(values)))
     if (.not. outcome%wrong .and. .not. sample%guarded) then
-      ! the traction is that of the state: nothing grows or slides where nothing moves (the guard may let damage grow)
+      ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
+      ! guard)
       again = new_point(sample%joint, point%state, point%s)
       gap = again%traction - point%traction
       outcome%wrong = any(abs(gap) > most .and. control%traction)
@@ -329,7 +332,7 @@ contains
       to_text(point%s(1)) // ", " // to_text(point%s(2)) // ", " // to_text(point%s(3))
   end subroutine judge
 
-  !> A sample in words.
+  !> Text of a sample.
   function describe(sample) result(text)
     type(sample_type), intent(in) :: sample   !! the sample
     character(len=:), allocatable :: text

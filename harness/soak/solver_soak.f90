@@ -1,5 +1,6 @@
-!> Soak run of the mixed solver: drawn interfaces, loads and increments, each by Newton's method alone, with halved
-!> increments, and by the full solver; what is solved, at which cost, and whether what is not solved has no equilibrium.
+!> Soak run of the mixed solver: random interfaces, loads and increments are solved by Newton's method alone, with
+!> halved increments, and by the full solver. The run reports the solved fraction and its cost, and checks by a scan
+!> that no equilibrium exists where the full solver finds none.
 program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_kinds, only: wp
@@ -13,7 +14,7 @@ program solver_soak
   integer, parameter :: n_methods = 3
   character(len=*), parameter :: names(n_methods) = [character(len=14) :: "plain Newton", "halved Newton", &
     "full solver"]
-  !> Complaints that are printed.
+  !> Largest number of printed failures.
   integer, parameter :: most_complaints = 50
   !> Sums over the samples, by method.
   type :: sum_type
@@ -58,18 +59,18 @@ program solver_soak
   call clear_progress(progress)
   call write_table(output_unit, "    ")
   if (len_trim(csv) > 0) call write_csv()
-  ! the work limit is told as such by the driver
+  ! a sample that reaches the limit of updates is no failure: the driver reports the limit
   failed = int(min(int(ran, int64), total(full_solver)%wrong + total(full_solver)%unexplained - &
     merge(0_int64, total(full_solver)%stuck, strict)))
   if (failed > 0) write (error_unit, "(a)") &
     "solver_soak: FAILED: rows that are no equilibrium, or losses that are not explained"
-  ! a sample is a test
+  ! every sample counts as a test
   write (output_unit, "(i0, a, i0, a)") ran - failed, " passed, ", failed, " failed"
   if (failed > 0) stop 1
 
 contains
 
-  !> Options of the command.
+  !> Read the options of the command.
   subroutine read_options()
     character(len=*), parameter :: usage = "usage: solver_soak [--samples N] [--only I] [--seed S] [--plain] " // &
       "[--strict] [--csv FILE] [--quiet]"
@@ -125,12 +126,12 @@ contains
     end do
   end subroutine read_options
 
-  !> Count an outcome.
+  !> Add an outcome to the sums.
   subroutine add(sums, one, by, folds)
     type(sum_type), intent(inout) :: sums      !! of a method
     type(outcome_type), intent(in) :: one      !! of a sample
     integer, intent(in) :: by                  !! the method
-    integer, intent(in) :: folds               !! snaps that the full solver met
+    integer, intent(in) :: folds               !! snaps of the full solver
     sums%completed = sums%completed + merge(1, 0, one%completed)
     sums%proven = sums%proven + merge(1, 0, one%proven)
     sums%increments = sums%increments + one%increments
@@ -146,7 +147,7 @@ contains
     sums%most_updates = max(sums%most_updates, one%most_updates)
   end subroutine add
 
-  !> What came out, for people.
+  !> Write the results as a table.
   subroutine write_table(unit, indent)
     integer, intent(in) :: unit                !! connected
     character(len=*), intent(in) :: indent     !! before the lines
@@ -163,19 +164,19 @@ contains
     end do
     write (unit, "(2a, 5(a, i0))") indent, "(per cent of the samples, of the increments); full solver: ", &
       "rows that are no equilibrium ", total(full_solver)%wrong, ", losses not explained ", &
-      total(full_solver)%unexplained, ", limit of updates met ", total(full_solver)%limited, &
+      total(full_solver)%unexplained, ", limit of updates reached ", total(full_solver)%limited, &
       " (there is an equilibrium: ", total(full_solver)%stuck, &
-      "), viscous ones driven apart ", total(full_solver)%away
+      "), viscous ones opened without bound ", total(full_solver)%away
   end subroutine write_table
 
-  !> Share of the samples.
+  !> Percentage of the samples.
   pure function percent(n) result(share)
     integer(int64), intent(in) :: n   !! samples
     real(wp) :: share
     share = 100.0_wp*real(n, wp)/real(max(ran, 1), wp)
   end function percent
 
-  !> What came out, for programs.
+  !> Write the results as CSV.
   subroutine write_csv()
     integer, parameter :: longest = 200
     character(len=longest) :: reason

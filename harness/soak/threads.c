@@ -1,7 +1,7 @@
-/* Eight threads against one, bit for bit: threads [POINTS [SEED]]. UMAT, VUMAT and C API, viscous damage and cut requests on.
+/* Comparison of eight threads with one thread, to the last bit: threads [POINTS [SEED]]. It calls UMAT, VUMAT and C API
+ * with viscous damage and requests for smaller increments.
  *
- * Points are taken through a random increment after another in rounds of at most ROUND points, first by one thread, then
- * by all. */
+ * Each round applies random increments to at most ROUND points, first by one thread, then by all threads. */
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stdint.h>
@@ -19,17 +19,17 @@ static const double props[NPROPS] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0, 1.0 / 3.0, 1
 static const double dt = 0.1;
 static const char *const names[ENTRIES] = {"umat", "vumat", "asperity_update"};
 
-/* What comes out for every point of a round; the stress of a VUMAT has its own order. */
+/* Results of every point of a round; the stress of a VUMAT has its own order of components. */
 typedef struct {
-  double state[NSTATV][ROUND]; /* as a VUMAT has it */
-  double rows[ROUND][NSTATV];  /* as a UMAT has it */
+  double state[NSTATV][ROUND]; /* in the order of a VUMAT */
+  double rows[ROUND][NSTATV];  /* in the order of a UMAT */
   double stress[ROUND][3], tangent[ROUND][9], pnewdt[ROUND];
 } result_type;
 
 static double strain[STEPS][ROUND][3];
 static result_type serial, parallel;
 
-/* Points first..last - 1 by one of the entries. */
+/* A task: points first..last - 1 by one of the entries. */
 typedef struct {
   int entry, first, last;
   result_type *out;

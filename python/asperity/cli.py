@@ -138,7 +138,10 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
     "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
-    "stability": ("show where solution methods fail and which ones succeed", _imported("studies.stability.command")),
+    "stability": (
+        "show where solution methods fail and which ones succeed",
+        _imported("studies.stability.command"),
+    ),
 }
 """Summary of each subcommand, and the function that adds its arguments."""
 

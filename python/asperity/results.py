@@ -76,7 +76,9 @@ def results_of(output: Path) -> dict[float | None, Path]:
     """Result files of a run by the value of the sweep, in ascending order; None without a sweep."""
     found: dict[float | None, Path] = {None: output} if output.is_file() else {}
     values = {}
-    stem = output.name.removesuffix(".csv")  # as in the driver, only the ending .csv is removed before the value is appended
+    stem = output.name.removesuffix(
+        ".csv"
+    )  # as in the driver, only the ending .csv is removed before the value is appended
     for path in output.parent.glob(f"{glob.escape(stem)}_*.csv"):
         try:
             values[float(path.stem.removeprefix(stem + "_"))] = path

@@ -139,7 +139,7 @@ contains
     integer, parameter :: steps(3) = [0, 200, 40], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
-    !> A candidate counts only if its residual is below this share of the residual at the last point.
+    !> A candidate counts only if its residual is below this fraction of the residual at the last point.
     real(wp), parameter :: closer = 0.1_wp
     real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n

@@ -11,7 +11,6 @@ module asperity_initial
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
   use asperity_newton, only: newton_solve, newton_type
   use asperity_pattern, only: plane_normal
   use asperity_text, only: append, integer_text, to_text
@@ -138,7 +137,7 @@ contains
   !> neighbouring separation carries that traction.
   pure subroutine move_on(joint, left, balance, trial, found)
     type(interface_type), intent(in) :: joint          !! the interface
-    integer, intent(inout) :: left                     !! steps that may be taken; 0 if the motion cannot go on
+    integer, intent(inout) :: left                     !! remaining steps; 0 if the motion cannot continue
     type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
     type(point_type), intent(inout) :: trial           !! work space
     logical, intent(out) :: found                      !! whether there is an equilibrium

@@ -1,12 +1,12 @@
-"""Follows pages of docs in an empty folder, block by block, and fills in what the commands print.
+"""Run the examples of pages of docs in an empty folder and fill in their output.
 
     .venv/bin/python tests/python/refresh.py docs/how-to/surface.md docs/how-to/tutorial.md
 
 A fenced block that is followed by a text block is run: python and py by this Python, console and sh by the
-shell, with ASPERITY the folder of the project.  A text block right after it is replaced by what it printed;
-one with prose in between is an excerpt, of which each line is replaced by the printed one (or that of the
-file after -o) that is the same but for its numbers.  Files of docs/images that the page names are copied.
-Numbers in prose are not touched: the tests of the pages name those that have changed.
+shell, where ASPERITY is the folder of the project.  A text block directly after the fenced block is replaced
+by the output.  A text block with prose in between is an excerpt: each of its lines is replaced by the line of
+the output (or of the file after -o) that differs from it in numbers only.  Files of docs/images that the page
+names are copied.  Numbers in prose do not change: the tests of the pages report those that are out of date.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 def follow(page: Path, folder: Path) -> str:
-    """Text of the page with the output of its commands, which are run in a folder."""
+    """Text of the page with the output of its commands, which run in the given folder."""
     text = page.read_text(encoding="utf-8")
     blocks = list(FENCE.finditer(text))
     pieces, done = [], 0
@@ -46,7 +46,7 @@ def follow(page: Path, folder: Path) -> str:
 
 
 def _run(language: str, code: str, folder: Path) -> str:
-    """What a block prints; it has to end well."""
+    """Output of a block, which must end with exit code 0."""
     command = [sys.executable, "-c", code] if language in ("python", "py") else ["sh", "-ec", code]
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     env = os.environ | {"PATH": path, "ASPERITY": str(ROOT), "MPLBACKEND": "Agg"}
@@ -57,7 +57,7 @@ def _run(language: str, code: str, folder: Path) -> str:
 
 
 def _excerpt(shown: str, printed: str) -> str:
-    """Lines of an excerpt by those that are printed now, in their order; of JSON the strings."""
+    """Replace the lines of an excerpt by those of the output, in their order; of JSON the strings."""
     lines = [
         text for line in printed.splitlines() for text in dict.fromkeys((line.rstrip(), line.strip('", ')))
     ]
@@ -72,12 +72,12 @@ def _excerpt(shown: str, printed: str) -> str:
 
 
 def _key(line: str) -> str:
-    """A line but for its numbers and blanks."""
+    """Line without its numbers and blanks."""
     return "".join(NUMBER.sub("#", line).split())
 
 
 def main(names: list[str]) -> None:
-    """Refresh pages, with their files."""
+    """Refresh pages and their files."""
     for page in map(Path, names):
         with tempfile.TemporaryDirectory() as name:
             old, new = page.read_text(encoding="utf-8"), follow(page, Path(name))

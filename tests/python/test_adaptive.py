@@ -1,4 +1,4 @@
-"""Adaptive increments in driver and Python: errors against dense runs, rows no denser than needed."""
+"""Adaptive increments in driver and Python: errors compared with fine increments, and number of rows."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
 S_F = 2 * GC / SIGMA0
 
-# The estimate is one of a parabola through three points: a hidden transient may be worse by this factor.
+# The error estimate is that of a parabola through three points; a transient may exceed it by this factor.
 ESTIMATE = 1.5
 
 
 def scene(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
-    """Random interface, direction, turning points and normal traction."""
+    """Random interface, direction, reversals and normal traction."""
     rng = np.random.default_rng(seed)
     eta, mu, kc = rng.uniform(0.5, 0.95), rng.uniform(0.0, 0.8), float(rng.choice([1, 10]))
     material = asperity.Material(SIGMA0, GC, eta, mu, kc=kc)
@@ -39,7 +39,7 @@ def travelled(history: asperity.History, direction: float) -> np.ndarray:
 def dense(
     interface: asperity.Interface, direction: float, turns: list[float], sigma_N: float
 ) -> asperity.History:
-    """The same path in 4000 increments from turn to turn, 1000 in the preload."""
+    """The same path in 4000 increments between reversals and 1000 in the preload."""
     ways = [np.linspace(a, b, 4001)[1:] for a, b in zip([0.0, *turns], turns, strict=False)]
     return interface.confined_slip(direction, np.concatenate(ways), sigma_N, preload=1000)
 
@@ -47,7 +47,7 @@ def dense(
 def curve_error(
     rows: asperity.History, reference: asperity.History, direction: float, every: int = 1
 ) -> float:
-    """Largest distance of straight lines between rows from the reference, as a tolerance counts it."""
+    """Largest distance of straight lines between rows from the reference, in the scales of the tolerance."""
     x, x_reference = travelled(rows, direction)[every - 1 :: every], travelled(reference, direction)
     inside = x_reference >= x[0]
     errors = []
@@ -64,7 +64,7 @@ def curve_error(
 
 @pytest.mark.parametrize("seed", range(12))
 def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
-    """Lines between the rows and the energies are within the tolerance; without the middles they are not."""
+    """Lines between the rows and energies are within the tolerance; without the middle rows they are not."""
     interface, direction, turns, sigma_N = scene(seed)
     reference = dense(interface, direction, turns, sigma_N)
     for tolerance in (1e-2, 1e-3):
@@ -80,7 +80,7 @@ def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
 
 @pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])
 def test_fracture_energy_of_rp_4(direction: float, converged: float):
-    """The converged area to 1e-4 in at most 60 rows."""
+    """At most 60 rows give the converged area to 1e-4."""
     interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(4, 30.0))
     history = interface.confined_slip(direction, [0.25], 0.0, tolerance=1e-3)
     assert len(history.damage) <= 60
@@ -88,7 +88,7 @@ def test_fracture_energy_of_rp_4(direction: float, converged: float):
 
 
 def test_turning_points_are_rows():
-    """Every turning point is hit exactly, along the axes."""
+    """Along the axes every reversal is a row, exactly."""
     interface, _, turns, sigma_N = scene(4)
     history = interface.confined_slip(0.0, turns, sigma_N, tolerance=1e-2)
     for turn in turns:
@@ -97,7 +97,7 @@ def test_turning_points_are_rows():
 
 
 def test_more_rows_than_expected_are_kept():
-    """A fine tolerance needs more rows than are set aside at first."""
+    """A fine tolerance needs more rows than are allocated at first."""
     interface, direction, turns, sigma_N = scene(4)
     history = interface.confined_slip(direction, turns, sigma_N, tolerance=1e-6)
     assert len(history.damage) > 512
@@ -106,14 +106,14 @@ def test_more_rows_than_expected_are_kept():
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-3, 0.2, 1e-9, float("nan")])
 def test_bad_tolerance_in_python(tolerance: float):
-    """Out of range or no number."""
+    """A tolerance out of range or not finite is an error."""
     interface, direction, turns, sigma_N = scene(4)
     with pytest.raises(ValueError, match=r"tolerance = .*: expected 1e-8 to 0\.1"):
         interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
 
 
 def test_lost_equilibrium_in_python():
-    """The rows up to there come with the error."""
+    """The exception of a lost equilibrium has the converged rows."""
     flat = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(0, 0.0))
     with pytest.raises(asperity.EquilibriumLost, match=r"slip 0\.6, sigma_N = 2") as caught:
         flat.confined_slip(0.0, [0.6], 2.0, tolerance=1e-3)
@@ -123,7 +123,7 @@ def test_lost_equilibrium_in_python():
 
 
 def test_driver_takes_a_tolerance(run):  # noqa: F811
-    """Rows end at the targets, switches have rows of their own, the history is that of Python."""
+    """Targets and switches have rows, and the history is that of Python."""
     steps = "&step t_N = -5.0, tolerance = 1e-3 /\n&step slip = 0.4, -0.2, tolerance = 1e-3, time = 2.0 /\n"
     result = run(MATERIAL + RP_4 + steps)
     slip = result["step"] == 2
@@ -138,14 +138,14 @@ def test_driver_takes_a_tolerance(run):  # noqa: F811
 
 
 def test_driver_lands_on_the_onset(run):  # noqa: F811
-    """The first damaged row is just beyond s0 and says onset."""
+    """The first damaged row is just beyond s0 and has the event onset."""
     result = run(MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25, tolerance = 1e-4 /\n")
     onset = next(i for i, events in enumerate(result.events) if "onset" in events)
     assert S_0 < result["s_Tx"][onset] < S_0 + 1e-4 * S_F
 
 
 def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
-    """The last row is the last state found."""
+    """The last row is the last converged state."""
     steps = "&step t_N = 2.0, tolerance = 1e-3 /\n&step slip = 0.6, tolerance = 1e-3 /\n"
     result = run(MATERIAL + "&pattern sides = 0 /\n" + steps + "&expect end = 'lost' /\n")
     assert result["s_Tx"][-1] == pytest.approx(0.031, abs=5e-5)
@@ -154,14 +154,14 @@ def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
 
 @pytest.mark.parametrize("tolerance", ["0.0", "0.3", "-1e-3"])
 def test_bad_tolerance_in_a_case(run, tolerance: str):  # noqa: F811
-    """File, line, group, value and range."""
+    """The message has file, line, group, value and range."""
     result = run(MATERIAL + RP_4 + f"&step slip = 0.4, tolerance = {tolerance} /\n", code=1)
     assert f"case.nml:3: &step: tolerance = {tolerance}: expected 1e-8 to 0.1" in result.messages
     assert not Path("case.csv").exists()
 
 
 def test_viscous_damage_takes_its_time():
-    """A way takes the time between its turning points, each increment its share."""
+    """The time between two reversals is distributed over the increments in proportion to the slip."""
     material = asperity.Material(SIGMA0, GC, ETA, MU, tau_v=0.3)
     interface = asperity.Interface(material, asperity.Pattern.regular(4, 30.0))
     slips = np.concatenate([np.linspace(0.0, 0.2, 4001)[1:], np.linspace(0.2, 0.1, 2001)[1:]])

@@ -1,4 +1,4 @@
-"""Material blocks: what each host takes, the checks of a model, the command, the decks that ship."""
+"""Material blocks of each host, the checks of a model, the command, the example decks."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def keywords(card: str) -> dict[str, list[str]]:
 
 
 def test_abaqus_standard() -> None:
-    """Section and material of the same name, names for the state variables, nothing that deletes points."""
+    """Section and material have the same name, state variables have names, and no keyword deletes points."""
     card = RT.card("abaqus", name="JOINT", h=0.5)
     found = keywords(card)
     assert list(found) == [
@@ -79,7 +79,7 @@ def test_abaqus_standard() -> None:
 
 
 def test_abaqus_explicit() -> None:
-    """A density, no unsymmetric solver, double precision; state variables 6 to 8 are the separation."""
+    """The explicit block has a density and no unsymmetric solver; SDV 6 to 8 are the separation."""
     card = RT.card("abaqus", explicit=True, density=2.5e-9)
     found = keywords(card)
     assert found["*Density"] == ["2.5e-09,"]
@@ -91,14 +91,14 @@ def test_abaqus_explicit() -> None:
 
 
 def test_calculix_section() -> None:
-    """A solid section of the same material; the thickness is said."""
+    """The block has a solid section of the same material and states the thickness."""
     card = RT.card("calculix", name="joint", h=0.01)
     found = keywords(card)
     assert found["*SOLID SECTION, ELSET=JOINT, MATERIAL=ABAQUSJOINT"] == []
     assert found["*DEPVAR"] == ["17"]
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
-    # the trap: a full last line of constants
+    # CalculiX misreads a full last line of constants
     assert len(found["*USER MATERIAL, CONSTANTS=19"][-1].split(",")) < 8
 
 
@@ -110,7 +110,7 @@ def test_calculix_section() -> None:
     ],
 )
 def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
-    """Law and elements that go together."""
+    """The block has a law and elements that fit together."""
     block = json.loads(RT.card("kratos", dimension=dimension))
     material = block["properties"][0]["Material"]
     assert material["constitutive_law"]["name"] == law
@@ -140,7 +140,7 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     ],
 )
 def test_refused(arguments: dict[str, object], message: str) -> None:
-    """What a host cannot take, and checks without sense."""
+    """Values that a host cannot accept, and inadmissible checks, are errors."""
     with pytest.raises(ValueError, match=message):
         RT.card(**arguments)
 
@@ -149,7 +149,7 @@ def test_refused(arguments: dict[str, object], message: str) -> None:
 
 
 def texts(found: list[remarks.Remark]) -> list[tuple[bool, str]]:
-    """What was found good, and its first words."""
+    """Result of the check whose text starts with the given words."""
     return [(remark.good, remark.text.split(":")[0]) for remark in found]
 
 
@@ -182,7 +182,7 @@ def test_contact() -> None:
 
 @pytest.mark.parametrize("eta", [0.5, 0.9, 0.99])
 def test_snap_back(eta: float) -> None:
-    """The limit is the size at which stretching element and joint together turns back, found with the law."""
+    """The limit is the size at which element and joint in series snap back, computed with the law."""
     material = Material(sigma0=3.0, Gc=0.3, eta=eta, mu=0.5)
     modulus, s_f = 30000.0, 0.2
     opening = np.linspace((1 - eta) * s_f, s_f, 50)
@@ -211,7 +211,7 @@ def test_cohesive_zone_and_compliance() -> None:
 
 
 def test_what_is_not_fine_is_a_warning() -> None:
-    """In the block and as a ModelWarning; what is fine is in the block alone."""
+    """A problem is in the block and a ModelWarning; a passed check is in the block only."""
     with pytest.warns(ModelWarning) as caught:
         card = RT.card("abaqus", stress=-10.0, modulus=30000.0, size=2000.0)
     assert [str(w.message).split()[0] for w in caught] == ["sigma_N", "element", "cohesive"]
@@ -247,7 +247,7 @@ DEFAULTS = {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0}
 
 
 def test_run_of_a_case(folder: Path) -> None:
-    """Regular and listed planes, the host's constants of a replay, the value of a sweep where it matters."""
+    """The block has regular or listed planes, host constants of a replay, and a value of a sweep."""
     run = read_run(Path(write(CASE)))
     assert (run.interface, run.of_host()) == (RT, DEFAULTS)
     assert list(run.props) == RT.props().tolist()
@@ -290,13 +290,13 @@ def test_run_of_a_case(folder: Path) -> None:
     ],
 )
 def test_bad_cases(old: str, new: str, value: str | None, message: str, folder: Path) -> None:
-    """The driver's messages name file, line, group and name."""
+    """The messages of the driver have file, line, group and name."""
     with pytest.raises(ValueError, match=message):
         read_run(Path(write(CASE.replace(old, new))), value)
 
 
 def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Exit code 1 and one line."""
+    """Errors give exit code 1 and one line."""
     swept = CASE.replace("mu = 0.5", "mu = m") + "&sweep name = 'm', values = 0.1, 0.2 /"
     assert main(["card", "--host", "abaqus", write(swept)]) == 1
     message = "asperity: case.nml: --value is missing: expected one for m, as 0.1, 0.2\n"
@@ -310,7 +310,7 @@ def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.parametrize("name", ["standard.inp", "explicit.inp"])
 def test_deck_has_the_card(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Between the markers stands what the command there prints."""
+    """The text between the markers is the output of the command in the first marker."""
     deck = (DECKS / name).read_text(encoding="utf-8")
     m = re.search(r"^\*\* begin: asperity (card .*)\n((?:.*\n)*?)\*\* end$", deck, re.MULTILINE)
     assert m
@@ -318,7 +318,7 @@ def test_deck_has_the_card(name: str, folder: Path, capsys: pytest.CaptureFixtur
     assert main(shlex.split(m[1])) == 0
     assert m[2] == capsys.readouterr().out, f"{name}: run the command of its 'begin' line and paste"
     assert max(map(len, deck.splitlines())) < 256
-    # every set and amplitude that is used is there
+    # every used set and amplitude is defined
     used = set(re.findall(r"(?:nset|elset|amplitude)=(\w+)", deck)) | set(
         re.findall(r"^([A-Z]+), \d", deck, re.MULTILINE)
     )
@@ -327,7 +327,7 @@ def test_deck_has_the_card(name: str, folder: Path, capsys: pytest.CaptureFixtur
 
 
 def test_case_of_the_decks(folder: Path) -> None:
-    """It ends at the strength that the decks state: (mu + tan)/(1 - mu tan), 30 degrees."""
+    """The strength in the decks is (mu + tan)/(1 - mu tan), 30 degrees."""
     tan = 3.0**-0.5
     expected = f"{(0.5 + tan) / (1 - 0.5 * tan):.6f}"
     assert f"t_Tx = {expected}" in (DECKS / "joint.nml").read_text(encoding="utf-8")

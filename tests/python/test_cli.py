@@ -47,13 +47,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def write(name: str, text: str) -> str:
-    """A file in the current folder."""
+    """Write a file into the current folder."""
     Path(name).write_text(text, encoding="utf-8")
     return name
 
 
 def assert_one_line(text: str, *parts: str) -> None:
-    """An error of one line that has these parts."""
+    """Check that the command prints an error of one line that contains these fragments."""
     assert text.startswith("asperity: ") and text.count("\n") == 1
     assert all(part in text for part in parts), text
 
@@ -63,7 +63,7 @@ def assert_one_line(text: str, *parts: str) -> None:
 
 @pytest.mark.parametrize("command", [["asperity"], [sys.executable, "-m", "asperity"]])
 def test_version(command: list[str]) -> None:
-    """Both ways to call it print the version."""
+    """Both ways to call the command print the version."""
     path = Path(sysconfig.get_path("scripts"))
     program = shutil.which(command[0], path=str(path)) or command[0]
     done = subprocess.run([program, *command[1:], "--version"], capture_output=True, text=True, check=True)
@@ -72,7 +72,7 @@ def test_version(command: list[str]) -> None:
 
 @pytest.mark.parametrize("arguments", [[], ["walk"], ["run"], ["run", "a.nml", "--colour"]])
 def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Wrong arguments end with 2 and the usage."""
+    """Wrong arguments give exit code 2 and the usage."""
     with pytest.raises(SystemExit) as end:
         main(arguments)
     assert end.value.code == 2
@@ -105,7 +105,7 @@ def test_names_of_the_package(name: str) -> None:
 
 
 def test_run_gives_the_confined_slip(folder: Path) -> None:
-    """The driver's rows, all digits, are those of Interface.confined_slip."""
+    """The rows of the driver are those of Interface.confined_slip in all digits."""
     assert main(["run", write("case.nml", CASE)]) == 0
     rows = results.read_rows(folder / "case.csv")
     history = RT.confined_slip(0.0, SLIPS, -1.0, preload=100)
@@ -117,7 +117,7 @@ def test_run_gives_the_confined_slip(folder: Path) -> None:
 
 
 def test_run_into_a_file_with_a_picture(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """-o names the result, --plot the picture; without a name it goes beside the result."""
+    """-o names the result, --plot the picture; without a name the picture is written beside the result."""
     write("case.nml", CASE)
     assert main(["run", "case.nml", "-o", "out.csv", "--plot"]) == 0
     assert capsys.readouterr().out == "out.png\n"
@@ -129,7 +129,7 @@ def test_run_into_a_file_with_a_picture(folder: Path, capsys: pytest.CaptureFixt
 
 
 def test_run_of_a_sweep(folder: Path) -> None:
-    """One result per value, one picture; results of earlier runs are not drawn."""
+    """A sweep gives one result per value and one picture; results of earlier runs are not drawn."""
     write("sweep_20.csv", "old")
     assert main(["run", write("sweep.nml", SWEEP), "--plot"]) == 0
     found = results.results_of(folder / "sweep.csv")
@@ -142,7 +142,7 @@ def test_run_of_a_sweep(folder: Path) -> None:
 def test_run_of_a_sweep_into_files_of_any_name(
     output: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """-o with another ending, or none, is drawn as well; so is a name that reads as a pattern of names."""
+    """A result with another ending or none is drawn as well, as is a name with wildcard characters."""
     assert main(["run", write("sweep.nml", SWEEP), "-o", output, "--plot"]) == 0
     picture = Path(output).with_suffix(".png").name
     assert capsys.readouterr().out == f"{picture}\n" and (folder / picture).is_file()
@@ -150,7 +150,7 @@ def test_run_of_a_sweep_into_files_of_any_name(
 
 
 def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """1 for bad input, with the driver's message and no picture; 2 for a lost equilibrium, which is drawn."""
+    """Bad input gives exit code 1 and no picture, a lost equilibrium exit code 2 and a picture."""
     assert main(["run", write("bad.nml", CASE.replace("mu = 0.5", "mu = -0.5")), "--plot"]) == 1
     message = capfd.readouterr().err
     assert "mu" in message and "-0.5" in message and "Traceback" not in message
@@ -164,7 +164,7 @@ def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[st
 
 @pytest.mark.parametrize("code", [0, 1, 2, 77])
 def test_run_takes_another_driver(code: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """ASPERITY_DRIVER names the driver; it gets the arguments, its exit code comes back."""
+    """ASPERITY_DRIVER names the driver, which gets the arguments and determines the exit code."""
     other = folder / "other"
     other.write_text(f'#!/bin/sh\necho "$@" >arguments\nexit {code}\n')
     other.chmod(0o755)
@@ -206,19 +206,19 @@ def test_driver_has_the_version() -> None:
     ],
 )
 def test_results_that_are_none(text: str, message: str, folder: Path) -> None:
-    """A file that is no result of the driver is refused."""
+    """A file that is no result of the driver is rejected."""
     with pytest.raises(ValueError, match=message):
         results.read_rows(Path(write("out.csv", text)))
 
 
 def rows(s: np.ndarray, t: np.ndarray, event: str = "") -> results.Rows:
-    """Rows with damage 0.5."""
+    """Rows of a result with damage 0.5."""
     return results.Rows(s, t, np.full(len(s), 0.5), [""] * (len(s) - 1) + [event], np.zeros((len(s), 4)))
 
 
 @pytest.mark.parametrize("angle", [0.0, 45.0, 180.0, 300.0])
 def test_slip_direction(angle: float) -> None:
-    """Along the first long slip of a cycle, whichever way that goes."""
+    """The direction of a path is that of the first long slip, for either sign of the slip."""
     e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     slip = np.array([0.0, 1e-3, 0.4, -0.41, 0.4])
     separation = np.column_stack([np.ones(5), slip[:, None] * e])
@@ -227,7 +227,7 @@ def test_slip_direction(angle: float) -> None:
 
 
 def test_picture_shows_the_rows(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Curves are the columns along the slip, axes carry units, a sweep has a legend, a lost end a cross."""
+    """Curves show columns over the slip, with units, a legend of a sweep, a cross at a lost equilibrium."""
     monkeypatch.setattr(plt, "close", lambda figure: None)
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
@@ -251,7 +251,7 @@ def test_picture_shows_the_rows(folder: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_picture_of_an_opening(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing slips: normal traction and damage over the opening; many curves have many colours."""
+    """Without slip, normal traction and damage are drawn over the opening; many curves have many colours."""
     monkeypatch.setattr(plt, "close", lambda figure: None)
     s, t = np.array([[0.0, 0, 0], [0.1, 0, 0]]), np.array([[0.0, 0, 0], [2.0, 0, 0]])
     plots.draw({float(i): rows(s, i * t) for i in range(1, 9)}, Path("b.png"), "Title", "x", "mm", "MPa")
@@ -280,7 +280,7 @@ def test_case_is_read() -> None:
 
 
 def test_sweep_is_read(folder: Path) -> None:
-    """Values of the sweep in place of its name, comments and broken lines left out."""
+    """Values of the sweep replace its name; comments and line breaks have no effect."""
     text = SWEEP.replace("s_Tx", "! slip = 7\n  t_N = 0.0, slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
     case = case_files.read_case(Path(write("sweep.nml", text)))
     found = list(case_files.slip_tests(case))
@@ -290,7 +290,7 @@ def test_sweep_is_read(folder: Path) -> None:
 
 
 def test_case_file_strings(folder: Path) -> None:
-    """A string keeps its !, /, =, & and commas, a doubled quote is one; a comment keeps nothing."""
+    """A string may contain !, /, =, & and commas, and a doubled quote is one quote; comments are ignored."""
     text = CASE.replace("'Slip and back'", "'Don''t stop! a=1, &b /c' ! isn't \"read\" &x /\n")
     path = Path(write("case.nml", text.replace("= 2,", "= 2 ! sides = 4\n ,")))
     case = case_files.read_case(path)
@@ -299,11 +299,11 @@ def test_case_file_strings(folder: Path) -> None:
     assert (test.material, test.pattern, test.preload) == (RT.material, RT.pattern, 100)
     write("double.nml", CASE.replace("'Slip and back'", '"say ""go"" !"'))
     assert case_files.read_case(Path("double.nml")).title == 'say "go" !'
-    assert main(["run", str(path)]) == main(["run", "double.nml"]) == 0  # the driver reads them too
+    assert main(["run", str(path)]) == main(["run", "double.nml"]) == 0  # the driver reads the same files
 
 
 def test_steps_are_echoed(folder: Path) -> None:
-    """Lists run through in cycles, a shorter one keeps its last value; control and springs of every step."""
+    """Lists repeat in cycles and a shorter list repeats its last value; steps have control and springs."""
     steps = """&step t_N = -1.0, t_Ty = 0.0, increments = 7 /
 &step s_Tx = 0.1, -0.1, k_N = 5.0, t_N = -2.0, increments = 3, cycles = 2, time = 4.0, tolerance = 1e-3 /
 &step slip = 0.2, direction = 30.0 /
@@ -324,11 +324,11 @@ def test_steps_are_echoed(folder: Path) -> None:
         held | {"slip": [0.2], "direction": 30},
         held | {"s_Ty": [0]},
     )  # fmt: skip
-    assert [path.name for path in folder.iterdir()] == ["case.nml"]  # nothing is run
+    assert [path.name for path in folder.iterdir()] == ["case.nml"]  # the case is read without a run
 
 
 def test_case_that_cannot_be_compared(folder: Path) -> None:
-    """Another kind of path is refused, as is a case the driver refuses."""
+    """Another kind of load path is rejected, as is a case that the driver rejects."""
     with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
         list(case_files.slip_tests(case_files.read_case(Path(write("case.nml", SWEEP)))))
     cracked = CASE + "&initial damage = 0.5 /\n"
@@ -341,7 +341,7 @@ def test_case_that_cannot_be_compared(folder: Path) -> None:
 
 @pytest.mark.parametrize("text", [CASE, LOST + "&expect end = 'lost' /\n"])
 def test_compare(text: str, folder: Path) -> None:
-    """Driver, reference and 2D law agree, where equilibrium is lost as well."""
+    """Driver, reference and 2D law agree, also on a lost equilibrium."""
     result = compare.compare(Path(write("case.nml", text)))
     assert result.agrees, result
     assert result.curves == 1 and result.rows > 20
@@ -349,7 +349,7 @@ def test_compare(text: str, folder: Path) -> None:
 
 
 def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A case run with another friction than the one compared with does not agree."""
+    """A case that runs with another friction than the reference does not agree."""
     path = Path(write("case.nml", CASE))
     monkeypatch.setattr(compare, "read_case", lambda _: case_files.read_case(Path("other.nml")))
     write("other.nml", CASE.replace("mu = 0.5", "mu = 0.500001"))
@@ -363,7 +363,7 @@ def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch
 def test_compare_judges_every_column(
     column: str, value: float, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A driver that is wrong in one number of one column is told from all it is compared with."""
+    """An error in one number of one column of the driver is found by every comparison."""
     path = Path(write("case.nml", CASE))
 
     def wrong(case: Path) -> dict[float | None, results.Rows]:
@@ -381,7 +381,7 @@ def test_compare_judges_every_column(
 
 
 def test_compare_takes_any_trapezoid(folder: Path) -> None:
-    """The share of the flat plane and half a turn reach the 2D law; another turn has none."""
+    """The 2D law has a flat plane of any weight and a rotation by 180 degrees, but no other rotation."""
     for entries in ("flat = 0.2, ", "flat = 0.0, ", "flat = 0.5, turn = 180.0, ", "flat = 1.0, "):
         result = compare.compare(Path(write("case.nml", CASE.replace("sides", entries + "sides"))))
         assert result.agrees and len(result.differences) == 4, (entries, result)
@@ -390,7 +390,7 @@ def test_compare_takes_any_trapezoid(folder: Path) -> None:
 
 
 def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """One line per case; exit code 1 where they differ or the figure is unknown."""
+    """The command prints one line per case, with exit code 1 for a difference or an unknown figure."""
     assert main(["compare", "--figure", "2"]) == 0
     line = capsys.readouterr().out.splitlines()[-1].split()
     assert line[:4] == ["figure02", "1", "100", "law/2D"] and line[-1] == "agrees"
@@ -411,7 +411,7 @@ def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest
     ],
 )
 def test_cases_of_a_figure(figure: str, stems: list[str]) -> None:
-    """By number and letter, or by number."""
+    """Cases are found by number and letter, or by number."""
     assert [path.stem for path in compare.find(figure)] == stems
 
 
@@ -419,7 +419,7 @@ def test_cases_of_a_figure(figure: str, stems: list[str]) -> None:
 
 
 def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    """A row for every constant and state variable, as wide as the head."""
+    """The tables have a row for every constant and state variable, with as many cells as the head."""
     assert main(["tables"]) == 0
     props, statev = capsys.readouterr().out.strip().split("\n\n")
     reserved = [row.index for row in contract.props_table() if row.owner == "none"]
@@ -436,7 +436,7 @@ def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_tables_are_filled_and_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Between the markers only; --check tells a stale file by exit code 1 and leaves it alone."""
+    """Only text between markers changes; --check reports a stale file by exit code 1 and does not write."""
     text = "before\n<!-- statev -->\nstale\n<!-- /statev -->\nbetween\n<!-- props --><!-- /props -->\nafter\n"
     path = Path(write("page.md", text))
     assert main(["tables", "page.md", "--check"]) == 1
@@ -453,7 +453,7 @@ def test_tables_are_filled_and_checked(folder: Path, capsys: pytest.CaptureFixtu
 
 
 def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Files without markers, no files to check, files that are not there."""
+    """Files without markers, no files to check, and missing files are errors."""
     assert main(["tables", write("page.md", "no markers\n")]) == 1
     assert_one_line(capsys.readouterr().err, "page.md", "expected markers <!-- props -->")
     assert main(["tables", "--check"]) == 1
@@ -463,7 +463,7 @@ def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_case_in_another_encoding(folder: Path) -> None:
-    """Only its title suffers."""
+    """A title that is not UTF-8 does not prevent the run."""
     Path("latin.nml").write_bytes(CASE.replace("Slip", "Schlupf in Düsen").encode("latin-1"))
     case = case_files.read_case(Path("latin.nml"))
     assert case.title == "Schlupf in D\N{REPLACEMENT CHARACTER}sen and back"

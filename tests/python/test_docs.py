@@ -1,4 +1,4 @@
-"""README and docs: examples print what is shown, tables and names are the code's, links and maths hold."""
+"""README and docs: output of examples, tables and names of the code, links and formulas."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 
 
 class Block(NamedTuple):
-    """A fenced block: where it is, its language, its text, and the text block that follows, if one does."""
+    """A fenced block: position, language, text, and the text block that follows, if any."""
 
     place: str
     language: str
@@ -71,7 +71,7 @@ def without_code(text: str) -> str:
 @pytest.mark.slow
 @examples("python")
 def test_python_example(block: Block, tmp_path: Path) -> None:
-    """It prints what is shown, and warns of nothing."""
+    """A Python example prints the shown text, without warnings."""
     done = run(sys.executable, "-c", block.text, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == block.shown
@@ -79,10 +79,10 @@ def test_python_example(block: Block, tmp_path: Path) -> None:
 
 @examples("c")
 def test_c_example(block: Block, tmp_path: Path) -> None:
-    """It compiles without a warning, with the header of the tree and the library of the package."""
+    """A C example compiles without a warning, with the header of the tree and the library of the package."""
     (tmp_path / "example.c").write_text(block.text, encoding="utf-8")
     library = asperity.library()
-    # named as an installation names it
+    # the name in an installation
     for name in (library.name, f"{library.name}.{asperity.__version__.split('.')[0]}"):
         (tmp_path / name).symlink_to(library)
     flags = ["-Wall", "-Wextra", "-Werror", "-I", str(ROOT / "src"), "-L", ".", f"-Wl,-rpath,{tmp_path}"]
@@ -94,7 +94,7 @@ def test_c_example(block: Block, tmp_path: Path) -> None:
 
 @examples("nml")
 def test_case_example(block: Block, tmp_path: Path) -> None:
-    """It ends as it expects, or is refused with the messages shown."""
+    """A case ends as expected, or is rejected with the shown messages."""
     (tmp_path / "case.nml").write_text(block.text, encoding="utf-8")
     done = run(driver(), "case.nml", cwd=tmp_path)
     if block.shown is None:
@@ -116,7 +116,7 @@ def test_tables_are_up_to_date() -> None:
 
 
 def test_status_codes_are_those_of_the_header() -> None:
-    """Number and name of every code of asperity.h."""
+    """The page has number and name of every status code of asperity.h."""
     header = (ROOT / "src" / "asperity.h").read_text(encoding="utf-8")
     contract = (ROOT / CONTRACT).read_text(encoding="utf-8")
     codes = re.findall(r"(ASPERITY_\w+) = (\d+)", header)
@@ -126,7 +126,7 @@ def test_status_codes_are_those_of_the_header() -> None:
 
 
 def test_python_signatures() -> None:
-    """Names and order of the arguments that the contract's table shows."""
+    """The table of the contract has the names and the order of the arguments."""
     text = section(CONTRACT, "## Python")
     shown = re.findall(r"^\| `([\w.]+)\((.*?)\)` \|", text, re.MULTILINE)
     assert len(shown) > 5
@@ -246,7 +246,7 @@ def test_tests_that_the_pages_name_exist() -> None:
 
 
 def unbalanced(tex: str) -> list[str]:
-    """What does not pair in a formula."""
+    """Unpaired delimiters of a formula, or text that GitHub rejects."""
     depth, bad = 0, []
     for brace in re.findall(r"(?<!\\)[{}]", tex):
         depth += 1 if brace == "{" else -1
@@ -267,7 +267,7 @@ def unbalanced(tex: str) -> list[str]:
 
 
 def not_plain(tex: str) -> list[str]:
-    """What Markdown would change in an inline formula before the formula is set."""
+    """Text that Markdown would change in an inline formula."""
     rules = {
         "emphasis": r"(?<![A-Za-z0-9])_|\*",
         "escape": r"\\[^A-Za-z]",
@@ -288,7 +288,7 @@ def inline(text: str) -> Iterator[tuple[str, str, str, str]]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_maths(page: Path) -> None:
-    """Every formula is balanced, and Markdown hands it on as it is."""
+    """Every formula is balanced, and Markdown does not change it."""
     text = page.read_text(encoding="utf-8")
     assert len(re.findall(r"^```", text, re.MULTILINE)) == 2 * len(re.findall(r"^```$", text, re.MULTILINE))
     for m in FENCE.finditer(text):
@@ -302,7 +302,7 @@ def test_maths(page: Path) -> None:
 
 
 def test_theory_has_maths() -> None:
-    """The page is found, and its formulas are."""
+    """The search for pages and formulas finds a page with formulas."""
     page = ROOT / "docs" / "theory.md"
     assert len(list(inline(prose(page)))) > 50
     assert len([block for block in blocks("math") if block.place.startswith("docs/theory.md")]) > 10

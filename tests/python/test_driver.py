@@ -188,7 +188,7 @@ def test_tension_loses_equilibrium_where_the_law_does(shipped, name: str, eta: f
 
 
 def test_flat_residual_is_the_friction_strength(shipped) -> None:
-    """Figure 4(a): sigma_N held, the dead flat plane slides at mu |sigma_N|."""
+    """Figure 4(a): under constant sigma_N the fully damaged flat plane slides at mu |sigma_N|."""
     for value, result in shipped("figure04a").items():
         if float(value) > 0:
             continue
@@ -272,7 +272,7 @@ def test_slip_along_a_direction(run) -> None:
 
 
 def test_steps_go_on(run) -> None:
-    """Two steps are one step; what is not named is held as it was."""
+    """Two steps are one step; a component that is not named keeps its condition and value."""
     whole = run(MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.4, increments = 160 /\n")
     parts = run(
         MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_Tx = 0.1, increments = 40 /\n"
@@ -320,7 +320,7 @@ def test_traction_control_of_all_components(run) -> None:
 
 
 def test_control_may_change(run) -> None:
-    """From traction to separation and back: the point goes on from where it is."""
+    """Control changes from traction to separation and back; the point continues from its state."""
     result = run(
         MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_N = -0.05 /\n&step s_Tx = 0.1 /\n&step t_N = -5.0 /\n"
         "&step s_Tx = 0.12, s_Ty = 0.05 /\n"
@@ -399,7 +399,7 @@ SLOPE = math.tan(math.radians(30.0))
 
 
 def test_dead_interface_closes(run) -> None:
-    """Opened until nothing holds, then pressed: it closes, and the jump is noticed."""
+    """A fully damaged, open point closes under pressure, and the jump is an event."""
     for pattern in (FLAT, RP_4):
         result = run(MATERIAL + pattern + "&step s_N = 0.5 /\n&step t_N = -5.0 /\n")
         assert_traction(result["t_N"][100:], -0.05 * np.arange(1, 101))
@@ -411,7 +411,7 @@ def test_dead_interface_closes(run) -> None:
 
 
 def test_dead_states_take_the_smallest_opening(run, shipped) -> None:
-    """Figure 9(a), sigma_N = 0: once dead, s_N follows |s_L| tan(theta) up and down; 0 without slip."""
+    """Figure 9(a), sigma_N = 0: after full damage s_N = |s_L| tan(theta), up and down."""
     result = run(
         MATERIAL + "&pattern sides = 2, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
         "&step slip = 0.4, -0.4, 0.0, increments = 40 /\n"
@@ -435,7 +435,7 @@ def test_dead_states_take_the_smallest_opening(run, shipped) -> None:
 def test_fold_is_noticed(
     run, sides: int, slip: float | None, before: float, after: float, steps: int
 ) -> None:
-    """RP-13 and finer snap to the dead states s_N = s_L tan(theta) at one place, whatever the increment."""
+    """RP-13 and finer snap to s_N = s_L tan(theta), fully damaged, at one slip for any increment."""
     result = run(
         MATERIAL + f"&pattern sides = {sides}, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
         f"&step slip = 0.2, increments = {steps} /\n"
@@ -443,7 +443,7 @@ def test_fold_is_noticed(
     jumps = [i for i, event in enumerate(result.events) if "snap" in event]
     assert len(jumps) == (slip is not None)
     told = re.findall(
-        r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) set free",
+        r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) released",
         result.messages,
     )
     assert len(told) == len(jumps)
@@ -606,19 +606,19 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
             "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
             "no equilibrium: largest t_N over s_N in [",
         ),
-        ("&step s_N = 0.5 /\n&step t_N = 1.0 /\n", " is 0 < held 9.5"),
+        ("&step s_N = 0.5 /\n&step t_N = 1.0 /\n", " is 0 < prescribed 9.5"),
         (
             "&step t_N = -5.0, t_Tx = 0.0 /\n&step t_Tx = 25.0 /\n",
-            "comes to no rest, the smallest residual over",
+            "reaches none, the smallest residual over",
         ),
     ],
 )
 def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, fragment: str) -> None:
-    """What is not solved is said to have no equilibrium, and OUT.failed.nml fails at once in the same way."""
+    """A failed increment is reported without equilibrium, and OUT.failed.nml fails in the same way."""
     pattern = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n" if "-5" in steps else FLAT
     result = run(MATERIAL + pattern + steps, code=2)
     assert fragment in result.messages
-    assert "that increment alone: case.failed.nml" in result.messages
+    assert "the failed increment was written to case.failed.nml" in result.messages
     assert "lost" in result.events[-1]
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
     assert process.returncode == 2 and fragment.split(" held")[0] in process.stderr
@@ -667,7 +667,7 @@ def test_state(run) -> None:
     ],
 )
 def test_bad_state(run, state: str, fragment: str) -> None:
-    """A state that the law does not take is input that is rejected."""
+    """A state that the law rejects is an input error."""
     result = run(MATERIAL + FLAT + state + "\n&step s_N = 0.1 /\n", code=1)
     assert fragment.lower() in result.messages.lower() and "&state" in result.messages
 
@@ -705,7 +705,7 @@ def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
 
 
 def test_warnings(run) -> None:
-    """Mode II values of their own, and a contact as soft as the bond, are worth a warning."""
+    """Different mode II values and a contact as soft as the bond give a warning."""
     path = RP_4 + "&step t_N = -10.0 /\n"
     assert "warning: the contact is soft" in run(MATERIAL + path).messages
     stiff = MATERIAL.replace("/", ", kc = 1000.0 /")
@@ -824,7 +824,7 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments:
 
 
 def test_all_bad_values_at_once(run) -> None:
-    """Whatever can be told of a file is told in one go."""
+    """All errors of a file are reported at once."""
     messages = run(
         "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = -1, kc = -1 /\n"
         "&pattern sides = 65, theta = -1, flat = 2 /\n&step t_N = x /\n",
@@ -903,12 +903,12 @@ def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
 
 # --- initial states -----------------------------------------------------------------------------------------
 
-# the way to an initial traction, in the parts that docs/solver.md gives it
+# sub-increments of the load path to an initial traction, as in docs/solver.md
 PARTS = 32
 
 
 def test_dead_joint_at_rest(run) -> None:
-    """A cracked flat joint, pressed and sheared by less than friction: at rest, sticks, slides at mu p."""
+    """A cracked flat joint, pressed and sheared below friction, is in equilibrium, sticks, slides at mu p."""
     p, tau = 10.0, 4.0
     result = run(
         MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1 /\n&step increments = 3 /\n"
@@ -961,7 +961,7 @@ def test_initial_state_is_the_reference(run, s: list[float]) -> None:
         "&step increments = 1 /\n&step s_N = 0.01, -0.02, s_Tx = 0.2, s_Ty = 0.1, -0.1, increments = 40 /\n"
         "&step t_N = -5, increments = 20 /\n"
     )
-    s_old, t_old, work = offset, traction, state[1:4].sum()  # what is stored and spent at the start
+    s_old, t_old, work = offset, traction, state[1:4].sum()  # energies at the start
     for row, separation in enumerate(result.vector("s")):
         s_new = separation + offset
         response = reference.update(law, pattern, s_new, state, s_old)
@@ -1065,7 +1065,7 @@ def test_far_slipped_joint(run) -> None:
 
 
 def test_cracked_without_traction(run) -> None:
-    """damage alone: the planes of &state at rest, at separation zero, without an onset."""
+    """damage alone is the state of &state at separation zero, without an onset."""
     path = "&step t_N = -1, increments = 5 /\n&step slip = 0.3, increments = 30 /\n"
     damage = [1.0, 0.2, 0.4, 0.6, 0.8]
     cracked = run(MATERIAL + RP_4 + f"&initial damage = {str(damage)[1:-1]} /\n" + path, "--planes")
@@ -1253,7 +1253,7 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
             continue
         # sums of increments and totals: an ulp of K |s| an increment
         np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
-    # that a plane slides may be a rounding error at rest
+    # the event slip may be due to a rounding error in equilibrium
     events = [[event - {"slip"} for event in result.events] for result in (replay, direct)]
     assert events[0] == events[1]
 
@@ -1312,7 +1312,7 @@ def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> 
 def test_bad_replay_of_an_initial_state(
     run, tmp_path: Path, initial: str, options: str, fragment: str
 ) -> None:
-    """What the host's routine would not take is input that is rejected."""
+    """Initial states that the host routine rejects are input errors."""
     (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n0,0,0\n")
     case = MATERIAL + FLAT + f"&initial {initial} /\n&replay {options} file = 'record.csv' /\n"
     assert f"case.nml:3: &initial: {fragment}" in run(case, code=1).messages

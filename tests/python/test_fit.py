@@ -1,4 +1,4 @@
-"""Parameters from shear-box records: recovered within their intervals, doubts told, bad records refused."""
+"""Parameters from shear-box tests: identified within their intervals, doubts reported, bad files rejected."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def write(folder: Path, text: str, name: str = "record.csv") -> Path:
 
 @pytest.fixture(scope="module")
 def three_percent() -> fitting.Fit:
-    """Fit of a record with 3 % noise, from its own starts."""
+    """Fit of tests with 3 % noise, from random starts."""
     return fit(study.synthetic(0.03, 0), fixed=study.SET)
 
 
 @pytest.fixture(scope="module")
 def no_dilation() -> fitting.Fit:
-    """The same without dilation."""
+    """Fit of the same tests without dilation."""
     return fit(study.synthetic(0.03, 0, dilation=False), fixed=study.SET, start=AT_TRUTH, starts=1)
 
 
@@ -53,7 +53,7 @@ def no_dilation() -> fitting.Fit:
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 @pytest.mark.parametrize("sides", [0, 2, 5])
 def test_normal_stiffness_against_reference(sides: int) -> None:
-    """The reference law along the same separations carries sigma_N - k (s_N - s_N at the start)."""
+    """Along the same separations the reference has t_N = sigma_N - k (s_N - s_N at the start)."""
     sigma_N, k, preload = -3.0, 4.0, 4
     material = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 10.0}
     interface = asperity.Interface(asperity.Material(**material), asperity.Pattern.regular(sides, 25.0))
@@ -71,14 +71,14 @@ def test_normal_stiffness_against_reference(sides: int) -> None:
     traction = law.traction[preload:]
     rise = path.separation[:, 0] - path.separation[0, 0]
     assert sides == 0 or np.ptp(rise) > 0.05
-    # of the largest terms, as the solver promises
+    # tolerance of the solver, relative to the largest terms
     assert np.allclose(traction[:, 0], sigma_N - k * rise, rtol=0.0, atol=1e-9)
     assert np.allclose(traction, path.traction, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_normal_stiffness_refused() -> None:
-    """Negative or no number; with adaptive increments."""
+    """A negative or non-finite stiffness, or one with adaptive increments, is rejected."""
     flat = asperity.Interface(asperity.Material(3.0, 0.3, 0.9, 0.5), asperity.Pattern.regular(0, 0.0))
     for bad in (-1.0, np.nan, np.inf):
         with pytest.raises(ValueError, match=r"stiffness = .*: expected a finite stiffness >= 0"):
@@ -93,7 +93,7 @@ def test_normal_stiffness_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_record_of_the_reference_model() -> None:
-    """A record computed by the independent reference, without noise, gives back what it was made with."""
+    """The parameters of tests computed by the independent reference, without noise, are identified."""
     slips = np.linspace(0.0, 0.8, 401)[1:]
     parameters = reference.Parameters(**{name: TRUTH[name] for name in ("sigma0", "Gc", "eta", "mu", "kc")})
     pattern = reference.regular_pattern(study.SIDES, TRUTH["theta"], TRUTH["flat"])
@@ -106,7 +106,7 @@ def test_record_of_the_reference_model() -> None:
         tests.append(ShearTest("reference", slips, rows.traction[1:, 1], s_N, sigma_N))
     found = fit(tests, fixed=study.SET, start=AT_TRUTH | {"mu": 0.7, "theta": 10.0, "Gc": 0.4}, starts=1)
     for name, value in AT_TRUTH.items():
-        # same increments and roots: the tolerances of the least squares are left
+        # increments and roots are the same, so only the tolerances of the least squares remain
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
 
 
@@ -117,8 +117,8 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     repetitions, most = 16, 4
     shares, fits = study.coverage(noise, repetitions, starts=1, start=AT_TRUTH)
     assert np.all(shares >= 1.0 - most / repetitions), shares
-    # wide intervals would hold, too: the scatter is the noise (which widens the range it is told of), and
-    # 50 % intervals of the same fits miss
+    # intervals that are too wide would pass, too: the scatter must be the noise (which widens the range), and
+    # 50 % intervals of the same fits must miss
     assert all(abs(np.log(one.scatter[0] / noise)) < 0.2 + 5.0 * noise for one in fits)
     misses = 0
     for one in fits:
@@ -131,16 +131,16 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
 
 @pytest.mark.slow
 def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without noise a cycle gives back what it was made with, for the increments are refined.
+    """Without noise the parameters of a cycle are identified, because the increments are refined.
 
-    The 200 asked for alone shift mu by 0.5 %, which is told.
+    The 200 requested increments alone shift mu by 0.5 %, which is reported.
     """
     tests = study.synthetic(0.0, 0, sigma_N=(-1.0,), **study.CYCLIC)
     start = AT_TRUTH | {"mu": 0.7, "theta": 25.0}
     found = fit(tests, fixed=study.SET, start=start, starts=1)
     assert found.problem.increments == fit_model.INCREMENTS and found.problem.refinement > 1
     assert found.shift <= fitting.ENOUGH
-    # of first order: what four parts move is three quarters of the error
+    # the error is of first order: dividing increments by four removes three quarters of it
     most = 2.0 * fitting.ENOUGH * fitting.LEAST_ERROR
     for name, value in AT_TRUTH.items():
         assert found.values[name] == pytest.approx(value, rel=most), name
@@ -153,7 +153,7 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
-    """Starts drawn from the record find the minimum near the truth; a smaller step agrees."""
+    """Random starts find the minimum near the true values; derivatives with a smaller step agree."""
     problem = three_percent.problem
     truth = np.array([fit_model.SCALES[name].to(TRUTH[name]) for name in problem.free])
     assert three_percent.costs[0] <= float(np.sum(problem.residuals(truth) ** 2))
@@ -165,7 +165,7 @@ def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
 
 @pytest.mark.slow
 def test_stiffness_and_cycles() -> None:
-    """Records under a normal stiffness and with reversals."""
+    """Tests under a normal stiffness and with reversals are fitted."""
     for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):
         found = fit(study.synthetic(0.01, 0, **record), fixed=study.SET, start=AT_TRUTH, starts=1)
         for name, value in AT_TRUTH.items():
@@ -176,7 +176,7 @@ def test_stiffness_and_cycles() -> None:
 
 
 def test_coupling_without_dilation(no_dilation: fitting.Fit, three_percent: fitting.Fit) -> None:
-    """mu and theta are not separated, their ratio is, and the text says by how much."""
+    """Without dilation mu and theta are not separated; the residual ratio is known, as reported."""
     free = no_dilation.problem.free
     i, j = free.index("mu"), free.index("theta")
     assert no_dilation.correlation[i, j] < -fitting.COUPLED
@@ -195,7 +195,7 @@ def test_coupling_without_dilation(no_dilation: fitting.Fit, three_percent: fitt
 
 
 def test_residual_alone_does_not_tell_the_bond() -> None:
-    """A record that begins when the bond is gone (s_L > s_f) determines neither sigma0 nor Gc."""
+    """A test that begins with full damage (s_L > s_f) determines neither sigma0 nor Gc."""
     late = []
     for test in study.synthetic(0.01, 0):
         rows = test.slip > 3.0 * 2.0 * TRUTH["Gc"] / TRUTH["sigma0"]
@@ -204,12 +204,12 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
     found = fit(late, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = "\n".join(identifiability(found))
     assert "K cannot be separated: sigma0 not at all, Gc not at all, K +-" in text, text
-    # tau hardly changes, its range is the noise: that is no poor fit
+    # tau hardly changes, so that its range is the noise; this is no poor fit
     assert "Gc is not determined" in text and "poor" not in text, text
 
 
 def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
-    """The widths are those of the intervals, that of K = sigma0^2/(2 Gc (1 - eta)) from both."""
+    """The reported widths are those of the intervals, for K = sigma0^2/(2 Gc (1 - eta)) from both."""
     [text] = [one for one in identifiability(three_percent) if one.startswith("sigma0, Gc and K")]
     told = re.fullmatch(r"sigma0, Gc and K are told apart: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
     assert told, text
@@ -224,7 +224,7 @@ def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
 
 
 def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A parameter on its bound is not known, nor is what did not converge."""
+    """A parameter at its bound and a fit that did not converge are reported."""
     tests = three_percent.problem.tests
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
     text = "\n".join(identifiability(found))
@@ -237,7 +237,7 @@ def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytes
 
 
 def test_model_that_does_not_fit_is_told() -> None:
-    """A flat joint cannot dilate: residuals go together."""
+    """A flat joint cannot dilate, so that neighbouring residuals are correlated."""
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
     assert found.neighbours > 0.9
     text = "\n".join(identifiability(found))
@@ -292,7 +292,10 @@ def test_model_that_does_not_fit_is_told() -> None:
             "column tau: 0.8 where |sigma_N| is up to 1e+06: expected the",
         ),
         (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 where |sigma_N| is up to 1e-06: expected"),
-        (HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)), "column tau is 1 in all rows: expected values that"),
+        (
+            HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)),
+            "column tau is 1 in all rows: expected values that",
+        ),
         (
             HEADER + "".join(f"{i}e-3,{i},{i},-1\n" for i in range(7)),
             "line 8, column dilation: 6 over slips up",
@@ -312,7 +315,7 @@ def test_model_that_does_not_fit_is_told() -> None:
     ],
 )
 def test_bad_records(text: str, message: str, tmp_path: Path) -> None:
-    """Errors name file, line, column, value and what was expected."""
+    """Errors have file, line, column, value and expectation."""
     path = write(tmp_path, text)
     with pytest.raises(ValueError, match=re.escape(message)) as caught:
         read_records([path])
@@ -320,7 +323,7 @@ def test_bad_records(text: str, message: str, tmp_path: Path) -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    """Errors name the file and what was expected."""
+    """Errors have the file and the expectation."""
     with pytest.raises(FileNotFoundError, match=r"none.csv: no such file or directory: expected a CSV file"):
         read_records([tmp_path / "none.csv"])
     with pytest.raises(
@@ -343,7 +346,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
-    """Measured along the way it is taken back to the start by the dilation; without it, by the first row."""
+    """sigma_N at the start is extrapolated by the dilation, or without dilation taken from the first row."""
     rng = np.random.default_rng(3)
     text = "test,slip,tau,dilation,k_N,sigma_N\n"
     for i in range(1, 101):
@@ -358,7 +361,7 @@ def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
 
 
 def test_rows_out_of_order(tmp_path: Path) -> None:
-    """Rows that were shuffled are told; a cycle and noise on the slip are not taken for that."""
+    """Shuffled rows give a warning; a cycle and noise on the slip do not."""
     rng = np.random.default_rng(1)
     up, cycle = np.linspace(0.01, 0.6, 60), np.interp(np.arange(90.0), [0, 30, 60, 89], [0.0, 0.5, -0.5, 0.5])
     for slips, told in ((rng.permutation(up), True), (up + rng.normal(0.0, 0.01, 60), False), (cycle, False)):
@@ -381,14 +384,14 @@ def test_rows_out_of_order(tmp_path: Path) -> None:
     ],
 )
 def test_tests_that_cannot_be(values: dict[str, Any], message: str) -> None:
-    """A test made by a script is checked, too."""
+    """A test that a script constructs is also checked."""
     good = {"slip": np.arange(6.0), "tau": np.arange(6.0), "s_N": None, "sigma_N": -1.0}
     with pytest.raises(ValueError, match=message):
         ShearTest("t", **(good | values))
 
 
 def test_records_of_all_kinds(tmp_path: Path) -> None:
-    """Units in the header, comments, interleaved tests, an alias, unused columns, several files."""
+    """Units in the header, comments, mixed tests, an alias, unused columns and several files are read."""
     text = "# a box\nTest,Slip (mm),TAU [N/mm^2],s_n [mm],sigma_N [ MPa ],k_N [N/mm3],time,,\n"
     for i in range(1, 7):
         text += f"a,{i},{i},{0.1 * i},2,,{i},,\n\nb,{-i},{-i},{0.2 * i},3,4,{i}\n"
@@ -433,7 +436,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
     ],
 )
 def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) -> None:
-    """Errors name the parameter, its value and what was expected."""
+    """Errors have the parameter, its value and the expectation."""
     tests = read_records([write(tmp_path, HEADER + ROWS)])
     with pytest.raises(ValueError, match=re.escape(message)):
         fit(tests, **arguments)
@@ -445,7 +448,7 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
 
 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Record, report, picture and a case that driver, card and select read."""
+    """The command writes report, picture and a case that driver, card and select read."""
     monkeypatch.chdir(tmp_path)
     assert study.main(["record.csv"]) == 0
     start = " ".join(f"{name}={value}" for name, value in AT_TRUTH.items())
@@ -469,7 +472,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
 
 def test_case_without_a_sweep() -> None:
-    """One test, cyclic, under a stiffness: no sweep, and the case says that it leaves out the spring."""
+    """The case of one cyclic test under a stiffness has no sweep and states that the spring is left out."""
     tests = study.synthetic(0.03, 0, sigma_N=(-2.0,), turns=study.CYCLE, k_N=study.K_N)
     found = fit(tests, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = case_text(found)
@@ -500,7 +503,7 @@ def test_bad_options(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Told on standard error, exit code 1, before anything is fitted."""
+    """Errors go to standard error, with exit code 1, before the fit starts."""
     monkeypatch.setattr(fit_model.Problem, "residuals", lambda *_: pytest.fail("fitted"))
     assert main(["fit", str(write(tmp_path, HEADER.replace("tau", "tau [MPa]") + ROWS)), *options]) == 1
     assert message in capsys.readouterr().err
@@ -509,7 +512,7 @@ def test_bad_options(
 def test_units_of_the_record(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Labels have the units of the header, as far as it tells them, else those of the option."""
+    """Labels have the units of the header, or those of the option where the header has none."""
     monkeypatch.chdir(tmp_path)
     study.main(["record.csv", "--noise", "0.01"])
     text = Path("record.csv").read_text(encoding="utf-8")
@@ -530,7 +533,7 @@ def test_units_of_the_record(
 def test_without_scipy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The message names what to install."""
+    """The message names the package to install."""
     load = builtins.__import__
 
     def missing(name: str, *rest: Any) -> Any:

@@ -1,8 +1,8 @@
-"""Spoilt input: files of the driver, arguments of the package, and runs that are killed.
+"""Corrupted input: files of the driver, arguments of the package, and runs that are killed.
 
-No crash, no hang, nothing that is not finite, whole rows, and a message for every rejection.  The long
-version: ASPERITY_EXAMPLES=20000 pytest tests/python/test_fuzz.py.  harness/soak/fuzz.f90 does the same to
-UMAT, VUMAT and C API.
+Expected are finite values, whole rows, a message for every rejection, and neither crash nor endless run.  The
+long version is ASPERITY_EXAMPLES=20000 pytest tests/python/test_fuzz.py.  harness/soak/fuzz.f90 tests UMAT,
+VUMAT and C API in the same way.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 EXAMPLES = int(os.environ.get("ASPERITY_EXAMPLES", "120"))
 
 PATIENCE = 60.0
-"""Seconds after which a run must at least have written many rows: a spoilt file may ask for ten million."""
+"""Seconds after which a run must have written many rows: a corrupted file may request ten million."""
 
 MATERIAL = (
     b"&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 2.0, tau_v = 0.0, guard = .false. /\n"
@@ -88,7 +88,7 @@ def spoilt(draw: st.DrawFn, texts: tuple[bytes, ...]) -> bytes:
 
 
 def rows_are_whole(folder: Path) -> int:
-    """Rows of all results, each whole and of finite numbers."""
+    """Rows of all results; each must be complete and finite."""
     rows = 0
     for path in folder.glob("*.csv"):
         if path.name == "record.csv":
@@ -106,7 +106,7 @@ def rows_are_whole(folder: Path) -> int:
 
 
 def run_spoilt(folder: Path, case: bytes, record: bytes) -> None:
-    """The driver ends by itself with a code of its own, and says why if it is not 0."""
+    """The driver ends with one of its exit codes, and with a message if the code is not 0."""
     for path in folder.iterdir():
         path.unlink()
     (folder / "case.nml").write_bytes(case)
@@ -147,28 +147,28 @@ quick = settings(
 @quick
 @given(case=spoilt(CASES))
 def test_spoilt_cases(folder: Path, case: bytes) -> None:
-    """Case files, the record being a good one."""
+    """Corrupted case files with a valid record."""
     run_spoilt(folder, case, RECORDS[0])
 
 
 @quick
 @given(record=spoilt(RECORDS), case=st.sampled_from(CASES[2:]))
 def test_spoilt_records(folder: Path, record: bytes, case: bytes) -> None:
-    """Recorded strains through umat and vumat, the case being a good one."""
+    """Corrupted strain records for umat and vumat with a valid case."""
     run_spoilt(folder, case, record)
 
 
 @quick
 @given(case=st.binary(max_size=300), record=st.binary(max_size=300))
 def test_binary_files(folder: Path, case: bytes, record: bytes) -> None:
-    """Bytes that are no text at all."""
+    """Random bytes are rejected."""
     run_spoilt(folder, case, record)
     run_spoilt(folder, CASES[2], record)
 
 
 @pytest.mark.parametrize("case", range(len(CASES)))
 def test_truncated_cases(folder: Path, case: int) -> None:
-    """Files that end early, at every tenth byte."""
+    """Files cut at every tenth byte."""
     for length in range(0, len(CASES[case]), 10):
         run_spoilt(folder, CASES[case][:length], RECORDS[0])
 
@@ -178,7 +178,7 @@ sizes = st.one_of(any_float, st.floats(-1.0, 1.0), st.floats(1e-6, 1e3))
 
 
 def interface_of(values: tuple[float, ...]) -> Interface:
-    """An interface of any values; ValueError where they are not admissible."""
+    """Interface from arbitrary values; raises ValueError for inadmissible ones."""
     sigma0, Gc, eta, mu, tau_v, kc, theta, flat, turn = values
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -200,7 +200,7 @@ def interface_of(values: tuple[float, ...]) -> Interface:
 def test_any_numbers(
     values: tuple[float, ...], s: list[tuple[float, ...]], entry: tuple[int, float], dt: float | None
 ) -> None:
-    """Any numbers: a ValueError that says what was expected, or finite results that can go on."""
+    """Arbitrary numbers give a ValueError with the expectation, or finite results that can be continued."""
     try:
         interface = interface_of(values)
         state = np.zeros((len(s), interface.nstatv))
@@ -229,7 +229,7 @@ def test_any_numbers(
 
 
 def test_killed_at_any_moment(tmp_path: Path) -> None:
-    """SIGKILL in the middle of a long run: the rows that are there are whole."""
+    """After SIGKILL in a long run all written rows are complete."""
     rng = random.Random(9)
     case = (MATERIAL + PATTERN).decode() + "&step slip = 0.3, -0.3, increments = 900000 /\n"
     (tmp_path / "case.nml").write_text(case, encoding="ascii")

@@ -1,4 +1,4 @@
-"""The guard in package and driver: the reference, what changes, and hosts that have it by PROPS 17."""
+"""The guard in package, driver and host routines (PROPS 17): agreement with the reference, and its effect."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RP_4 = Pattern.regular(4, 30.0)
 S_0, K = 0.02, 150.0
 
 ROUNDING = 1e-12
-"""Of K |s|, |s|, K |s|^2 and 1: sums over five planes after tens of increments."""
+"""Tolerance in multiples of K |s|, |s|, K |s|^2 and 1: sums over five planes after tens of increments."""
 
 EITHER = "0, 1, .true. or .false."
 """What the driver takes for the guard."""
@@ -33,7 +33,7 @@ CASE = """\
 
 
 def clamped_path(seed: int, rows: int) -> np.ndarray:
-    """A first slip in the open, then slips to and fro under clamping: Y of either sign, damage that grows."""
+    """Slip without pressure, then reversals under closure: Y has either sign and damage grows."""
     rng = np.random.default_rng([18, seed])
     S = np.cumsum(S_0 * rng.standard_normal((rows, 3)), axis=0) * np.linspace(0.3, 1.2, rows)[:, None]
     S[:, 0] = -20 * S_0 - 2 * np.abs(S[:, 0])
@@ -43,7 +43,7 @@ def clamped_path(seed: int, rows: int) -> np.ndarray:
 
 @pytest.mark.parametrize("sides", [0, 4])
 def test_guard_is_the_reference(sides: int) -> None:
-    """Histories with the guard: traction, state and tangent of the reference; it blocks often."""
+    """Histories with the guard have traction, state and tangent of the reference; the guard acts often."""
     pattern, planes = Pattern.regular(sides, 30.0), reference.regular_pattern(sides, 30.0)
     p = reference.Parameters(**GUARDED.values())
     guarded, plain = Interface(GUARDED, pattern), Interface(TABLE_2, pattern)
@@ -62,7 +62,7 @@ def test_guard_is_the_reference(sides: int) -> None:
 
 
 def test_nothing_released_is_no_loss() -> None:
-    """Pressed, stuck and never slipped: damage grows in every direction, in the reference, too."""
+    """On a pressed plane that never slipped damage grows in every direction, also in the reference."""
     phi = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
     pressed = np.tile([-50.0 * S_0, 0.0, 0.0], (2000, 1))
     s = pressed + 4.0 * S_0 * np.column_stack([np.zeros(2000), np.cos(phi), np.sin(phi)])
@@ -75,7 +75,7 @@ def test_nothing_released_is_no_loss() -> None:
 
 
 def test_guard_is_part_of_the_material() -> None:
-    """It counts in comparisons, and PROPS and cards carry it."""
+    """Materials with and without guard differ, and PROPS and cards contain the guard."""
     guarded = Interface(GUARDED, RP_4)
     assert guarded != Interface(TABLE_2, RP_4) and Material(3.0, 0.3, 0.9, 0.5).guard is False
     assert guarded.props()[contract.index("guard")] == 1.0
@@ -86,7 +86,7 @@ def test_guard_is_part_of_the_material() -> None:
 
 
 def test_guard_under_a_held_traction() -> None:
-    """Confined slip with the guard lies on the guarded law."""
+    """Confined slip with the guard follows the law with the guard."""
     guarded = Interface(replace(GUARDED, kc=100.0), RP_4)
     slips = np.concatenate([np.linspace(0, 0.1, 60), np.linspace(0.1, -0.1, 120)])
     history = guarded.confined_slip(0.0, slips, -0.5)
@@ -110,7 +110,7 @@ def rupture(folder: Path) -> np.ndarray:
 
 
 def test_driver(tmp_path: Path) -> None:
-    """&material guard: rupture falls to -0.0544 without it (to the digits of theory.md), nowhere with it."""
+    """Without the guard the rupture energy falls to -0.0544 (digits of theory.md), with it never."""
     for guard, falls in ((".false.", True), (".true.", False)):
         assert run(tmp_path, CASE.replace("GUARD", guard)).returncode == 0
         energy = rupture(tmp_path)
@@ -119,7 +119,7 @@ def test_driver(tmp_path: Path) -> None:
 
 
 def test_driver_replay(tmp_path: Path) -> None:
-    """The UMAT and the VUMAT have the guard: a replay of the path of the steps has their rupture."""
+    """UMAT and VUMAT have the guard: a replay of the path gives the rupture energy of the steps."""
     assert run(tmp_path, CASE.replace("GUARD", "1")).returncode == 0
     energy = rupture(tmp_path)
     (tmp_path / "case.csv").rename(tmp_path / "path.csv")
@@ -135,6 +135,6 @@ def test_driver_replay(tmp_path: Path) -> None:
     [("maybe", EITHER), ("2", "0 or 1"), ("0.5", "0 or 1"), ("1, 1", EITHER)],
 )
 def test_driver_bad_guard(tmp_path: Path, guard: str, expected: str) -> None:
-    """Neither a truth value nor 0 or 1."""
+    """A value of guard that is neither logical nor 0 or 1 is an error."""
     done = run(tmp_path, CASE.replace("GUARD", guard))
     assert done.returncode == 1 and f"guard = {guard}: expected {expected}" in done.stderr

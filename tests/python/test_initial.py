@@ -1,4 +1,4 @@
-"""Initial states: points that start from a traction, against closed forms and the independent reference."""
+"""Initial states with a traction, compared with closed forms and the independent reference."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from asperity.oracle import reference
 
 TABLE_2 = asperity.Material(3.0, 0.3, 0.9, 0.5)
 STIFFNESS = 3.0 / (0.1 * 0.2)
-# the separation is solved for to 1e-13 of the terms of the traction, which add up to some tens of it
+# residual of the solver: 1e-13 of the terms of the traction, which may be tens of times the traction
 TOLERANCE = 1e-10
 STATUS = asperity.contract.statev_index("status")
 OFFSET = slice(asperity.contract.statev_index("offset_N"), asperity.contract.plane_statev(1))
@@ -22,7 +22,7 @@ def interface(sides=4):
 
 @pytest.mark.parametrize("sides", [0, 2, 4, 7, 32])
 def test_zero_separation_returns_the_traction(sides):
-    """The first increment without strain gives back what came in."""
+    """The first increment without strain returns the initial traction."""
     law = interface(sides)
     tractions = np.array([[-10.0, 1.0, -0.5], [0.5, 0.3, 0.2], [0.0, 0.0, 1.0]])
     state = law.initial(tractions)
@@ -32,7 +32,7 @@ def test_zero_separation_returns_the_traction(sides):
 
 
 def test_the_reference_carries_it():
-    """The independent law carries the traction at the offset and the planes' states that were found."""
+    """The independent law has the initial traction at the offset and the states of the planes."""
     traction = np.array([-10.0, 1.0, -0.5])
     state = interface(4).initial(traction)
     pattern = reference.regular_pattern(4, 30.0)
@@ -41,14 +41,14 @@ def test_the_reference_carries_it():
 
 
 def test_elastic_offset_is_closed_form():
-    """A virgin flat plane under pressure and little shear: traction/K."""
+    """The offset of a virgin flat plane under pressure and little shear is traction/K."""
     traction = np.array([-9.0, 1.0, 0.5])
     state = interface(0).initial(traction)
     np.testing.assert_allclose(state[OFFSET], traction / STIFFNESS, rtol=0, atol=TOLERANCE)
 
 
 def test_cracked_planes():
-    """A dead flat plane sticks below mu p around its slip and refuses what is beyond, by how much."""
+    """A fully damaged flat plane sticks below mu p around its slip; the error beyond has the limit."""
     flat = interface(0)
     slip = [[0.3, -0.1]]
     state = flat.initial([-10.0, 4.9, 0.0], damage=1.0, slip=slip)
@@ -64,7 +64,7 @@ def test_cracked_planes():
 
 
 def test_partly_cracked_pattern():
-    """Planes keep at least the damage they start with."""
+    """The damage of the planes is at least the initial damage."""
     law = interface(4)
     damage = [1.0, 0.5, 0.0, 0.25, 1.0]
     state = law.initial([-5.0, 0.5, 0.0], damage=damage)
@@ -85,14 +85,14 @@ def test_partly_cracked_pattern():
     ],
 )
 def test_bad_input(keywords, message):
-    """Errors name the value and what was expected."""
+    """Errors have the value and the expectation."""
     with pytest.raises(ValueError, match=message):
         interface(4).initial(**keywords)
 
 
 @pytest.mark.parametrize("sides", [2, 4, 6])
 def test_guarded(sides):
-    """With the guard the way to the traction breaks less, and what it has held back comes at once."""
+    """With the guard the path to the traction causes less damage; the rest grows in one step afterwards."""
     pattern = asperity.Pattern.regular(sides, 30.0)
     traction = [-20.0, 1.0, 0.5]
     states = []
@@ -106,7 +106,7 @@ def test_guarded(sides):
 
 
 def test_what_the_guard_held_back():
-    """Damage that waits for the driving force on the way has grown at its end: the traction is returned."""
+    """Damage that the guard delays on the load path has grown at its end: the traction is returned."""
     draw = np.random.default_rng(3)
     accepted = 0
     for _ in range(150):

@@ -1,4 +1,4 @@
-"""Newton's method without safeguards: what each tangent costs, how it ends, and that it is the same law."""
+"""Newton's method without safeguards: cost and end of each tangent, and agreement with the solver."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ K = 150.0
 """Stiffness of the bond (12), MPa/mm: sigma0^2/(2 Gc (1 - eta))."""
 
 STEPS = 4
-"""Coarse enough for four and more iterations an increment."""
+"""Increments that are coarse enough to need at least four iterations each."""
 
 
 def pulled_by_springs(tangent: str, most: int = 200, stiffness: float = K) -> NewtonStudy:
@@ -31,7 +31,7 @@ def pulled_by_springs(tangent: str, most: int = 200, stiffness: float = K) -> Ne
 
 
 def orders(study: NewtonStudy) -> list[float]:
-    """Residual over the square of the one before, from a tenth to rounding."""
+    """Ratios of each residual below a tenth to the square of the previous one."""
     found = []
     for row in study.residuals:
         found += [after / before**2 for before, after in pairwise(row) if before < 0.1 and after > 1e-13]
@@ -39,7 +39,7 @@ def orders(study: NewtonStudy) -> list[float]:
 
 
 def test_consistent_tangent_converges_quadratically() -> None:
-    """The factor is that of the law's curvature, of order K/s0 over the softened tangent, units K s_f."""
+    """Convergence is quadratic with a bounded factor of the order of the curvature of the law."""
     study = pulled_by_springs("consistent")
     assert study.converged and len(orders(study)) > 5
     assert max(orders(study)) < 100.0
@@ -48,7 +48,7 @@ def test_consistent_tangent_converges_quadratically() -> None:
 
 @pytest.mark.parametrize("tangent", ["symmetrised", "secant", "start"])
 def test_other_tangents_need_more(tangent: str) -> None:
-    """They arrive at the same point, at first order: the factor has no bound."""
+    """Other tangents converge to the same point at first order: the factor has no bound."""
     study, consistent = pulled_by_springs(tangent), pulled_by_springs("consistent")
     assert study.converged
     assert np.abs(study.traction - consistent.traction).max() < 1e-8 * TABLE_2.sigma0
@@ -57,7 +57,7 @@ def test_other_tangents_need_more(tangent: str) -> None:
 
 
 def test_numerical_tangent_is_the_consistent_one() -> None:
-    """As many iterations but for switches, seven updates of the law each."""
+    """The numerical tangent takes as many iterations except at switches, each with seven updates."""
     study, consistent = pulled_by_springs("numerical"), pulled_by_springs("consistent")
     assert study.converged
     assert abs(sum(study.iterations) - sum(consistent.iterations)) <= len(consistent.iterations)
@@ -69,7 +69,7 @@ def test_numerical_tangent_is_the_consistent_one() -> None:
     [("elastic", ENDS[1]), ("zero", ENDS[2]), ("reversed", ENDS[3])],
 )
 def test_tangents_that_fail(tangent: str, end: str) -> None:
-    """Elastic: no end in 200 iterations; zero: nothing to invert; reversed: away from the root."""
+    """The elastic tangent exceeds 200 iterations, the zero one is singular, the reversed one diverges."""
     if tangent == "zero":
         study = newton_study(RP_4, 20.0, [0.1], -1.0, tangent=tangent)
     else:
@@ -79,20 +79,20 @@ def test_tangents_that_fail(tangent: str, end: str) -> None:
 
 
 def test_slip_test_is_that_of_the_solver() -> None:
-    """Tractions and states of `confined_slip`, within the tolerance over the stiffness."""
+    """Tractions and states are those of `confined_slip`, within the tolerance over the stiffness."""
     slips = np.linspace(0.0, 0.4, 81)[1:]
     rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(3, 30.0))
     study = newton_study(rough, 20.0, slips, -1.0, preload=10)
     history = rough.confined_slip(20.0, slips, -1.0, preload=10)
     assert study.converged
     assert np.abs(study.traction[10:] - history.traction).max() < 1e-8 * TABLE_2.sigma0
-    # energies depend on the parts in which an increment is solved
+    # energies depend on the sub-increments
     planes = slice(N_POINT_STATEV, None)
     assert np.abs(study.state[10:, planes] - history.state[:, planes]).max() < 1e-8
 
 
 def test_snap_stops_it() -> None:
-    """RP-32 at sigma_N = 0: large steps leap over the fold near 0.1737 mm, small ones end there."""
+    """RP-32 at sigma_N = 0: large steps pass the fold near 0.1737 mm, small ones end there."""
     dense = Interface(TABLE_2, Pattern.regular(32, 30.0))
     ends = {}
     for steps in (400, 2000):
@@ -104,7 +104,7 @@ def test_snap_stops_it() -> None:
 
 
 def test_bad_input() -> None:
-    """Named with what was expected."""
+    """The message names the argument and the expectation."""
     with pytest.raises(ValueError, match=r"tangent = 'best': expected one of consistent, "):
         newton_path(RP_4, np.zeros((1, 3)), tangent="best")
     with pytest.raises(ValueError, match=r"targets have shape \(3,\): expected \(T, 3\)"):

@@ -230,7 +230,7 @@ def test_no_points() -> None:
 
 
 def test_inputs_are_not_modified() -> None:
-    """Arrays that come in stay as they are and are not shared with what goes out."""
+    """Input arrays are not changed and do not share memory with results."""
     s, s_old = random_path(3, 5), random_path(4, 5)
     state = RP_4.update(s_old).state
     copies = s.copy(), state.copy(), s_old.copy()
@@ -376,7 +376,7 @@ def test_all_bad_values_at_once() -> None:
     ],
 )
 def test_bad_planes(normals: list[list[float]], weights: list[float], message: str) -> None:
-    """A listed plane that cannot be is named."""
+    """The message names an inadmissible listed plane."""
     with pytest.raises(ValueError, match=message):
         Pattern.planes(normals, weights)
 
@@ -480,7 +480,7 @@ def test_counts_of_other_types() -> None:
 
 
 def test_long_messages_are_whole() -> None:
-    """Every bad value of a state of 65 planes is told, as is every one of 64 listed planes."""
+    """Every bad value of a state of 65 planes and of 64 listed planes is reported."""
     wide = Interface(TABLE_2, Pattern.regular(64, 30.0))
     state = np.full((1, wide.nstatv), NAN)
     with pytest.raises(ValueError, match=r"STATEV\(1\) damage = NaN") as caught:
@@ -551,7 +551,7 @@ def test_lost_equilibrium() -> None:
 
 
 def test_warnings() -> None:
-    """Mode II of its own and a contact as soft as the bond are admissible, and said."""
+    """Different mode II values and a contact as soft as the bond give a warning."""
     with pytest.warns(ModelWarning, match="sigma02 = 2 differs from sigma0 = 3"):
         Material(3.0, 0.3, 0.9, 0.5, sigma02=2.0)
     with pytest.warns(ModelWarning, match=r"Gc2 = 0.4 differs from Gc = 0.3"):
@@ -722,7 +722,7 @@ def test_card_of_kratos() -> None:
     ],
 )
 def test_bad_cards(arguments: dict[str, object], message: str) -> None:
-    """What a host cannot take is refused."""
+    """Values that a host cannot accept are errors."""
     with pytest.raises(ValueError, match=message):
         RP_4.card(**arguments)
 
@@ -811,7 +811,7 @@ def test_c_update_is_the_package(library: ctypes.CDLL) -> None:
 
 
 def test_c_errors(library: ctypes.CDLL) -> None:
-    """Status codes, and nothing written but the message."""
+    """Errors give a status code and a message and write nothing else."""
     props, s = RP_4.props(), random_path(12, 4)
     bad_props, bad_s, bad_state = props.copy(), s.copy(), np.zeros((4, 23))
     bad_props[2], bad_s[2, 1], bad_state[3, 8] = 1.0, NAN, 2.0
@@ -846,7 +846,7 @@ def test_c_errors(library: ctypes.CDLL) -> None:
 
 @pytest.mark.parametrize("size", [0, 1, 2, 10, 30])
 def test_c_message_is_cut(library: ctypes.CDLL, size: int) -> None:
-    """A message never goes beyond its buffer and is always closed; size 0 leaves it alone."""
+    """A message stays within its buffer and ends with a zero; size 0 writes nothing."""
     props = RP_4.props()
     props[0] = -1.0
     message = ctypes.create_string_buffer(b"#" * 199, 200)

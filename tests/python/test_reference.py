@@ -30,7 +30,7 @@ FLAT = regular_pattern(0, 0.0)
 RT = regular_pattern(2, THETA)
 
 ROUNDING = 1.0e-12
-"""Relative: a few operations in double precision, and the tolerance of the equilibrium solve."""
+"""Relative tolerance of a few operations in double precision, and that of the equilibrium solver."""
 
 
 def along(history: SlipHistory, direction_deg: float | np.ndarray) -> np.ndarray:
@@ -44,7 +44,7 @@ def measured_energy(pattern, parameters, direction_deg, step, end=0.24):
     slips = step * np.arange(round(end / step) + 1)
     history = confined_slip(parameters, pattern, direction_deg, slips, 0.0)
     assert not history.events
-    assert np.abs(history.traction[-1]).max() < 1.0e-9  # dead: nothing of the integral is cut off
+    assert np.abs(history.traction[-1]).max() < 1.0e-9  # fully damaged: the integral is complete
     return np.trapezoid(along(history, direction_deg), slips, axis=0)
 
 
@@ -55,7 +55,7 @@ def facing_plane(theta_deg: float):
 
 
 def climbing_ratio(theta_deg: float, mu: float, phi_deg: float = 0.0) -> float:
-    """|tau|/|sigma_N| sliding up a dead plane at phi to its horizontal normal: a Coulomb block."""
+    """|tau|/|sigma_N| of a Coulomb block that slides up a plane at phi to its steepest line."""
     theta, phi = np.radians(theta_deg), np.radians(phi_deg)
     w = np.sqrt(1.0 + np.tan(theta) ** 2 * np.cos(phi) ** 2)
     return (np.sin(theta) * np.cos(phi) + mu / w) / (np.cos(theta) - mu * np.tan(theta) * np.cos(phi) / w)
@@ -65,7 +65,7 @@ def climbing_ratio(theta_deg: float, mu: float, phi_deg: float = 0.0) -> float:
 
 
 def test_patterns_are_those_of_the_tables():
-    """Tables 1 and 3 in full, shares of Table 4; order by (41)-(43), flat plane first."""
+    """Tables 1 and 3 and the weights of Table 4; the order is that of (41)-(43), flat plane first."""
     c, s = np.cos(np.radians(THETA)), np.sin(np.radians(THETA))
     normals, weights = RT  # Table 1, whose planes 2 and 3 (41)-(43) list in the other order
     assert np.allclose(normals, [[1, 0, 0], [c, -s, 0], [c, s, 0]], atol=1e-15)
@@ -78,7 +78,7 @@ def test_patterns_are_those_of_the_tables():
 
 
 def test_degenerate_patterns():
-    """No inclined plane, no flat plane, and listed planes kept in order and normalised."""
+    """Patterns without inclined or flat plane; listed planes keep their order and are normalised."""
     assert FLAT[0].tolist() == [[1.0, 0.0, 0.0]] and FLAT[1].tolist() == [1.0]
     assert len(regular_pattern(4, THETA, flat=0.0)[1]) == 4
     assert len(regular_pattern(4, THETA, flat=1.0)[1]) == 1
@@ -87,7 +87,7 @@ def test_degenerate_patterns():
 
 
 def test_frames_follow_equation_1():
-    """(1) as cross products; the flat plane takes the global axes."""
+    """The frames are the cross products (1); the frame of the flat plane has the global axes."""
     normals, _ = regular_pattern(5, 40.0, turn_deg=13.0)
     frame = frames(normals)
     for n, (n_row, t, h) in zip(normals[1:], frame[1:], strict=True):
@@ -103,14 +103,14 @@ def test_frames_follow_equation_1():
     [("sigma0", 0.0), ("Gc", -1.0), ("eta", 1.0), ("eta", 0.0), ("mu", -0.1), ("kc", np.nan)],
 )
 def test_bad_parameters_are_named(name, value):
-    """Every range has its error."""
+    """A value outside each range is an error."""
     good = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5}
     with pytest.raises(ValueError, match=name):
         Parameters(**{**good, name: value})
 
 
 def test_bad_patterns_are_refused():
-    """Impossible regular and listed patterns."""
+    """Inadmissible regular and listed patterns are errors."""
     for arguments in ((1, 30.0), (-2, 30.0), (2.5, 30.0), (4, 90.0), (4, -1.0), (4, 30.0, 1.1)):
         with pytest.raises(ValueError, match="expected"):
             regular_pattern(*arguments)
@@ -124,7 +124,7 @@ def test_bad_patterns_are_refused():
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_bilinear_law_of_figure_2(axis):
-    """Pure modes, with a mode II of its own: peak, slope and area of the triangle."""
+    """Pure modes with different mode II values: peak, slope and area of the triangle."""
     p = Parameters(3.0, 0.3, 0.9, 0.0, sigma02=5.0, Gc2=0.7)
     strength, energy = ((p.sigma0, p.Gc), (5.0, 0.7))[axis > 0]
     s_f = 2.0 * energy / strength
@@ -139,7 +139,7 @@ def test_bilinear_law_of_figure_2(axis):
 
 
 def test_compression_is_elastic_with_the_closing_stiffness():
-    """kc Kn below zero, Kn above, virgin or dead."""
+    """The normal stiffness is kc Kn in closing and Kn in opening, virgin or fully damaged."""
     for kc in (1.0, 7.0):
         p = Parameters(3.0, 0.3, 0.9, 0.5, kc=kc)
         broken = replay(p, FLAT, [[0.3, 0.0, 0.0], [-0.01, 0.0, 0.0]])
@@ -150,14 +150,14 @@ def test_compression_is_elastic_with_the_closing_stiffness():
 
 
 def test_friction_strength_scales_with_the_closing_stiffness():
-    """mu times the contact pressure kc Kn |s_n|."""
+    """The friction strength is mu times the contact pressure kc Kn |s_n|."""
     p = Parameters(3.0, 0.3, 0.9, 0.5, kc=7.0)
-    r = update(p, FLAT, [-0.01, 0.0, 2.0])  # dead, as |s_T| > s_f, and slipping
+    r = update(p, FLAT, [-0.01, 0.0, 2.0])  # fully damaged because |s_T| > s_f, and slipping
     assert r.traction[2] == pytest.approx(p.mu * 0.01 * p.kc * p.Kn, rel=ROUNDING)
 
 
 def test_compression_damages_inclined_planes_once_their_slip_exceeds_s02():
-    """A plane slips |s_N| sin(theta) under pure closing; the flat one stays whole."""
+    """An inclined plane slips by |s_N| sin(theta) under pure closing; the flat one has no damage."""
     onset = TABLE_2.s02 / np.sin(np.radians(THETA))
     normals, _ = pattern = regular_pattern(4, THETA)
     assert update(TABLE_2, pattern, [-0.999 * onset, 0, 0]).state[0] == 0.0
@@ -168,7 +168,7 @@ def test_compression_damages_inclined_planes_once_their_slip_exceeds_s02():
 
 
 def test_offset_in_the_state_is_added_to_the_separation():
-    """Entries 6-8 of the state shift both ends of the increment and stay."""
+    """Entries 6-8 of the state are added to both separations of an increment and do not change."""
     pattern = regular_pattern(3, THETA)
     shift = np.array([-0.01, -0.02, 0.03])
     first, second = np.array([0.004, 0.005, 0.006]), np.array([0.01, 0.02, 0.05])
@@ -244,7 +244,7 @@ def test_tangent_in_every_branch(kc, inclination):
 
 
 def test_tangent_of_whole_patterns_on_random_histories():
-    """The sum over planes in global components, as in the test of single planes."""
+    """The tangent of several planes in global components is checked as that of single planes."""
     rng = np.random.default_rng(3)
     for sides, turn in ((0, 0.0), (2, 10.0), (3, 0.0), (6, 33.0)):
         pattern = regular_pattern(sides, THETA, turn_deg=turn)
@@ -308,7 +308,7 @@ def test_climbing_one_dead_facing_plane(theta_deg, mu):
 
 
 def test_lock_at_mu_tan_theta_one():
-    """Climbing then gives no normal traction at all, and tension beyond."""
+    """At the locking angle climbing gives no normal traction, and tension beyond this angle."""
     theta = np.radians(60.0)
     for factor in (0.9, 1.0, 1.1):
         p = Parameters(3.0, 0.3, 0.9, factor / np.tan(theta))
@@ -335,7 +335,7 @@ def test_residual_of_dead_patterns_between_facing_and_edge_direction(sides, spre
 
 
 def test_transverse_traction_of_rp4():
-    """Off its symmetry axes a dead RP-4 rests on one plane: t = p (-n + mu v), v the direction of sliding."""
+    """Off its symmetry axes one plane of a fully damaged RP-4 carries t = p (-n + mu v), v along the slip."""
     phi, theta = np.radians(30.0), np.radians(THETA)
     n = np.array([np.cos(theta), -np.sin(theta), 0.0])
     v = np.array([np.tan(theta) * np.cos(phi), np.cos(phi), np.sin(phi)])
@@ -411,7 +411,7 @@ def test_table_5_to_every_digit(sides, highest, lowest, ratio):
     slips = 0.0025 * np.arange(100)
     sampled = np.concatenate([[0], np.arange(9, 100, 10)])
     history = confined_slip(TABLE_2, regular_pattern(sides, THETA), directions, slips, 0.0)
-    assert np.abs(history.traction[-1]).max() < 1.0e-9  # dead: nothing is cut off the integral (40)
+    assert np.abs(history.traction[-1]).max() < 1.0e-9  # fully damaged: the integral (40) is complete
     energies = np.trapezoid(along(history, directions)[sampled], slips[sampled], axis=0)
     found = [f"{value:.4f}" for value in (energies.max(), energies.min(), energies.max() / energies.min())]
     assert found == [highest, lowest, ratio]
@@ -442,7 +442,7 @@ def test_friction_never_decreases_on_random_paths():
 
 
 def test_rupture_falls_after_slip_is_clamped_and_reversed():
-    """Where the law breaks the second law: opening-free slip to a, clamp, back to -b with no sliding.
+    """Violation of the second law: slip to a without opening, closure, slip back to -b without sliding.
 
     Rupture = sigma0/(2 eta) [(a - s0) - 2 a ln(b/a) - a^2 (1/a - 1/b)], from Y = K/2 (x^2 - (x + a)^2).
     """
@@ -482,7 +482,7 @@ def test_rupture_of_rp4_turns_negative_on_the_facing_plane():
 
 
 def test_rp16_snaps_at_zero_normal_traction():
-    """No neighbouring equilibrium beyond s_L = .1736: s_N leaves .0926 for the dead state s_L tan(theta)."""
+    """Beyond s_L = .1736 no equilibrium is near: s_N jumps from .0926 to s_L tan(theta), fully damaged."""
     slips = np.concatenate([0.001 * np.arange(173), 0.1721 + 0.0001 * np.arange(20)])
     history = confined_slip(TABLE_2, regular_pattern(16, THETA), 0.0, slips, 0.0)
     ((row, _, _),) = history.events
@@ -493,7 +493,7 @@ def test_rp16_snaps_at_zero_normal_traction():
 
 
 def test_dead_state_takes_the_smallest_opening():
-    """Reversed slip of a dead RT at sigma_N = 0: s_N follows the slope of a plane down, and up again."""
+    """After a reversal of a fully damaged RT at sigma_N = 0, s_N follows the slope of a plane down and up."""
     slips = np.concatenate([np.linspace(0.0, 0.4, 81), np.linspace(0.38, -0.2, 30)])
     history = confined_slip(TABLE_2, RT, 0.0, slips, 0.0)
     expected = np.abs(slips[81:]) * np.tan(np.radians(THETA))
@@ -509,7 +509,7 @@ def random_path(seed: int, steps: int = 60) -> np.ndarray:
 
 
 def test_turning_pattern_and_separation_together():
-    """Tractions turn with them, energies stay."""
+    """A rotation of pattern and separations rotates the tractions and does not change the energies."""
     angle = 37.0
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])  # (43)
@@ -521,7 +521,7 @@ def test_turning_pattern_and_separation_together():
 
 
 def test_mirror():
-    """A pattern symmetric about Tx answers the mirrored path with the mirrored traction."""
+    """On a pattern symmetric about Tx the mirrored path gives the mirrored traction."""
     mirror = np.array([1.0, 1.0, -1.0])
     path = random_path(2)
     plain = replay(TABLE_2, regular_pattern(5, THETA), path)
@@ -564,7 +564,7 @@ def test_3d_equals_2d_on_random_paths(theta_deg, kc):
 
 @pytest.mark.parametrize(("flat", "count"), [(0.0, 2), (0.2, 3), (1.0, 1)])
 def test_trapezoid_shares_its_planes(flat, count):
-    """Planes without a share are left out, as in the 3D pattern; half a turn changes nothing."""
+    """Planes without weight are left out, as in the 3D pattern; a rotation by 180 degrees has no effect."""
     planes = planar.trapezoid(THETA, flat, 180.0)
     _, weights = regular_pattern(2, THETA, flat)
     assert len(planes) == count and [weight for _, weight in planes] == pytest.approx(weights, abs=ROUNDING)
@@ -573,7 +573,7 @@ def test_trapezoid_shares_its_planes(flat, count):
 
 @pytest.mark.parametrize("turn_deg", [90.0, 1.0e-3, -45.0, float("nan"), float("inf")])
 def test_trapezoid_stays_in_its_plane(turn_deg):
-    """The 2D law knows no slope out of its plane."""
+    """The 2D law rejects slopes out of its plane."""
     with pytest.raises(ValueError, match=r"turn_deg = .*: expected a multiple of 180 degrees"):
         planar.trapezoid(THETA, turn_deg=turn_deg)
     with pytest.raises(ValueError, match=r"flat = 1.5: expected 0 <= flat <= 1"):
@@ -586,7 +586,7 @@ def test_3d_equals_2d_in_confined_slip(theta_deg, sigma_N):
     legs = (np.linspace(0.0, 0.4, 41), np.linspace(0.38, -0.4, 40), np.linspace(-0.38, 0.4, 40))
     slips = np.concatenate(legs)
     if sigma_N == 0.0:
-        slips = slips[:41]  # a cycle of dead planes has many equilibria
+        slips = slips[:41]  # with fully damaged planes a cycle has many equilibria
     solid = confined_slip(TABLE_2, regular_pattern(2, theta_deg), 0.0, slips, sigma_N)
     responses = planar.confined_slip(TABLE_2, planar.trapezoid(theta_deg), slips, sigma_N)
     rows = np.array([(*response.history.separation, *response.traction) for response in responses])

@@ -1,4 +1,4 @@
-"""`asperity select`: answers hold against dense references of the test's own; scenes; bad input."""
+"""`asperity select`: results checked by independent fine references; load cases; bad input."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def random_scene(seed: int) -> Scene:
 
 
 def rows_of(scene: Scene) -> np.ndarray:
-    """Slips of the test's own."""
+    """Slips of the independent references."""
     ways = zip([0.0, *scene.turns], scene.turns, strict=False)
     return np.concatenate([np.linspace(a, b, 91)[1:] for a, b in ways])
 
@@ -62,13 +62,13 @@ def curves(scene: Scene, pattern: Pattern, angles: np.ndarray, sigma_N: float) -
 
 
 def independent_error(scene: Scene, answer: Selection, seed: int) -> float:
-    """Largest error of an answer over random directions against RP-64's mean over random directions."""
+    """Largest error of a result over random directions, from the mean of RP-64 over random directions."""
     rng = np.random.default_rng(seed)
     dense = Pattern.regular(64, scene.theta, scene.flat)
     size = lambda curve: np.sqrt(np.sum(curve**2, axis=0))  # noqa: E731
     worst = 0.0
     for sigma_N in scene.sigma_N:
-        # stratified over half the pitch, which is all there is
+        # stratified over half of the angle between planes, which is enough by symmetry
         angles = 360.0 / 64 * (np.arange(4) + rng.uniform(size=4)) / 8
         tau, _, s_N, damage = curves(scene, dense, angles, sigma_N)
         tau, s_N = tau.mean(axis=1, keepdims=True), s_N.mean(axis=1, keepdims=True)
@@ -85,7 +85,7 @@ def independent_error(scene: Scene, answer: Selection, seed: int) -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_answer_meets_its_tolerance(seed: int):
-    """By an independent implementation, in other directions, at other rows; fewer planes do not."""
+    """An independent implementation in other directions and rows confirms the result; fewer planes fail."""
     scene, tolerance = random_scene(seed), (0.05, 0.02)[seed // 3]
     answer = select(scene, tolerance)
     assert answer.errors.worst + answer.uncertainty <= tolerance
@@ -95,7 +95,7 @@ def test_answer_meets_its_tolerance(seed: int):
 
 
 def test_a_tighter_tolerance_needs_more_planes():
-    """And the errors are below each."""
+    """The errors are below each tolerance."""
     answers = [select(SCENE, tolerance) for tolerance in (0.2, 0.05, 0.01)]
     assert answers[0].planes < answers[1].planes < answers[2].planes
     # 1 - f(pi/m)/f(0) of the closed form: law.md's spreads of RP-8 and RP-16 are 5.8 % and 1.4 % of f(pi/m)
@@ -104,7 +104,7 @@ def test_a_tighter_tolerance_needs_more_planes():
 
 
 def test_where_two_planes_lock_and_one_does_not():
-    """Up a plane of 45 degrees with mu = 1.1 it locks, between the two of RT it does not."""
+    """With mu = 1.1 slip up a plane of 45 degrees locks, slip between the two planes of RT does not."""
     assert residual_error(Scene(Material(SIGMA0, GC, ETA, 1.1), 45.0, (-1.0,), (0.4,)), 2) == 1.0
 
 
@@ -118,14 +118,14 @@ def test_where_two_planes_lock_and_one_does_not():
     ],
 )
 def test_less_is_enough(scene: Scene, why: str):
-    """Where the slopes are not touched the flat plane is exact to rounding."""
+    """The flat plane is exact to rounding if no inclined plane is in contact."""
     answer = select(scene, 1e-6)
     assert (answer.name, answer.planes) == ("flat", 1), why
     assert answer.errors.worst < 1e-12
 
 
 def test_planar_scene_gets_three_planes():
-    """Turned to the slip, and the 2D law agrees to rounding."""
+    """The planar pattern is rotated to the slip and agrees with the 2D law to rounding."""
     scene = Scene(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0)
     answer = select(scene, 0.001)
     assert (answer.name, answer.planes, answer.pattern.turn) == ("RT", 3, 25.0)
@@ -136,12 +136,12 @@ def test_planar_scene_gets_three_planes():
 
 
 def test_reference_is_good():
-    """Means over other directions agree far below the tolerances that patterns reach."""
+    """Means over other directions agree far better than the tolerances that patterns reach."""
     assert Search(SCENE).uncertainty < 1e-4
 
 
 def test_no_pattern_is_an_error_with_the_best_one():
-    """Tolerance and errors are named."""
+    """The message has tolerance and errors."""
     with pytest.raises(
         NoPatternError, match=r"no pattern up to RP-63 meets the tolerance 1e-05: RP-63 has"
     ) as caught:
@@ -152,7 +152,7 @@ def test_no_pattern_is_an_error_with_the_best_one():
 
 @pytest.mark.parametrize("tolerance", [0.0, -0.1, 1.0, float("nan")])
 def test_bad_tolerance(tolerance: float):
-    """Named with what was expected."""
+    """The message has the value and the expectation."""
     with pytest.raises(ValueError, match=r"tolerance = .*: expected 0 < tolerance < 1"):
         select(SCENE, tolerance)
 
@@ -170,7 +170,7 @@ def test_bad_tolerance(tolerance: float):
     ],
 )
 def test_bad_scene(change: dict, message: str):
-    """Every field is named with its value."""
+    """The message has every bad field with its value."""
     fields = {"material": TABLE_2, "theta": 30.0, "sigma_N": (-1.0,), "turns": (0.4,)}
     with pytest.raises(ValueError, match=message):
         Scene(**(fields | change))
@@ -178,13 +178,13 @@ def test_bad_scene(change: dict, message: str):
 
 @pytest.mark.parametrize("sigma_N", [(1.5 * SIGMA0,), (-5.0, 1.5 * SIGMA0), (1.5 * SIGMA0, -5.0)])
 def test_a_traction_beyond_the_strength_is_no_scene(sigma_N: tuple[float, ...]):
-    """It breaks every pattern before any slip: nothing can be compared, whatever the other tractions."""
+    """A traction that damages every pattern fully before any slip is an error."""
     with pytest.raises(ValueError, match=r"sigma_N = 4.5: expected"):
         select(Scene(TABLE_2, 30.0, sigma_N, (0.15,)), 0.05)
 
 
 def test_lost_equilibrium_is_told():
-    """Tension ends the path of every pattern; the answer says where."""
+    """Under tension the path of every pattern ends; the result contains the place."""
     answer = select(Scene(TABLE_2, 30.0, (1.0,), (0.6,)), 0.05)
     ((sigma_N, length),) = answer.lost
     assert sigma_N == 1.0 and 0.0 < length < 0.3
@@ -192,7 +192,7 @@ def test_lost_equilibrium_is_told():
 
 
 def test_scene_of_a_case(tmp_path: Path):
-    """Stress range from the sweep, path from the steps, surface from the pattern."""
+    """A case gives stress range (sweep), path (steps) and surface (pattern)."""
     path = tmp_path / "scene.nml"
     path.write_text(CASE)
     scene = read_scene(path)
@@ -223,7 +223,7 @@ def test_scene_of_a_case(tmp_path: Path):
     ],
 )
 def test_bad_case(tmp_path: Path, old: str, new: str, message: str):
-    """File, group and what was expected."""
+    """The message has file, group and expectation."""
     path = tmp_path / "scene.nml"
     path.write_text(CASE.replace(old, new))
     with pytest.raises(ValueError, match=message) as caught:
@@ -232,7 +232,7 @@ def test_bad_case(tmp_path: Path, old: str, new: str, message: str):
 
 
 def write_bench(path: Path) -> Path:
-    """A benchmark of 100 + 20 planes (UMAT) and 10 planes (VUMAT) nanoseconds."""
+    """A benchmark with 100 + 20 m nanoseconds (UMAT) and 10 m nanoseconds (VUMAT) for m planes."""
     head = "pattern,planes,kernel,precision,tangent,scene,points,ns_per_point"
     rows = [f"x,{n},umat,double,yes,slip,128,{100 + 20 * n}" for n in (3, 5, 33)]
     rows += [f"x,{n},block,double,no,slip,128,{10 * n}" for n in (3, 5, 33)]
@@ -241,7 +241,7 @@ def write_bench(path: Path) -> Path:
 
 
 def test_costs_are_the_benchmark(tmp_path: Path):
-    """A line through its rows; the report gives them, the errors and PROPS to paste."""
+    """Costs are a line through the rows of the benchmark; the report has costs, errors and PROPS."""
     costs = read_costs(write_bench(tmp_path / "bench.csv"))
     assert costs.of("UMAT", 9) == pytest.approx(280.0) and costs.of("VUMAT", 9) == pytest.approx(90.0)
     answer = select(SCENE, 0.05)
@@ -257,7 +257,7 @@ def test_costs_are_the_benchmark(tmp_path: Path):
 
 @pytest.mark.slow
 def test_command(tmp_path: Path):
-    """Answer and exit code 0; 1 with a message where there is none."""
+    """The command ends with 0 and a result, or with 1 and a message."""
     path = tmp_path / "scene.nml"
     path.write_text(CASE.replace("values = -1.0, -2.0", "values = -1.0"))
     bench = write_bench(tmp_path / "bench.csv")
@@ -280,7 +280,7 @@ def test_command(tmp_path: Path):
 
 
 def test_map_is_that_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Picture and numbers are written; a cell is the committed one; a wrong name is told."""
+    """Picture and numbers are written; a cell is the committed one; a wrong name is an error."""
     monkeypatch.setattr(select_command, "MAP_MU", (0.5,))
     monkeypatch.setattr(select_command, "MAP_THETA", (10.0,))
     monkeypatch.setattr(select_command, "MAP_SIGMA_N", (-1.0,))

@@ -1,4 +1,4 @@
-"""Every entry of the catalogue fails and survives as it says, with the numbers it should have."""
+"""Every entry of the catalogue of failure modes has the expected results, and its numbers are checked."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def trials_of(name: str) -> Sequence[Trial]:
 
 
 def measured(name: str, method: str) -> str:
-    """What was measured by the one method whose label holds a text."""
+    """Measured text of the only method whose label contains a text."""
     (trial,) = (trial for trial in trials_of(name) if method in trial.method)
     return trial.measured
 
@@ -42,7 +42,7 @@ def numbers(text: str) -> list[float]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_failure_and_survival(name: str) -> None:
-    """What should fail fails, what should survive survives, and the entry has both."""
+    """Trials fail or succeed as expected, and each entry has both kinds."""
     trials = trials_of(name)
     assert [trial for trial in trials if not trial.holds] == []
     assert any(trial.survives for trial in trials)
@@ -51,7 +51,7 @@ def test_failure_and_survival(name: str) -> None:
 
 
 def test_an_entry_that_does_not_show_is_found() -> None:
-    """A trial that goes otherwise, or one side alone, is not shown."""
+    """An entry with an unexpected trial, or with one kind of trial only, is not confirmed."""
     good, bad = Trial("a", True, True, ""), Trial("b", False, False, "")
     assert shown([good, bad])
     assert not shown([good, good])
@@ -72,7 +72,7 @@ def test_snap_is_where_the_fold_is() -> None:
 
 
 def test_dead_states_of_the_snap() -> None:
-    """Beyond the fold the smallest dead opening, s_N = s_L tan(theta), without traction."""
+    """Beyond the fold s_N = s_L tan(theta), the smallest fully damaged opening, without traction."""
     run = drive("snap")
     row = run.rows_with("snap")[-1]
     for later in (row, -1):
@@ -82,7 +82,7 @@ def test_dead_states_of_the_snap() -> None:
 
 
 def test_limit_of_the_step_back() -> None:
-    """One plane carries: p = |sigma_N|/(gamma (cos - mu sin)); its closure p/(kc K), over sin(theta)."""
+    """The limit is p/(kc K)/sin(theta) with p = |sigma_N|/(gamma (cos - mu sin)) on the facing plane."""
     gamma, c, s, mu, stiffness = 1.0 / 6.0, np.cos(np.radians(30.0)), 0.5, 0.5, 100.0 * 150.0
     pressure = 1.0 / (gamma * (c - mu * s))
     limit = numbers(measured("unloading", "back by 0.004 mm"))[-1]
@@ -90,7 +90,7 @@ def test_limit_of_the_step_back() -> None:
 
 
 def test_second_law_numbers() -> None:
-    """Rupture .0167 to -.0544 N/mm, and nothing given back without the clamp."""
+    """The rupture energy falls from .0167 to -.0544 N/mm, and does not fall without the closure."""
     assert numbers(measured("second-law", "as printed")) == pytest.approx([0.0167, -0.0544], abs=5e-5)
     assert numbers(measured("second-law", "guard = True")) == pytest.approx([0.0167, 0.0167], abs=5e-5)
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
@@ -104,7 +104,7 @@ def test_facing_angle() -> None:
 
 
 def test_energies_of_one_step() -> None:
-    """One step of 10 s_f from the sound bond: rupture is half Y of the end, K s_L^2/4 = 150 N/mm and more."""
+    """In one step of 10 s_f the rupture energy is half of Y at the end, at least K s_L^2/4 = 150 N/mm."""
     _, rupture = numbers(
         measured("steps", "in 1 step: energies").replace("work - stored - rupture - friction", "")
     )
@@ -112,14 +112,14 @@ def test_energies_of_one_step() -> None:
 
 
 def test_energy_bound_of_central_differences() -> None:
-    """1/(1 - 0.99^2) of the start's energy for both springs, to 1 %."""
+    """The energy is 1/(1 - 0.99^2) of the initial one for both springs, to 1 %."""
     for method in ("bond, dt = 0.99 ", "of the VUMAT's probe"):
         assert numbers(measured("explicit", method))[0] == pytest.approx(1.0 / (1.0 - 0.99**2), rel=0.01)
 
 
 @pytest.mark.parametrize("single", [False, True])
 def test_vumat_is_the_law(single: bool) -> None:
-    """The point driven through the VUMAT has the traction of `replay`."""
+    """The point in the VUMAT has the traction of `replay`."""
     rough = Interface(TABLE_2, Pattern.regular(4, 30.0))
     steps = np.random.default_rng(5).normal(scale=0.01, size=(50, 3))
     point = Vumat(rough, single)
@@ -135,7 +135,7 @@ def test_vumat_is_the_law(single: bool) -> None:
 
 @pytest.mark.slow
 def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Pictures and CSV; cells agree with the closed forms, the solver gets through where there is a way."""
+    """Pictures and CSV are written; cells agree with closed forms; the solver finds existing solutions."""
     assert main(["stability", "map", "-o", str(tmp_path), "--size", "4", "--pdf"]) == 0
     names = {
         f"map_{name}{suffix}" for name in ("tangents", "steps", "law") for suffix in (".csv", ".png", ".pdf")
@@ -180,7 +180,7 @@ def _read(path: Path) -> list[dict[str, str]]:
 
 
 def test_list(capsys: pytest.CaptureFixture[str]) -> None:
-    """Every entry with what to do."""
+    """The list has every entry with its advice."""
     assert main(["stability", "list"]) == 0
     out = capsys.readouterr().out
     assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES
@@ -188,7 +188,7 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_run(capsys: pytest.CaptureFixture[str]) -> None:
-    """One entry with its measured numbers; an unknown name is named with those that are."""
+    """One entry is shown with its measured numbers; the error for an unknown name has the known ones."""
     assert main(["stability", "run", "wrong"]) == 0
     out = capsys.readouterr().out
     assert "fails    zero tangent: increment 1: singular matrix" in out
@@ -198,14 +198,14 @@ def test_run(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_table_of_the_page() -> None:
-    """The page has the table of these runs, numbers within what compilers round."""
+    """The page has the table of these runs; numbers may differ as between compilers."""
     page = (ROOT / "docs" / "results" / "stability.md").read_text(encoding="utf-8")
     found = re.search(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
     assert found and agree(found[1], table([(edge, trials_of(edge.name)) for edge in EDGES]))
 
 
 def test_tables_that_differ() -> None:
-    """Words and numbers count, rounding does not."""
+    """Tables differ by words and numbers, not by rounding errors."""
     assert agree("| a | 3e-14 | 2.1 |", "| a | 8e-13 | 2.0 |")
     assert not agree("| a | 3e-14 |", "| b | 3e-14 |")
     assert not agree("| a | 3e-4 |", "| a | 3e-3 |")
@@ -214,7 +214,7 @@ def test_tables_that_differ() -> None:
 
 
 def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Markers are filled, what is filled is up to date, what is not is told."""
+    """Markers are filled; a filled page is up to date; a stale page is reported."""
     page = tmp_path / "page.md"
     page.write_text("<!-- stability -->\nold\n<!-- /stability -->\n", encoding="utf-8")
     command = ["stability", "run", "wrong", "--fill", str(page)]

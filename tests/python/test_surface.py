@@ -1,4 +1,4 @@
-"""Planes of scanned surfaces: synthetic ones whose slopes are known in closed form."""
+"""Planes of scanned surfaces, on synthetic surfaces with slopes in closed form."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from asperity.surface.slopes import Planes, Scan, Slips
 from refresh import follow
 
 EXACT = 1.0e-9
-"""Rounding of heights of order 1 over a spacing of order 0.01, in degrees and shares."""
+"""Rounding error of heights of order 1 over a spacing of order 0.01, in degrees and fractions."""
 
 THETA, MU = 30.0, 0.5
 T = np.tan(np.radians(THETA))
 
 
 def trapezoid(x: np.ndarray, period: float, flat: float, rise: float, fall: float) -> np.ndarray:
-    """Heights with slopes `rise` and -`fall` (tangents) between flats of this length, foot and top."""
+    """Heights with slopes `rise` and -`fall` (tangents) between flats of the given length at foot and top."""
     height = (period - 2.0 * flat) / (1.0 / rise + 1.0 / fall)
     knots = np.cumsum([0.0, flat, height / rise, flat, height / fall])
     return np.interp(np.mod(x, period), knots, [0.0, 0.0, height, height, 0.0])
@@ -38,7 +38,7 @@ def profile(x: np.ndarray, z: np.ndarray) -> slopes.Facets:
 
 
 def grid(n: int, periods: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Axis of `periods` unit periods, n cells each, and its mesh."""
+    """Axis of `periods` unit periods of n cells each, and the mesh of two such axes."""
     a = np.arange(n * periods + 1) / n
     return a, *np.meshgrid(a, a)
 
@@ -49,7 +49,7 @@ def regular(found: slopes.Facets, sides: int = 0) -> Pattern:
 
 
 def slips(found: slopes.Facets, mu: float = MU) -> Slips:
-    """What the facets do along the directions that the command looks at."""
+    """Slips of the facets along the directions that the command compares."""
     return Slips.of(found, slopes.directions_of(found), mu)
 
 
@@ -76,12 +76,12 @@ def test_ridge_is_the_trapezoid(flat: float) -> None:
     listed, label = slopes.bin_facets(found, 2, 3)
     assert listed.normals == pytest.approx(pattern.normals, abs=EXACT)
     assert listed.weights == pytest.approx(pattern.weights, abs=EXACT)
-    # every facet is given to the plane it lies on
+    # every facet is assigned to its plane
     assert listed.normals[label] == pytest.approx(found.normals, abs=EXACT)
 
 
 def test_tilted_ridge() -> None:
-    """Turned by 17 degrees in the scanner it is the same, but for the tilt: turned, not sheared."""
+    """A scan rotated by 17 degrees has the same planes and another tilt: levelling is a rotation."""
     x = np.arange(401) / 40
     z = trapezoid(x, 2.0, 0.25, T, T)
     c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
@@ -93,7 +93,7 @@ def test_tilted_ridge() -> None:
 
 
 def test_unequal_sides() -> None:
-    """20 and 40 degrees: two planes, uniform pressure is balanced, each way has its own residual strength."""
+    """Slopes of 20 and 40 degrees give two planes in balance, with a residual strength for each."""
     rise, fall = np.tan(np.radians([20.0, 40.0]))
     # five points up and five down, four times
     period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
@@ -104,22 +104,23 @@ def test_unequal_sides() -> None:
     listed, _ = slopes.bin_facets(found, 2, 4)
     assert np.degrees(np.arctan(Planes.of(listed).slopes)) == pytest.approx([20.0, 40.0], abs=1e-6)
     assert listed.weights @ listed.normals[:, 1:] == pytest.approx([0.0, 0.0], abs=EXACT)
-    # shares of the true length: height over sine
+    # fractions of the true length: height over sine
     expected = 1.0 / np.sin(np.radians([20.0, 40.0]))
     assert listed.weights == pytest.approx(expected / expected.sum(), abs=EXACT)
     tangent = np.array([rise, fall])
     angles = np.array([0.0, np.pi])
     strength = (MU + tangent) / (1.0 - MU * tangent)
     assert found.residual(angles, MU) == pytest.approx(strength, rel=EXACT)
-    # RT is told to be another surface: its one angle lies between them
+    # RT differs from this surface: its single angle lies between the two
     pattern = regular(found)
     errors = slopes.compare(pattern, found, Slips.of(found, angles, MU), strength)
     middle = np.tan(np.radians(pattern.theta))
     of_pattern = (MU + middle) / (1.0 - MU * middle)
     assert rise < middle < fall
     assert errors.residual == pytest.approx(np.abs(of_pattern / strength - 1.0).max(), rel=EXACT)
-    # each side faces one way, with a nominal share in proportion to 1/tangent, as both are of one height: the
-    # mean slope is the same up and down, the rms is not, and RT has the half of the mean square each way
+    # Each side faces one direction. Its nominal fraction is proportional to 1/tangent, as both sides have the
+    # same height. So the mean slopes agree, the rms slopes do not; RT has half of the mean square in each
+    # direction.
     nominal = (1.0 / tangent) / (1.0 / tangent).sum()
     squares = nominal * tangent**2
     of_both = np.sqrt([squares.sum() / 2.0, squares.sum() / 2.0])
@@ -131,7 +132,7 @@ def test_unequal_sides() -> None:
 
 
 def test_direction_turns_a_profile() -> None:
-    """Planes of a profile along 30 degrees slope along it, and RT is turned."""
+    """Planes of a profile along 30 degrees slope along the profile, and RT is rotated to it."""
     x = np.arange(401) / 40
     found = slopes.facets(Scan(x, None, trapezoid(x, 2.0, 0.25, T, T)[None, :]), 30.0)
     pattern = slopes.nearest_regular(found, None, 0, 30.0)
@@ -141,23 +142,23 @@ def test_direction_turns_a_profile() -> None:
 
 
 def test_noise_grows_with_resolution() -> None:
-    """White noise of deviation d has the rms slope sqrt(2) d/L: half at twice the sampling length L."""
+    """White noise of deviation d has the rms slope sqrt(2) d/L for the sampling length L."""
     d, h, n = 0.01, 0.1, 20000
     z = np.random.default_rng(1).normal(0.0, d, n)
     scan = Scan(h * np.arange(n), None, z[None, :])
-    scatter = 5.0 / np.sqrt(n)  # five standard deviations of the square root of the mean of squares, and more
+    scatter = 5.0 / np.sqrt(n)  # more than five standard deviations of the rms
     for k in (1, 2, 4):
         found = slopes.facets(scan.sampled(k * h)).rms_slope
         assert found == pytest.approx(np.sqrt(2.0) * d / (k * h), rel=np.sqrt(k) * scatter)
 
 
 def test_filter_halves_a_wave_of_its_length() -> None:
-    """Far from the ends, by the definition of the cut-off; others by 2^-(length/wave)^2."""
+    """Far from the ends the filter damps a wave by 2^-(cut-off length/wave length)^2."""
     x = np.arange(2001) / 100
     middle = slice(800, 1200)
     for wave, passed in ((1.0, 0.5), (0.4, 2.0**-6.25)):
         scan = Scan(x, None, np.sin(2.0 * np.pi * x / wave)[None, :]).smoothed(1.0)
-        # the filter ends where its weight is exp(-14)
+        # the filter is truncated where its weight is exp(-14)
         assert np.ptp(scan.z[0, middle]) == pytest.approx(2.0 * passed, rel=1e-5)
 
 
@@ -166,7 +167,7 @@ def test_filter_halves_a_wave_of_its_length() -> None:
 
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.1, -0.2)])
 def test_plane_is_flat(tilt: tuple[float, float]) -> None:
-    """A tilted plane is flat once it is level."""
+    """A tilted plane is flat after levelling."""
     a, x, y = grid(20, 1)
     found = slopes.facets(Scan(a, a, 0.3 + tilt[0] * x + tilt[1] * y))
     assert found.tilt == pytest.approx(np.degrees(np.arctan(np.hypot(*tilt))), abs=EXACT)
@@ -195,7 +196,7 @@ def test_pyramids_with_ridges_along_the_axes() -> None:
 
 
 def test_truncated_pyramids() -> None:
-    """Square pyramids with flat tops: RP-4 but for the cells on the ridges, a share of the order of 1/n."""
+    """Square pyramids with flat tops are RP-4, except for a fraction 1/n of cells on ridges."""
     errors = []
     for n in (40, 80):
         a, x, y = grid(n, 1)
@@ -211,7 +212,7 @@ def test_truncated_pyramids() -> None:
 
 
 def test_hexagons_have_six_sides() -> None:
-    """Facets of RP-6 and RP-3 as they are: sides, theta, flat share and turn are found again."""
+    """Sides, theta, flat weight and rotation of RP-6 and RP-3 are identified from their own planes."""
     for sides, turn in ((3, 10.0), (5, 7.0), (6, -20.0), (2, 75.0)):
         given = Pattern.regular(sides, 25.0, 0.2, turn)
         found = slopes.Facets(given.normals, given.weights)
@@ -254,7 +255,7 @@ def test_errors_of_an_isotropic_pattern() -> None:
     moments = steepest**2 / 4.0
     assert found.fabric == pytest.approx(np.diag(moments), abs=EXACT)
     errors = slopes.compare(regular(found, 8), found, (seen := slips(found)), seen.residual)
-    # the pattern has half of the trace along each axis
+    # the fabric of the pattern has half of the trace along each axis
     apart = np.abs(moments[1] - moments[0]) / 2.0
     assert errors.fabric == pytest.approx(np.sqrt(2.0) * apart / np.hypot(*moments), rel=1e-6)
     assert errors.mean_slope == pytest.approx(0.0, abs=EXACT)
@@ -266,7 +267,7 @@ def test_errors_of_an_isotropic_pattern() -> None:
 
 
 def test_heights_are_perpendicular() -> None:
-    """A ridge scanned under 17 degrees is as high as the level one; the average plane is told."""
+    """A ridge scanned at a tilt of 17 degrees has the height of the level one; the tilt is reported."""
     x = np.arange(401) / 40
     z = trapezoid(x, 2.0, 0.25, T, T)
     c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
@@ -275,7 +276,7 @@ def test_heights_are_perpendicular() -> None:
 
 
 def test_lean_to_least_squares() -> None:
-    """x^2 on [0, 1]: both rise by 1; sin over 1.25 waves ends high, least squares passes below."""
+    """On x^2 over [0, 1] both planes rise by 1; on 1.25 waves of a sine they differ by a closed form."""
     x = np.linspace(0.0, 1.0, 2001)
     assert Scan(x, None, (x**2)[None, :]).lean() == pytest.approx(0.0, abs=1e-6)
     w = 2.5 * np.pi
@@ -292,7 +293,7 @@ def test_lean_to_least_squares() -> None:
 
 
 def test_bins() -> None:
-    """Vector areas add up, all planes have a share, and more bins lose less of the fabric."""
+    """Vector areas add up, all planes have a positive weight, and more bins preserve more of the fabric."""
     found, _ = egg_box(0.1, 30)
     lost = []
     for bins in (1, 2, 4, 7):
@@ -305,15 +306,15 @@ def test_bins() -> None:
             assert vector / np.linalg.norm(vector) == pytest.approx(listed.normals[k], abs=EXACT)
         lost.append(1.0 - np.trace(Planes.of(listed).fabric) / np.trace(found.fabric))
     assert all(fine < coarse for coarse, fine in pairwise(lost))
-    # what is left with many classes is the spread within a sector of 45 degrees, 1 - sinc(1/8)^2 = 5 %
+    # with many classes the remaining error is the spread within a sector of 45 degrees, 1 - sinc(1/8)^2 = 5 %
     assert 0.0 < lost[-1] < 1.0 - np.sinc(1.0 / 8.0) ** 2
 
 
 def test_residual_is_that_of_the_law() -> None:
-    """The dead interface in the library, far along its slip, for listed planes and for ties."""
+    """The residual strength is that of the library at a large slip, also for planes of equal slope."""
     found, _ = egg_box(0.05, 24)
     listed, _ = slopes.bin_facets(found, 8, 2, 10.0)
-    # nothing but contact and friction is left; the contact is stiff, so that the other planes lift off
+    # all planes are fully damaged; the stiff contact makes the other planes open
     material = Material(3.0, 0.001, 0.9, MU, kc=1.0e4)
     for pattern, degrees in ((listed, (0.0, 33.0, 200.0)), (Pattern.regular(2, THETA), (0.0, 90.0))):
         for direction in degrees:
@@ -329,7 +330,7 @@ def test_residual_is_that_of_the_law() -> None:
 
 
 def test_locking_is_told() -> None:
-    """mu tan(theta) = 1.15: infinite strength, and no error where both lock."""
+    """For mu tan(theta) = 1.15 the strength is infinite; if both lock, the difference is 0."""
     pattern = Pattern.regular(2, THETA)
     found = slopes.Facets(pattern.normals, pattern.weights)
     angles = np.array([0.0, np.pi])
@@ -363,7 +364,7 @@ def rows(*columns: np.ndarray, header: str = "", mark: str = ",") -> str:
 
 
 def test_profile_in_units(folder: Path) -> None:
-    """Heights in micrometres, x in mm, columns the other way round, backwards."""
+    """Heights in micrometres, x in mm, swapped columns and decreasing x are read."""
     x = np.arange(20) / 10
     z = np.sin(x)
     scan = read_scan(write(rows(1000 * z[::-1], x[::-1], header="z [um], x [mm]")))
@@ -420,7 +421,7 @@ LINE = rows(np.arange(9.0), np.zeros(9), header="x,z")
     ],
 )  # fmt: skip
 def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:
-    """The message names place, value and what was expected; the code is 1 and nothing is written."""
+    """The message has place, value and expectation; the exit code is 1 and nothing is written."""
     write(text)
     assert main(["surface", "scan.csv"]) == 1
     assert re.search(message, capsys.readouterr().err)
@@ -465,7 +466,7 @@ def test_bad_options(folder: Path, capsys: pytest.CaptureFixture[str], options: 
 
 @pytest.mark.parametrize("name", ["none.csv", "folder.csv", "binary.csv"])
 def test_no_scan(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
-    """What cannot be read is named, with what was expected."""
+    """The message names the unreadable file and the expectation."""
     (folder / "folder.csv").mkdir()
     (folder / "binary.csv").write_bytes("x,z\n1,2\n".encode("utf-16"))
     assert main(["surface", name]) == 1
@@ -474,7 +475,7 @@ def test_no_scan(folder: Path, capsys: pytest.CaptureFixture[str], name: str) ->
 
 
 def test_rounded_coordinates(folder: Path) -> None:
-    """A grid of 1/30 in three decimals, apart by 0.033 or 0.034, is the grid."""
+    """A grid of spacing 1/30 in three decimals, with distances of 0.033 or 0.034, counts as regular."""
     a = np.arange(31) / 30
     x, y = np.meshgrid(a, a)
     columns = np.column_stack([x.ravel(), y.ravel(), (x + y**2).ravel()])
@@ -485,7 +486,7 @@ def test_rounded_coordinates(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Doubtful units, two spacings and slopes of noise are told, a plateau is not."""
+    """Doubtful units, two spacings and slopes of noise give a remark, a plateau does not."""
     x = np.arange(400) * 0.1
     noise = np.random.default_rng(3).normal(0.0, 0.01, 400)
     for z, remark in (
@@ -507,7 +508,7 @@ def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_overhang_of_the_average_plane() -> None:
-    """A cliff that leans over once the scan is level."""
+    """A cliff that overhangs after levelling is an error."""
     x = np.linspace(0.0, 1.0, 101)
     z = 3.0 * x
     z[50:] -= 0.8
@@ -522,7 +523,7 @@ def test_overhang_of_the_average_plane() -> None:
 
 @pytest.mark.parametrize("options", ["", "--regular", "--planes 33 --smooth 0.2 --sampling 0.1"])
 def test_command(folder: Path, capsys: pytest.CaptureFixture[str], options: str) -> None:
-    """What is printed is a pattern that cases and PROPS take, the CSV has the same planes."""
+    """The printed pattern is valid in cases and PROPS, and the CSV has the same planes."""
     _, x, y = grid(20, 2)
     write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
     material = "3,0.3,0.9,0.5"
@@ -577,7 +578,7 @@ BOX = """&material sigma0 = 0.3, Gc = 0.03, eta = 0.95, mu = 0.4, kc = 20.0 /
 def test_case_for_the_other_commands(
     folder: Path, capsys: pytest.CaptureFixture[str], options: list[str]
 ) -> None:
-    """The written case goes through driver, card and select as it is; mu and kc are the case's."""
+    """Driver, card and select read the written case; mu and kc are those of the template."""
     _, x, y = grid(20, 2)
     write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
     Path("box.nml").write_text(BOX, encoding="utf-8")
@@ -597,7 +598,7 @@ def test_case_for_the_other_commands(
     assert {path.name for path in folder.glob("rows_*.csv")} == {"rows_-0.2.csv", "rows_-0.5.csv"}
     assert main(["card", "--host", "abaqus", "found.nml"]) == 0
     assert f"*Depvar\n{contract.n_statev(planes)}," in capsys.readouterr().out
-    # CalculiX takes no listed planes, and listed planes leave nothing to select
+    # CalculiX accepts no listed planes, and with listed planes there is nothing to select
     code = 0 if options else 1
     assert main(["card", "--host", "calculix", "found.nml"]) == code
     if not options:
@@ -622,7 +623,7 @@ def test_case_for_the_other_commands(
 def test_bad_cases(
     folder: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
 ) -> None:
-    """Told before anything is written."""
+    """Errors are reported before anything is written."""
     write(LINE)
     Path("box.nml").write_text(re.sub(old, new, BOX, flags=re.DOTALL), encoding="utf-8")
     assert main(["surface", "scan.csv", "--case", "box.nml"]) == 1
@@ -631,7 +632,7 @@ def test_bad_cases(
 
 
 def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A straight profile is the flat plane either way."""
+    """A straight profile gives the flat plane, listed or regular."""
     write(rows(np.arange(9.0), 0.5 * np.arange(9.0), header="x [mm], z [mm]"))
     assert main(["surface", "scan.csv", "--regular"]) == 0
     out = capsys.readouterr().out
@@ -641,7 +642,7 @@ def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_full_list_of_planes() -> None:
-    """64 listed planes go through the printed lines with weights that sum to 1."""
+    """The printed lines of 64 listed planes have weights that sum to 1."""
     found, _ = egg_box(0.1, 30)
     listed, _ = slopes.bin_facets(found, 9, 7)
     assert 50 < len(listed.weights) <= 64
@@ -654,7 +655,7 @@ def test_full_list_of_planes() -> None:
 
 @pytest.mark.slow
 def test_page(tmp_path: Path) -> None:
-    """docs/how-to/surface.md shows what its commands print, and the first of the listed planes."""
+    """docs/how-to/surface.md shows the output of its commands, and the first of the listed planes."""
     page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"
     text = page.read_text(encoding="utf-8")
     assert follow(page, tmp_path) == text

@@ -25,10 +25,10 @@ S_F = 0.2
 K = 150.0
 
 ROUNDING = 1e-12
-"""Of K |s|, |s|, K |s|^2 and 1: sums over five planes after tens of increments."""
+"""Tolerance in multiples of K |s|, |s|, K |s|^2 and 1: sums over five planes after tens of increments."""
 
 SOLVED = 1e-9
-"""Of sigma0, where both solve for s_N: their residuals of 1e-12 over the smallest slope met, 1e-3 K."""
+"""Tolerance over sigma0 if both solve for s_N: residuals of 1e-12 over the smallest slope, 1e-3 K."""
 
 CASE = """\
 &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, tau_v = 0.4 /
@@ -46,9 +46,10 @@ def parameters(material: Material) -> reference.Parameters:
 
 
 def random_walk(rng: np.random.Generator, rows: int) -> np.ndarray:
-    """Separations (rows, 3) through every branch of the law, a third of them nearly held.
+    """Separations (rows, 3) through every branch of the law, a third of them with very small increments.
 
-    Held on the spot a plane that slides would be at the switch to stick, where the tangent has two sides.
+    The increments are not zero because a sliding plane would then be at the switch to stick, where the
+    tangent is not unique.
     """
     steps = 0.03 * rng.standard_normal((rows, 3)) * np.where(rng.random((rows, 1)) > 1 / 3, 1.0, 0.01)
     return np.cumsum(steps, axis=0)
@@ -69,7 +70,7 @@ def test_updates_are_the_reference(seed: int) -> None:
         ours, theirs = interface.update(s, state, s_old, dt), reference.update(p, PLANES, s, state, s_old, dt)
         np.testing.assert_allclose(ours.traction, theirs.traction, rtol=0, atol=ROUNDING * scale)
         np.testing.assert_allclose(ours.state, theirs.state, rtol=0, atol=ROUNDING * scale)
-        # directions of short trial stresses and steep damage magnify rounding
+        # small trial stresses and steep damage magnify rounding errors
         np.testing.assert_allclose(ours.tangent, theirs.tangent, rtol=0, atol=1e4 * ROUNDING * scale)
         grown += int((ours.state[:, N_POINT_STATEV::3] > state[:, N_POINT_STATEV::3]).sum())
         state, s_old = ours.state, s
@@ -78,7 +79,7 @@ def test_updates_are_the_reference(seed: int) -> None:
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_replay_and_confined_slip_are_the_reference() -> None:
-    """Histories in time: given separations, and slip under a normal traction after a preload in time."""
+    """Histories in time agree: prescribed separations, and slip under a normal traction after a preload."""
     rng = np.random.default_rng(14)
     S, times = random_walk(rng, 60), np.cumsum(rng.exponential(0.01, 60))
     ours, theirs = RP_4.replay(S, times), reference.replay(parameters(VISCOUS), PLANES, S, times)
@@ -96,7 +97,7 @@ def test_replay_and_confined_slip_are_the_reference() -> None:
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_off_is_bit_equal() -> None:
-    """Without viscous damage times are checked and change no bit."""
+    """Without viscous damage times are checked but have no effect, to the last bit."""
     plain = Interface(dataclasses.replace(VISCOUS, tau_v=0.0), RP_4.pattern)
     S = random_walk(np.random.default_rng(15), 40)
     times = np.linspace(0.1, 4.0, 40)
@@ -135,13 +136,13 @@ def test_off_is_bit_equal() -> None:
     ],
 )
 def test_bad_times(call: object, message: str) -> None:
-    """A time that is missing or bad is named, with what was expected."""
+    """The message names a missing or inadmissible time and the expectation."""
     with pytest.raises(ValueError, match=message):
         call()
 
 
 def test_c_api() -> None:
-    """asperity_update is the package's update; a bad time is named."""
+    """asperity_update gives the results of the package; the message names an inadmissible time."""
     library = ctypes.CDLL(str(asperity.library()))
     props, rng = RP_4.props(), np.random.default_rng(16)
     s, dt = random_walk(rng, 9), 0.3
@@ -166,7 +167,7 @@ def test_c_api() -> None:
 
 
 def run(folder: Path, case: str, name: str = "case") -> Path:
-    """Run a case; its rows, planes included."""
+    """Run a case and return its rows, with the columns of the planes."""
     (folder / f"{name}.nml").write_text(case, encoding="utf-8")
     done = subprocess.run(
         [driver(), f"{name}.nml", "--planes"], cwd=folder, capture_output=True, text=True, check=False
@@ -184,7 +185,7 @@ def columns(path: Path) -> dict[str, np.ndarray]:
 
 
 def test_driver_steps_take_their_time(tmp_path: Path) -> None:
-    """`time` of &step goes to the law: the rows are those of the package with the same times."""
+    """The law uses `time` of &step: the rows are those of the package with the same times."""
     rows = columns(run(tmp_path, CASE + STEPS))
     s = np.stack([rows["s_N"], rows["s_Tx"], rows["s_Ty"]], axis=1)
     t = np.stack([rows["t_N"], rows["t_Tx"], rows["t_Ty"]], axis=1)
@@ -198,7 +199,7 @@ def test_driver_steps_take_their_time(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("through", ["umat', ntens = 6, h = 0.5", "vumat', block = 21"])
 def test_driver_replays_in_time(tmp_path: Path, through: str) -> None:
-    """The record of a viscous run through the hosts' routines gives its rows, by its column `time`."""
+    """A replay of a viscous run through the host routines, with its column `time`, gives the same rows."""
     direct = run(tmp_path, CASE + STEPS, "record")
     replay = columns(run(tmp_path, CASE + f"&replay file = 'record.csv', through = '{through} /\n"))
     for name, column in columns(direct).items():
@@ -217,7 +218,7 @@ def test_driver_replay_without_times(tmp_path: Path) -> None:
 
 
 def test_driver_shows_cut_requests(tmp_path: Path) -> None:
-    """`dalpha` of &replay is PROPS 14: `cut` stands where, and only where, a plane's damage grew by more."""
+    """`dalpha` of &replay is PROPS 14: rows have the event `cut` where a plane's damage grew by more."""
     plain = CASE.replace(", tau_v = 0.4", "")
     run(tmp_path, plain + STEPS, "record")
     limit = 0.02

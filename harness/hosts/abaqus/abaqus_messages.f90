@@ -1,4 +1,4 @@
-!> What the utility routines of the host below were called with; those of Abaqus end the analysis, these count.
+!> Record of the calls of Abaqus' utility routines. The routines of Abaqus end the analysis; these only count.
 module abaqus_messages
   implicit none
   private
@@ -8,9 +8,9 @@ module abaqus_messages
   type, public :: messages_type
     integer :: n = 0                               !! calls of the message routine
     integer :: ends = 0                            !! calls of XIT or XPLB_EXIT
-    integer :: late = 0                            !! messages after the first of these
+    integer :: late = 0                            !! messages after the first call of XIT or XPLB_EXIT
     integer :: lop = 0                             !! kind of the last message
-    integer :: length = 0                          !! of the longest text
+    integer :: length = 0                          !! length of the longest text
     logical :: formats = .false.                   !! whether a text had a percent sign, which Abaqus replaces
     character(len=:), allocatable :: text          !! all texts, a line each
   end type messages_type
@@ -27,7 +27,7 @@ contains
     explicit%text = ""
   end subroutine clear_messages
 
-  !> Keep one message.
+  !> Record one message.
   subroutine keep_message(messages, lop, text)
     type(messages_type), intent(inout) :: messages   !! of the solver
     integer, intent(in) :: lop                       !! kind

@@ -1,4 +1,5 @@
-! Utility routines as user routines find them in Abaqus/Standard and Abaqus/Explicit. Values are not expected.
+! Utility routines with the names and arguments of Abaqus/Standard and Abaqus/Explicit. The arrays of values are not
+! used.
 
 !> Message of Abaqus/Standard.
 subroutine stdb_abqerr(lop, string, intv, realv, charv)

@@ -1,8 +1,9 @@
-!> One cohesive element of eight nodes with four points, in equilibrium by Newton's method, as Abaqus/Standard does it.
+!> One cohesive element with eight nodes and four integration points; Newton's method finds its equilibrium, as in
+!> Abaqus/Standard.
 !>
-!> The lower nodes are held. The upper ones carry a dead normal force and are pulled along Tx and Ty by springs whose
-!> far ends are driven. At every call STRESS and STATEV are those of the start of the increment, PNEWDT is 1, and what
-!> the user routine has to define is garbage.
+!> The lower nodes are fixed. The upper nodes carry a constant normal force and are pulled along Tx and Ty by springs,
+!> whose far ends have prescribed displacements. At every call STRESS and STATEV are those of the start of the
+!> increment, and PNEWDT is 1. Before a call, the outputs of the user routine have the value `garbage`.
 module standard_joint
   use, intrinsic :: iso_fortran_env, only: real64
   use host_routines, only: umat_call => umat
@@ -12,12 +13,12 @@ module standard_joint
 
   integer, parameter, public :: wp = real64
   integer, parameter :: n_nodes = 4, n_points = 4, ntens = 3, n_unknowns = ntens*n_nodes
-  !> Residual over the applied forces at which an increment has converged, and iterations it may take.
+  !> Largest residual of a converged increment, relative to the applied forces, and largest number of iterations.
   real(wp), parameter :: tolerance = 1.0e-11_wp
   integer, parameter, public :: max_iterations = 20
   !> Area of the element, and stiffness of a spring.
   real(wp), parameter, public :: area = 1.0_wp, spring = 50.0_wp
-  !> What a host leaves in arguments it does not define.
+  !> Value of the outputs before a call, and of arguments that a host does not define.
   real(wp), parameter :: garbage = -7.7e77_wp
   !> Natural coordinates of nodes; the points are Gauss's.
   real(wp), parameter :: corner(2, n_nodes) = reshape([-1, -1, 1, -1, 1, 1, -1, 1]*1.0_wp, [2, n_nodes])
@@ -27,7 +28,7 @@ module standard_joint
   type :: load_type
     real(wp) :: pressure = 0.0_wp                  !! on the upper face
     real(wp) :: driven(2) = 0.0_wp                 !! Tx, Ty of the far ends of the springs
-    real(wp) :: spread = 0.1_wp                    !! their share by which node 3 is ahead of node 1
+    real(wp) :: spread = 0.1_wp                    !! fraction by which node 3 is ahead of node 1
   end type load_type
 
   !> State of the element at the end of an increment.
@@ -42,28 +43,28 @@ module standard_joint
     type(load_type) :: load                            !! at this time
   end type joint_type
 
-  !> How a run goes, and how it went.
+  !> Options and counts of a run.
   type :: run_type
-    logical :: unsymmetric = .true.                !! otherwise DDSDDE is symmetrised
+    logical :: unsymmetric = .true.                !! false: DDSDDE is symmetrised
     integer :: calls = 0                           !! of the user routine
     integer :: iterations = 0                      !! over all increments
-    logical :: failed = .false.                    !! an increment did not converge, or the user routine asked for a cut
+    logical :: failed = .false.                    !! no convergence, or the user routine requested a cut
     real(wp) :: residual(max_iterations) = 0.0_wp  !! of the last increment, over the applied forces
     integer :: n = 0                               !! iterations of the last increment
   end type run_type
 
 contains
 
-  !> Virgin element at rest.
+  !> Virgin element without displacements.
   pure function new_joint(nstatv) result(joint)
     integer, intent(in) :: nstatv   !! state variables
     type(joint_type) :: joint
     allocate (joint%statev(nstatv, n_points), source=0.0_wp)
   end function new_joint
 
-  !> One increment to a load; with `abandon` it is given up after one iteration, as for a cut-back.
+  !> Solve one increment to a load; with `abandon` the increment ends after one iteration, as before a cut-back.
   subroutine go_to(joint, umat, props, load, run, abandon)
-    type(joint_type), intent(inout) :: joint   !! as it was if the increment is not accepted
+    type(joint_type), intent(inout) :: joint   !! unchanged if the increment is not accepted
     procedure(umat_call) :: umat               !! user routine
     real(wp), intent(in) :: props(:)           !! material constants
     type(load_type), intent(in) :: load        !! at the end

@@ -1,4 +1,4 @@
-!> User routines in a shared library, found by their names as Abaqus finds them.
+!> User routines of a shared library, found by their names as in Abaqus.
 module user_library
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funptr, c_int, c_null_char, c_ptr
   use host_routines, only: umat, vumat, vumat_single
@@ -6,7 +6,7 @@ module user_library
   private
   public :: load_umat, load_vumat, load_vumat_single, has
 
-  !> Load at once all that the library needs; its names stay its own.
+  !> Flags of dlopen: resolve all symbols at once, and do not export the symbols of the library.
   integer(c_int), parameter :: rtld_now = 2_c_int
 
   interface

@@ -1,4 +1,4 @@
-"""Runs of CalculiX with the UMAT of libasperity: input pieces, the run, and what it printed."""
+"""Runs of CalculiX with the UMAT of libasperity: parts of the input, the run, and its output."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 DIVERGED = 201
-"""Exit code of ccx for an error, an increment that became too small among them."""
+"""Exit code of ccx for an error, such as an increment below its limit."""
 
 DIGITS = 5.0e-7
-"""Relative error of a number of seven digits, as the .dat file has."""
+"""Relative rounding error of the seven digits in a .dat file."""
 
 STATES = "initial_state.txt"
 """File of initial state variables, read by sdvini.f90."""
@@ -30,10 +30,10 @@ N, TX, TY = 2, 4, 5
 
 @dataclass(frozen=True)
 class Run:
-    """A run: exit code, output, errors, tables of the .dat file by heading, what the .sta file tells.
+    """A run: exit code, output, errors, tables of the .dat file by heading, numbers of the .sta file.
 
-    increments: rows of numbers of those that converged (the fourth: iterations); attempts: their number, with
-    those given up.
+    increments: rows of numbers of the converged increments (the fourth: iterations); attempts: number of all
+    attempted increments.
     """
 
     code: int
@@ -65,9 +65,9 @@ def program_file(text: str) -> Path:
 
 
 def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
-    """Write an input and run it; the equation solver has one thread, so that its sums keep their order.
+    """Write an input and run it, with one thread in the equation solver for reproducible sums.
 
-    Raises ValueError where rows of `write_states` are left over, of points that CalculiX does not have.
+    Raises ValueError if rows of `write_states` are for points that the model does not have.
     """
     (folder / "job.inp").write_text(text)
     for old in ("job.dat", "job.sta"):
@@ -88,7 +88,7 @@ def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     data, status = folder / "job.dat", folder / "job.sta"
     rows = [line.split() for line in status.read_text().splitlines()] if status.is_file() else []
     attempts = [row for row in rows if row and row[0].isdigit()]
-    converged = [row for row in attempts if not row[2].endswith("U")]  # U: given up
+    converged = [row for row in attempts if not row[2].endswith("U")]  # U: failed attempt
     increments = [[float(cell) for cell in row] for row in converged]
     content = data.read_bytes() if data.is_file() else b""
     tables = _tables(content.decode())
@@ -107,7 +107,7 @@ def _tables(text: str) -> dict[str, list[tuple[float, Floats]]]:
 
 
 def _number(text: str) -> float:
-    """A number as Fortran writes it: the E of an exponent of three digits is left out."""
+    """Number from Fortran output, which leaves out the E of an exponent of three digits."""
     try:
         return float(text)
     except ValueError:
@@ -115,7 +115,7 @@ def _number(text: str) -> float:
 
 
 def numbers(values: Iterable[int], per_line: int = 12) -> str:
-    """Lines of numbers, as a set holds them."""
+    """Lines of numbers of a set."""
     texts = [str(int(value)) for value in values]
     return "".join(", ".join(texts[i : i + per_line]) + ",\n" for i in range(0, len(texts), per_line))
 

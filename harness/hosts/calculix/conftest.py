@@ -1,7 +1,7 @@
 """CalculiX for the tests of this folder.
 
 ASPERITY_LIBRARY names libasperity.so, ASPERITY_CALCULIX the folder for CalculiX, built once from Debian's
-source package.  Where that cannot be had all tests are skipped, with the reason.
+source package.  If the source is not available all tests are skipped, with the reason.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import pytest
 HERE = Path(__file__).parent
 
 CANNOT = 77
-"""Exit code of build.sh where the machine cannot get or compile the source."""
+"""Exit code of build.sh if the source is not available or cannot be compiled."""
 
 
 @pytest.fixture(scope="session")
 def ccx(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ccx whose UMAT is ours."""
+    """Path of a ccx linked with libasperity."""
     library, folder = (Path(os.environ[f"ASPERITY_{name}"]).resolve() for name in ("LIBRARY", "CALCULIX"))
     built = subprocess.run([HERE / "build.sh", folder], capture_output=True, text=True, check=False)
     if built.returncode == CANNOT:

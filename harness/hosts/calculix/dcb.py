@@ -1,11 +1,11 @@
 """Double cantilever beam under end moments in CalculiX: mixed-mode rupture of a rough joint.
 
-Two elastic arms (C3D8I) in plane strain, a thin layer (C3D8) between them, clamped at the far end.  The
-ends of the arms turn; their moments keep a given ratio.  The energy release rate of the two moments is known
-for any length of the crack, so the resistance of the joint can be read from them.  mm, N, MPa.
+Two elastic arms (C3D8I) in plane strain with a thin layer (C3D8) between them are clamped at the far end.
+The ends of the arms rotate under moments of a prescribed ratio.  The energy release rate of the two moments
+is known for any length of the crack, so it is the resistance of the joint.  Units: mm, N, MPa.
 
-Run as a script it draws the deformed mesh with the damage of the joint, and the resistance over the opening
-of the first point of the joint, beside the work of the law on the separations of that point.
+The script draws the deformed mesh with the damage of the joint, and the resistance over the opening of the
+first point of the joint, beside the work of the law on the separations of that point.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from calculix_run import TX, TY, Floats, N, Run
 LENGTH, CRACK, HEIGHT, WIDTH = 60.0, 20.0, 4.0, 1.0
 YOUNG, POISSON = 70000.0, 0.3
 THICKNESS = 1.0e-3
-"""Of the layer: PROPS 9 divides by it."""
+"""Thickness of the layer, PROPS 9."""
 
 ROUGH = Interface(Material(sigma0=20.0, Gc=0.3, eta=0.95, mu=0.5), Pattern.regular(4, theta=30.0))
 """Five planes."""
@@ -44,7 +44,7 @@ class Result:
     """Histories, a row for each increment.
 
     time (T,); moments (T, 2) of the upper and the lower arm; separation (T, 3) of the joint's first point;
-    damage of the joint (T, elements); displacement (T, nodes, 3); what ran; nodes; corners of the elements.
+    damage of the joint (T, elements); displacement (T, nodes, 3); the run; nodes; corners of the elements.
     """
 
     time: Floats
@@ -68,9 +68,9 @@ class Result:
 def deck(
     interface: Interface, ratio: float, turn: float, n: int, increments: int
 ) -> tuple[str, Floats, list[list[int]], list[list[int]]]:
-    """Input for n elements along the beam: lower moment = ratio times the upper, given the turn they work on.
+    """Input for n elements along the beam; the lower moment is ratio times the upper, `turn` their rotation.
 
-    Returns it with the nodes (n, 3) and the corners of the elements of arms and layer, from 1.
+    Returns the input, the nodes (n, 3) and the corners of the elements of arms and layer, from 1.
     """
     half = 0.5 * THICKNESS
     upper = np.linspace(half, half + HEIGHT, ROWS + 1)
@@ -130,12 +130,12 @@ def run(
     program: Path, folder: Path, interface: Interface, ratio: float, turn: float, n: int = 120,
     increments: int = 50, threads: int = 1,
 ) -> Result:  # fmt: skip
-    """Turn the ends; see `deck`."""
+    """Rotate the ends; see `deck`."""
     text, points, arms, layer = deck(interface, ratio, turn, n, increments)
     done = calculix_run.run(program, folder, text, threads)
     if done.code != 0:
         raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
-    time, forces = done.table("ENDS forces")  # those of the equations: a node of equations alone shows none
+    time, forces = done.table("ENDS forces")  # a node with equations only has no reaction
     _, u = done.table("SHOWN displacements")
     _, strain = done.table("ROUGH strains")
     _, state = done.table("ROUGH internal")
@@ -187,7 +187,7 @@ def main() -> None:
     angle = turn * result.time
     opening = np.linalg.norm(result.separation, axis=1)
     point = "material point (work of the law)"
-    mark = f"turn {angle[shown]:.3f}, drawn above"
+    mark = f"rotation {angle[shown]:.3f}, drawn above"
     structure_picture.draw(
         options.output,
         f"CalculiX: end moments {ratio:g} to 1 on a beam with a rough joint, five planes",
@@ -195,7 +195,7 @@ def main() -> None:
         3.0,
         [
             structure_picture.Curves(
-                "turn of the ends [rad]",
+                "rotation of the ends [rad]",
                 "moment of the upper arm [N mm/mm]",
                 {"CalculiX": (angle, result.moments[:, 0]), point: (angle, bent)},
                 [(mark, angle[shown], result.moments[shown, 0])],

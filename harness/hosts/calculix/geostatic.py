@@ -1,8 +1,9 @@
-"""Slab on a slope in CalculiX: it starts from the stress of its own weight and stays at rest, then slides.
+"""Slab on a slope in CalculiX: it starts in equilibrium with the stress of its own weight, then slides.
 
-An endless slab of rock on a rough joint, inclined by SLOPE: one period of it, its two ends tied to each
-other, x down the slope and z its normal; the lower face of the joint is held.  All stresses follow from
-equilibrium.  m, MN, MPa, plane strain.  Run as a script it prints a row for each state of the joint.
+The model is one period of an infinite slab of rock on a rough joint, inclined by SLOPE.  The two ends are
+tied to each other; x points down the slope, z is its normal; the lower face of the joint is fixed.  All
+stresses follow from equilibrium.  Units: m, MN, MPa, plane strain.  The script prints a row for each state of
+the joint.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ LENGTH, WIDTH, HEIGHT = 4.0, 2.0, 10.0
 YOUNG, POISSON, WEIGHT = 20000.0, 0.2, 0.025
 SLOPE = np.radians(20.0)
 LATERAL = 0.5
-"""Stress along x and y as a share of that along z (K0)."""
+"""Ratio of the stress along x and y to that along z (K0)."""
 
 THICKNESS = 1.0e-3
 THETA = 15.0
@@ -34,10 +35,10 @@ PULL = WEIGHT * np.array([np.sin(SLOPE), 0.0, -np.cos(SLOPE)])
 """Weight by volume."""
 
 TRACTION = HEIGHT * np.array([PULL[2], PULL[0], PULL[1]])
-"""Of the joint under the weight of the slab, (N, Tx, Ty)."""
+"""Traction of the joint under the weight of the slab, (N, Tx, Ty)."""
 
 SLIDE = 0.005
-"""m: the slab moves until its joint is dead."""
+"""Slip of the slab, m, at which the joint is fully damaged."""
 
 COLUMNS, ROWS = 2, 4
 POINTS = 8
@@ -49,7 +50,7 @@ class Result:
     """After every increment.
 
     displacement (T, nodes, 3); reaction of the ground (T, 3); separation, traction and state of the points of
-    the joint (T, points, ...); what ran.
+    the joint (T, points, ...); the run.
     """
 
     displacement: Floats
@@ -61,12 +62,12 @@ class Result:
 
 
 def residual_strength() -> float:
-    """Shear over pressure, sliding up one facing plane."""
+    """Ratio of shear to pressure for slip up one facing plane."""
     return float(JOINT.material.residual_strength(THETA))
 
 
 def crack() -> Floats:
-    """State variables of a joint that is cracked, and carries nothing yet."""
+    """State variables of a cracked joint without traction."""
     state = np.zeros(JOINT.nstatv)
     state[contract.N_POINT_STATEV :: contract.N_PLANE_STATEV] = 1.0
     return state
@@ -77,12 +78,12 @@ def run(
     traction: ArrayLike = TRACTION, state: Floats | None = None, moved: str = "FOOT",
     parts: int = 1, at_once: bool = True,
 ) -> Result:  # fmt: skip
-    """A step under the weight; where slide > 0 (m) another that moves the slab down the slope.
+    """Run a step under the weight and, if slide > 0 (m), a step that moves the slab down the slope.
 
-    rock: whether the rock starts from its stress; traction: that the joint is given as its initial stress
-    (TYPE=STRESS), zeros for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin; moved: the
-    nodes, FOOT or TOP of the slab.  parts: increments of the first step; at_once: whether its load is there
-    from the first one on, or grows with time, as CalculiX has it by default.
+    rock: whether the rock has its initial stress; traction: initial stress of the joint (TYPE=STRESS), zeros
+    for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin; moved: the nodes, FOOT or TOP
+    of the slab.  parts: increments of the first step; at_once: whether its load is complete from the first
+    increment on; otherwise the load grows with time, which is the default of CalculiX.
     """
     text, solids, layer = _model()
     rows = []

@@ -1,10 +1,11 @@
 !> Initial state variables of CalculiX (*INITIAL CONDITIONS, TYPE=SOLUTION, USER), read from a file.
 !>
-!> initial_state.txt, in the folder of the run: a row for each integration point, in rising order, of element, point,
-!> all state variables (as many as the largest *DEPVAR has). A point without a row is virgin. CalculiX asks once, point
-!> by point, in that order, one thread; so the file stays open and is read once. When the last row has found its point a
-!> line on standard output says so: where it is missing, rows are left of points that CalculiX does not have.
-!> Its own sdvini, which this one replaces, sets all state variables to 1.
+!> The file initial_state.txt in the folder of the run has a row for each integration point: element, point and all
+!> state variables (as many as the largest *DEPVAR). The rows are in rising order of element and point. A point without
+!> a row is virgin. CalculiX calls this routine once for each point, in that order and by one thread; therefore the file
+!> stays open and is read once. After the last row was used, a line is written to standard output. If this line is
+!> missing, the file has rows of points that CalculiX does not have. This routine replaces the sdvini of CalculiX, which
+!> sets all state variables to 1.
 subroutine sdvini(statev, coords, nstatv, ncrds, noel, npt, layer, kspt)
   use, intrinsic :: iso_fortran_env, only: error_unit, iostat_end, output_unit, real64
   implicit none
@@ -43,11 +44,11 @@ subroutine sdvini(statev, coords, nstatv, ncrds, noel, npt, layer, kspt)
       if (ended) write (output_unit, "(3a)") "sdvini: ", name, ": every row has found its point"
     end if
   end if
-  backspace (unit)   ! the next point meets this row, or the end, again
+  backspace (unit)   ! the next point reads this row, or the end, again
 
 contains
 
-  !> The next row that is not empty, or the end.
+  !> Read the next row that is not empty, or the end of the file.
   subroutine next_row()
     do
       read (unit, "(a)", iostat=status) row

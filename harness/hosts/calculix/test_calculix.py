@@ -1,4 +1,4 @@
-"""CalculiX with the UMAT of libasperity: run by `make hosts`; conftest.py says what it needs."""
+"""CalculiX with the UMAT of libasperity.  `make hosts` runs these tests; conftest.py has the requirements."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ LEGS = (
     (4, (-0.01, 0.0, 0.0)), (16, (-0.005, 0.08, 0.05)), (30, (-0.005, -0.1, 0.05)), (20, (0.06, 0.05, 0.05)),
     (10, (0.002, 0.05, 0.05)), (20, (0.3, 0.3, 0.05)), (30, (-0.02, -0.1, 0.05)),
 )  # fmt: skip
-"""Increments and separation (N, Tx, Ty) at their end: pressing, sliding there and back, opening, unloading,
+"""Increments and separation (N, Tx, Ty) at their end: pressing, sliding and its reversal, opening, unloading,
 complete rupture, closing."""
 
 
 def layer(card: str, h: float, legs: tuple[tuple[int, tuple[float, float, float]], ...], kind: str) -> str:
-    """One element of a layer of thickness h, 1 x 1, all displacements given; `kind` follows *STATIC."""
+    """One element of a layer of thickness h, 1 x 1, all displacements prescribed; `kind` follows *STATIC."""
     base = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     text = calculix_run.nodes(np.concatenate([base, base + np.array([0.0, 0.0, h])]))
     text += "*NSET, NSET=BOTTOM\n1, 2, 3, 4\n*NSET, NSET=TOP\n5, 6, 7, 8\n"
@@ -65,12 +65,12 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     )
     assert worst <= DIGITS
     expected = ROUGH.replay(rows.separation).state[:, None]
-    # energies and slips are small against what they are sums of
+    # energies and slips are small compared with the terms of their sums
     assert np.all(np.abs(state[:, :, 2:] - expected) <= DIGITS * (1.0 + np.abs(expected)))
 
 
 def test_energy_release_in_mode_1(ccx: Path, tmp_path: Path) -> None:
-    """Opposite end moments: a joint of five planes that opens straight takes Gc, LEFM's plateau."""
+    """Under opposite end moments a joint of five planes has the resistance Gc, as in LEFM."""
     result = dcb.run(ccx, tmp_path, dcb.ROUGH, -1.0, 0.06)
     steady = result.release[result.time > 0.85]
     print(f"energy release rate {steady.min():.4f} to {steady.max():.4f} N/mm, Gc 0.3")
@@ -79,7 +79,7 @@ def test_energy_release_in_mode_1(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_mixed_mode_and_the_symmetric_solver(ccx: Path, tmp_path: Path) -> None:
-    """Moments of 0.5 to 1: Gc without friction, more with it; and the iterations of a symmetrised tangent."""
+    """With a moment ratio of 0.5 the resistance is Gc without friction and larger with friction."""
     smooth = Interface(Material(20.0, 0.3, 0.95, 0.0), dcb.ROUGH.pattern)
     found = {}
     for name, interface in (("mu = 0", smooth), ("mu = 0.5", dcb.ROUGH)):
@@ -89,8 +89,8 @@ def test_mixed_mode_and_the_symmetric_solver(ccx: Path, tmp_path: Path) -> None:
         found[name] = steady
         print(f"{name}: energy release rate {steady:.4f} N/mm, {result.run.attempts} attempts")
         print(f"  {len(iterations)} increments, {sum(iterations)} iterations, at most {max(iterations)}")
-    # without friction nothing is unsymmetric and each plane takes Gc in any mode; the trapezoid rule of the
-    # increments and the size of the elements leave 1 %
+    # without friction the tangent is symmetric and each plane dissipates Gc in any mode; the error of
+    # increments and elements is 1 %
     assert found["mu = 0"] == pytest.approx(0.3, rel=1e-2)
     assert found["mu = 0.5"] > 1.04 * found["mu = 0"]
 
@@ -115,7 +115,7 @@ def bed(n: int, h: float) -> str:
 
 
 def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
-    """The UMAT runs in several threads: at given displacements all that is printed is the same."""
+    """With the UMAT in several threads and prescribed displacements the whole output is the same."""
     runs = [calculix_run.run(ccx, tmp_path, bed(16, 0.01), threads=k) for k in (1, 2)]
     assert runs[0].code == runs[1].code == 0
     assert "Using up to 2 cpu(s) for the stress calculation" in runs[1].output
@@ -127,7 +127,7 @@ def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_two_threads_find_the_same_resistance(ccx: Path, tmp_path: Path) -> None:
-    """A beam, where CalculiX itself adds nodal forces in another order: to the tolerance of iterations."""
+    """Threads change a beam within the tolerance, because CalculiX adds forces in another order."""
     runs = [dcb.run(ccx, tmp_path, dcb.ROUGH, 0.5, 0.06, increments=40, threads=k) for k in (1, 2)]
     steady = [run.release[run.time > 0.95].mean() for run in runs]
     same = runs[0].run.data == runs[1].run.data
@@ -136,7 +136,7 @@ def test_two_threads_find_the_same_resistance(ccx: Path, tmp_path: Path) -> None
 
 
 def test_a_rejected_call_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
-    """A constant out of range: the message names it, PNEWDT cuts, the run ends without a result."""
+    """A constant out of range gives a message and PNEWDT < 1; the run ends without a result."""
     card = ROUGH.card("calculix", h=1.0, name="ROUGH").replace("0.5, 30.0", "-0.5, 30.0")
     done = calculix_run.run(ccx, tmp_path, layer(card, 1.0, ((4, (0.01, 0.0, 0.0)),), ""))
     assert done.code == calculix_run.DIVERGED
@@ -147,7 +147,7 @@ def test_a_rejected_call_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
-    """PROPS 14: an increment in which damage grows too much is tried again with a smaller one."""
+    """PROPS 14: an increment in which damage grows too much is repeated with a smaller one."""
     try:
         card = ROUGH.card("calculix", h=1.0, name="ROUGH", dalpha=0.1)
     except ValueError as error:
@@ -164,7 +164,7 @@ def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
 
 
 def largest_growth(run: calculix_run.Run) -> float:
-    """Of the damage of a plane, in one increment."""
+    """Largest growth of the damage of a plane in one increment."""
     _, state = run.table("ROUGH internal")
     damage: Floats = state[:, 0, 2 + contract.N_POINT_STATEV :: contract.N_PLANE_STATEV]
     return float(np.diff(damage, axis=0, prepend=0.0).max())

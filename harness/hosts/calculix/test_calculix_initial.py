@@ -1,4 +1,4 @@
-"""Initial stress and state variables in CalculiX: what reaches the UMAT, and a slab that starts at rest."""
+"""Initial stress and state variables in CalculiX: values in the UMAT, and a slab in equilibrium."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from test_calculix import ROUGH, STIFFNESS, layer
 POINTS = range(1, geostatic.POINTS + 1)
 FRICTION, STATUS = contract.statev_index("friction"), contract.statev_index("status")
 OFFSET = slice(contract.statev_index("offset_N"), contract.N_POINT_STATEV)
-"""In STATEV, from 0."""
+"""Index in STATEV, from 0."""
 
 DAMAGE = slice(contract.N_POINT_STATEV, None, contract.N_PLANE_STATEV)
 
 REST = 1.0e-9
-"""Displacement of a slab at rest, as a share of what its weight does without initial stress: the initial
-stresses have twelve digits, and a point returns its own to 1e-10 of the strength."""
+"""Displacement of a slab in equilibrium over that without initial stress: the initial stresses have twelve
+digits, and a point returns its own to 1e-10 of the strength."""
 
 STILL = ((1, (0.0, 0.0, 0.0)),)
 """One increment without displacement."""
@@ -40,7 +40,7 @@ def lines(tractions: Floats) -> str:
 
 
 def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
-    """Every point gets its own initial stress, sign and order kept, once: without strain it stays."""
+    """Every point gets its own initial stress once, with sign and order; without strain it is constant."""
     grade = np.linspace(0.1, 0.8, len(POINTS))[:, None]
     tractions = grade * [-1.0, 0.4, -0.2]
     card = ROUGH.card("calculix", h=0.01, name="ROUGH")
@@ -62,7 +62,7 @@ def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_traction_that_cannot_be(ccx: Path, tmp_path: Path) -> None:
-    """Tension beyond the strength: the message tells how much is carried, the run ends without a result."""
+    """For tension beyond the strength the message has the largest traction; the run ends without a result."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
     tractions = np.tile([6.0, 0.0, 0.0], (len(POINTS), 1))
     done = calculix_run.run(ccx, tmp_path, with_initial(text, "STRESS", lines(tractions)))
@@ -84,7 +84,7 @@ def test_type_solution_by_file(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_states_of_no_point(ccx: Path, tmp_path: Path) -> None:
-    """A row beyond the last point of the model is not lost silently."""
+    """A row beyond the last point of the model is an error."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
     state = ROUGH.initial([-0.1, 0.0, 0.0], damage=0.5)
     calculix_run.write_states(tmp_path, {(1, 8): state, (2, 1): state})
@@ -93,7 +93,7 @@ def test_states_of_no_point(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_empty_rows_are_passed_over(ccx: Path, tmp_path: Path) -> None:
-    """An empty line between rows or at the end is none."""
+    """Empty lines between rows or at the end are ignored."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
     state = ROUGH.initial([-0.1, 0.0, 0.0], damage=0.5)
     calculix_run.write_states(tmp_path, {(1, 2): state, (1, 7): state})
@@ -107,7 +107,7 @@ def test_empty_rows_are_passed_over(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_no_file_of_states(ccx: Path, tmp_path: Path) -> None:
-    """TYPE=SOLUTION, USER without the file ends the run and says what is expected."""
+    """TYPE=SOLUTION, USER without the file ends the run with the expectation."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
     done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
     assert done.code == calculix_run.DIVERGED
@@ -124,7 +124,7 @@ def test_no_file_of_states(ccx: Path, tmp_path: Path) -> None:
     ],
 )
 def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str, reason: str) -> None:
-    """A row that is short, long, of no point of the model or no numbers ends the run and is shown."""
+    """A row of wrong length, without numbers or of no point of the model ends the run and is shown."""
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
     text += "*ELEMENT, TYPE=C3D8, ELSET=ROUGH\n2, 1, 2, 3, 4, 5, 6, 7, 8\n" if "9" in row else ""
     (tmp_path / calculix_run.STATES).write_text(row + "\n")
@@ -134,9 +134,9 @@ def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str, reason: str) 
 
 
 def test_type_solution_in_the_input_ends_early(ccx: Path, tmp_path: Path) -> None:
-    """The smallest case of what CalculiX does wrong: of state variables in the input six of one point arrive.
+    """Smallest case of an error of CalculiX: only six state variables of one point in the input arrive.
 
-    The friction energy, SDV 4, tells, which a call adds to; the run goes on.
+    The friction energy, SDV 4, shows this; the run continues.
     """
     text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
     # element, point, six values; then eight a line
@@ -166,7 +166,7 @@ PARTLY = [1.0, 0.5, 0.0]
 def test_slab_starts_at_rest_and_slides(
     ccx: Path, tmp_path: Path, name: str, given: dict[str, Floats], damage: float | list[float]
 ) -> None:
-    """Under its weight the slab rests, with the stress it was given; then it slides, residual strength."""
+    """Under its weight and initial stress the slab is in equilibrium; then it slides."""
     result = geostatic.run(ccx, tmp_path, SLIDE, **given)
     moved = geostatic.run(ccx, tmp_path, rock=False, traction=0.0).displacement[0]
     weight = LENGTH * WIDTH * HEIGHT * geostatic.PULL
@@ -198,11 +198,12 @@ def test_slab_starts_at_rest_and_slides(
 
 
 def test_slab_without_initial_stress_moves(ccx: Path, tmp_path: Path) -> None:
-    """What initial stress prevents: joint and rock are compressed by the weight, as the elastic slab is."""
+    """Without initial stress the weight compresses joint and rock, as in closed form."""
     result = geostatic.run(ccx, tmp_path, rock=False, traction=0.0)
     nu = geostatic.POISSON
     modulus = geostatic.YOUNG * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    expected = JOINT.initial(TRACTION)[6] + geostatic.PULL[2] * HEIGHT**2 / (2.0 * modulus)
+    closed = JOINT.initial(TRACTION)[contract.statev_index("offset_N")]
+    expected = closed + geostatic.PULL[2] * HEIGHT**2 / (2.0 * modulus)
     found = float(result.displacement[0, :, 2].min())
     print(f"without initial stress the top sinks by {-found * 1e6:.2f} um, closed form {-expected * 1e6:.2f}")
     # CalculiX accepts half a percent of the forces as residual
@@ -210,7 +211,7 @@ def test_slab_without_initial_stress_moves(ccx: Path, tmp_path: Path) -> None:
 
 
 def test_load_has_to_be_there_at_once(ccx: Path, tmp_path: Path) -> None:
-    """A load that grows over the increments lets the slab rise first, by what is missing of the weight."""
+    """Under a load that grows with time the slab first rises because of the missing weight."""
     largest = [
         np.abs(geostatic.run(ccx, tmp_path, **options).displacement).max(axis=(1, 2))
         for options in (dict(rock=False, traction=0.0), dict(parts=10), dict(parts=10, at_once=False))
@@ -220,14 +221,15 @@ def test_load_has_to_be_there_at_once(ccx: Path, tmp_path: Path) -> None:
         f"all at once: up to {rest.max():.1e} m; growing: {grown[0]:.1e} m first, {grown[-1]:.1e} m at last"
     )
     assert rest.max() <= REST * moved[0] and grown[-1] <= REST * moved[0]
-    # joint and rock are elastic there; CalculiX accepts half a percent of the forces as residual
+    # joint and rock are elastic; CalculiX accepts half a percent of the forces as residual
     assert grown[:-1] == pytest.approx(moved[0] * np.arange(9, 0, -1) / 10.0, rel=5e-3)
 
 
 def test_symmetrised_tangent_under_dead_load(ccx: Path, tmp_path: Path) -> None:
-    """Moved at its top the slab is a spring in front of the joint: CalculiX' symmetrised tangent diverges.
+    """If the slab is moved at its top, its stiffness is in series with the joint: CalculiX diverges.
 
-    With the library's own tangent the same spring and joint converge, in at most five iterations.
+    CalculiX symmetrises the tangent.  With the tangent of the library the same spring and joint converge in
+    at most five iterations.
     """
     with pytest.raises(RuntimeError, match=r"increment size smaller than minimum|too many cutbacks"):
         geostatic.run(ccx, tmp_path, SLIDE, moved="TOP")

@@ -1,16 +1,18 @@
-/* Keeps the history that Kratos' interface elements drop: a UMAT between Kratos and the UMAT of libasperity.
+/* Commit adapter: a UMAT that stores the state of Kratos' interface elements and calls the UMAT of libasperity.
  *
- * The elements Geo_U*InterfaceElement* of GeoMechanicsApplication 10.4 never commit a step. Every call of every step
- * comes with STRAN = 0, the total separation in DSTRAN, and the initial STRESS and STATEV. Here each integration point
- * has a record of its last committed state; the last answer of a step is committed by the first call of another KSTEP.
- * The law then gets what the interface of a UMAT promises. A repair of that host, so no part of the library.
+ * The elements Geo_U*InterfaceElement* of GeoMechanicsApplication 10.4 never commit a step. They pass STRAN = 0, the
+ * total separation in DSTRAN, and the initial STRESS and STATEV at every call of every step. The adapter has a record
+ * of the last committed state of each integration point. The first call with another KSTEP commits the result of the
+ * last call of the previous step. Thus the law gets the arguments that the UMAT interface specifies. The adapter
+ * repairs an error of this host and is not a part of the library.
  *
- * What a script must do: raise ProcessInfo[STEP] with every step, and build the strategy with compute_reactions, so
- * that the last call of a step is at the converged displacements. A step solved again with the same number starts
- * from the same committed state. A number that falls, or another initial STRESS or STATEV, begins another analysis.
+ * A script must raise ProcessInfo[STEP] with every step, and build the strategy with compute_reactions, so that the
+ * last call of a step is at the converged displacements. A step that is solved again with the same number starts from
+ * the same committed state. A smaller number, or another initial STRESS or STATEV, starts another analysis.
  *
- * Points are known by the address of STRESS, which stays with a law object (that of STATEV does not; NOEL and NPT are
- * 0). Threads may call for different points at once: the table is locked, a record has one owner. */
+ * A point is identified by the address of STRESS, which does not change for a law object (the address of STATEV does;
+ * NOEL and NPT are 0). Threads may call the adapter for different points at once: the table is locked, and each record
+ * belongs to one point. */
 #define _GNU_SOURCE
 #include <asperity.h>
 #include <dlfcn.h>
@@ -21,19 +23,19 @@
 #include <string.h>
 
 typedef struct record {
-  struct record *next;   /* in its bucket */
+  struct record *next;   /* next record of the bucket */
   const double *key;     /* address of STRESS */
-  size_t values;         /* in either state below */
+  size_t values;         /* number of values of each state below */
   int step;              /* KSTEP of the trial state; NONE: no call yet */
-  double *committed;     /* STRESS, strain, STATEV at the start of the step; the memory of all three */
+  double *committed;     /* STRESS, strain, STATEV at the start of the step; owns the memory of all three states */
   double *trial;         /* the same after the last call */
-  double *initial;       /* STRESS, strain, STATEV of the first call, as every call of the analysis has them */
+  double *initial;       /* STRESS, strain, STATEV of the first call; Kratos passes them at every call */
 } record;
 
 enum {
   BUCKETS = 1 << 16,
-  ADDRESS_BITS = 4, /* that are 0 in an aligned address */
-  MOST = 6,         /* components of a host */
+  ADDRESS_BITS = 4, /* low bits that are 0 in an aligned address */
+  MOST = 6,         /* largest number of components */
   NONE = -1
 };
 
@@ -42,24 +44,24 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static __typeof__(&umat_) law;
 static int symmetric;
 
-/* The UMAT of the next library: libasperity, which this one is linked with. */
+/* Find the UMAT of the next library in the search order: libasperity, with which this library is linked. */
 static __attribute__((constructor)) void find_law(void) { *(void **)&law = dlsym(RTLD_NEXT, "umat_"); }
 
-/* Hand out the symmetric part of the tangent instead, to see what it costs; returns what was set before. */
+/* Switch the output of the symmetric part of the tangent on or off, to measure its cost; return the previous one. */
 int asperity_kratos_symmetrise(int on) {
   const int before = symmetric;
   symmetric = on;
   return before;
 }
 
-/* Forget all points and free their memory: for an analysis whose step numbers go on from another's, and between many
- * analyses in one process, whose points would pile up otherwise. Not while one runs. */
+/* Delete the records of all points. This is necessary before an analysis whose step numbers continue those of another
+ * one, and saves memory between many analyses in one process. It must not be called during an analysis. */
 void asperity_kratos_reset(void) {
   pthread_mutex_lock(&lock);
   for (int i = 0; i < BUCKETS; i++) {
     for (record *r = table[i], *next; r != NULL; r = next) {
       next = r->next;
-      free(r->committed); /* and what follows it */
+      free(r->committed); /* with the two states after it */
       free(r);
     }
     table[i] = NULL;
@@ -67,7 +69,7 @@ void asperity_kratos_reset(void) {
   pthread_mutex_unlock(&lock);
 }
 
-/* The record of a point, with room for as many values; NULL: no memory. */
+/* Find or create the record of a point with the given number of values; NULL: no memory. */
 static record *find(const double *key, size_t values) {
   record **bucket = &table[((uintptr_t)key >> ADDRESS_BITS) % BUCKETS], *r;
   pthread_mutex_lock(&lock);
@@ -78,7 +80,7 @@ static record *find(const double *key, size_t values) {
     r->next = *bucket;
     *bucket = r;
   }
-  if (r != NULL && r->values != values) { /* new, or another law where one was before */
+  if (r != NULL && r->values != values) { /* a new record, or another law at the same address */
     double *room = realloc(r->committed, 3 * values * sizeof *room);
     if (room == NULL) {
       r = NULL;
@@ -104,7 +106,7 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
   const size_t n = (size_t)*ntens, m = (size_t)*nstatv, values = 2 * n + m;
   record *r = law == NULL || n > MOST ? NULL : find(stress, values);
   if (r == NULL) {
-    for (size_t i = 0; i < n; i++) stress[i] = NAN; /* the solver stops */
+    for (size_t i = 0; i < n; i++) stress[i] = NAN; /* NaN stops the solver */
     return;
   }
   if (r->step == NONE || *kstep < r->step || memcmp(r->initial, stress, n * sizeof *stress) != 0 ||

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
-Kratos.ParallelUtilities.SetNumThreads(1)  # the same sums in every run, whoever has imported Kratos before
+Kratos.ParallelUtilities.SetNumThreads(1)  # one thread, for the same sums in every run
 
 SOLID = {2: ("SmallDisplacementElement2D4N", "LinearElasticPlaneStrain2DLaw"),
          3: ("SmallDisplacementElement3D8N", "LinearElastic3DLaw")}  # fmt: skip
@@ -142,13 +142,13 @@ class Structure:
     # --- conditions ------------------------------------------------------------
 
     def fix(self, nodes: Sequence[int], *axes: int) -> None:
-        """Hold displacements of nodes along axes (0, 1, 2); `move` prescribes them."""
+        """Fix displacements of nodes along axes (0, 1, 2); `move` prescribes their values."""
         for node in np.ravel(nodes).tolist():
             for axis in axes:
                 self.part.Nodes[node].Fix(DISPLACEMENTS[axis])
 
     def move(self, nodes: Sequence[int], axis: int, value: float | Callable[[Kratos.Node], float]) -> None:
-        """Prescribe displacements of fixed nodes for the step that comes."""
+        """Prescribe displacements of fixed nodes for the next step."""
         for number in np.ravel(nodes).tolist():
             node = self.part.Nodes[number]
             node.SetSolutionStepValue(DISPLACEMENTS[axis], value(node) if callable(value) else value)

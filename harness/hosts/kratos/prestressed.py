@@ -21,7 +21,7 @@ TRACTION = np.array([-PRESSURE, SHEAR, 0.0])
 """Of the joint, (N, Tx, Ty)."""
 
 SLIPS = np.arange(1, 31) * 0.01
-"""mm: the joint is dead at the end."""
+"""Slips, mm; the joint is fully damaged at the end."""
 
 PARTLY = np.array([1.0, 0.5, 0.0])
 """Damage of the planes of a joint that is cracked in part."""

@@ -83,7 +83,7 @@ def same(found: Floats, expected: Floats) -> bool:
 
 
 def test_steps_are_committed() -> None:
-    """The last call of a step counts, whatever was tried before; a virgin point would be elsewhere."""
+    """The last call of a step determines the history, whatever was tried before."""
     expected = ROUGH.replay(PATH).traction
     assert same(Point().follow(), expected)
     assert np.abs(ROUGH.update(PATH).traction - expected).max() > 1.0
@@ -112,7 +112,7 @@ def test_other_initial_values_begin_anew(what: str) -> None:
 
 
 def test_numbers_that_go_on_need_a_reset() -> None:
-    """What the adapter cannot tell: another analysis, same values and address, whose numbers are higher."""
+    """Limit of the adapter: it does not recognise another analysis with the same values and address."""
     expected = ROUGH.replay(PATH).traction
     point = Point()
     point.follow()
@@ -122,13 +122,13 @@ def test_numbers_that_go_on_need_a_reset() -> None:
 
 
 def test_initial_stress_that_is_no_number() -> None:
-    """A host that leaves garbage in STRESS, the same in every call, keeps the history of its points."""
+    """The history of the points is correct for a host with the same arbitrary STRESS in every call."""
     found = Point(stress=[np.nan, np.inf, 0.0]).follow()
     assert same(found, ROUGH.replay(PATH).traction)
 
 
 def test_a_host_that_commits() -> None:
-    """A host that keeps its history itself, as Kratos may learn to, gets what the UMAT alone gives."""
+    """A host that stores its history itself gets the results of the UMAT alone."""
     point, old = Point(), np.zeros(3)
     for step, (separation, expected) in enumerate(zip(PATH, ROUGH.replay(PATH).traction, strict=True), 1):
         point.call(step, 3.0 * separation, old)
@@ -139,7 +139,7 @@ def test_a_host_that_commits() -> None:
 
 
 def test_threads() -> None:
-    """Points of several threads at once do not mix."""
+    """Points of several threads have separate histories."""
     points = [Point() for _ in range(400)]
     paths = [PATH * (1.0 + k / len(points)) for k in range(len(points))]
     with ThreadPoolExecutor(4) as pool:

@@ -43,7 +43,7 @@ CASE = """&case title = 'one element' /
 &step s_N = 0.3, s_Tx = 0.3, increments = 20 /
 &step s_N = -0.02, s_Tx = -0.1, increments = 30 /
 """
-"""Pressing, sliding there and back, opening, unloading, complete rupture, closing again."""
+"""Pressing, sliding with a reversal, opening, unloading, complete rupture, closing."""
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 STIFFNESS = MATERIAL.kc * MATERIAL.K
@@ -103,7 +103,7 @@ def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool
 
 
 def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:
-    """The smallest case that shows what Kratos does wrong: every step starts from the virgin state.
+    """Smallest case of an error of Kratos: every step starts from the virgin state.
 
     The tractions are those of a virgin point at the separation of the step, whatever went before.
     """
@@ -117,9 +117,9 @@ def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Float
 
 
 def test_another_law_swaps_normal_and_shear() -> None:
-    """The smallest case of a wrong pair: a new element with the law of the older ones converges and is wrong.
+    """Smallest case of a wrong pair: a new element with the law of the older ones gives a wrong result.
 
-    Opening is answered as the slip along t would be.
+    The traction of an opening is that of a slip along t.
     """
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
@@ -245,7 +245,7 @@ def test_blocks_converge_quadratically() -> None:
     """Two blocks in shear under compression: Newton's ratios, and what a symmetrised tangent costs."""
     norms, separation, traction = blocks.run(ADAPTER)
     assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
-    assert np.ptp(separation[-1, :, 0]) > 0.01  # not a material point in disguise
+    assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
     quadratic = 0
     for step, found in enumerate(norms):
         ratios = [b / a**2 for a, b in pairwise(found)]
@@ -265,7 +265,7 @@ def test_blocks_converge_quadratically() -> None:
         library.asperity_kratos_symmetrise(0)
     counts = [sum(map(len, n)) for n in (norms, slow)]
     print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
-    assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, not elsewhere
+    assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, but to the same result
     assert counts[1] > 2 * counts[0]
 
 

@@ -1,4 +1,4 @@
-"""Initial states in Kratos' interface elements: what reaches the UMAT, and a prestressed joint that rests."""
+"""Initial states in Kratos' interface elements: values in the UMAT, a prestressed joint in equilibrium."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from triplet import JOINT, LENGTH, PRESSURE
 ADAPTER = Path(os.environ["ASPERITY_KRATOS"]).resolve()
 
 EXACT = 1.0e-10
-"""An initial traction is returned to this share of the strength (contract)."""
+"""Error of a returned initial traction over the strength (contract)."""
 
 INTERFACE = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0), Pattern.regular(4, theta=30.0))
 INITIAL = np.array([-1.0, 0.3, -0.2])
@@ -30,7 +30,7 @@ SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0,
 
 
 def one_element(**other: object) -> tuple[Structure, Floats]:
-    """One interface element, held; and its upper nodes."""
+    """One interface element with fixed nodes, and its upper nodes."""
     s = Structure(3)
     lower, upper = s.add_nodes(SQUARE), s.add_nodes(SQUARE)
     s.add_interface(lower, upper, s.umat(ADAPTER, INTERFACE, **other))
@@ -81,7 +81,7 @@ def _vector(values: Floats) -> Kratos.Vector:
 
 @pytest.mark.parametrize("give", [_process, _variable, _uniform, _points])
 def test_initial_stress_does_not_reach_the_umat(give: Callable[[Structure], None]) -> None:
-    """The smallest cases of what Kratos does with the initial stress of an interface: nothing, silently."""
+    """Smallest cases that show that Kratos ignores the initial stress of an interface, without a message."""
     s, _ = one_element()
     s.initialise()
     give(s)
@@ -188,7 +188,7 @@ def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction:
 
 def test_prestressed_joint_needs_its_state() -> None:
     """The bricks with their stress, the joint without: it closes and slips by what its state would hold."""
-    offset = JOINT.initial(TRACTION)[[7, 6]]
+    offset = JOINT.initial(TRACTION)[[contract.statev_index("offset_Tx"), contract.statev_index("offset_N")]]
     top = prestressed.run(ADAPTER).displacement[0, -prestressed.ROWS - 1 :]
     print(f"the upper brick moves by {top.mean(axis=0)} mm, the offset of the state is {offset} mm")
     # Newton's tolerance is 1e-11 of the forces

@@ -2,7 +2,7 @@
 
 Two elastic arms on a rough interface are opened at their ends.  Beam theory gives force and opening of a
 crack that grows at G = Gc.  The J integral, P times the rotation between the ends, is the energy that the
-interface has taken at the tip: Gc once the cohesive zone has formed, for any pattern.
+interface dissipates at the tip: Gc once the cohesive zone has formed, for any pattern.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PLANE_STRAIN = MODULUS / (1 - POISSON**2)
 SHEAR = MODULUS / (2 * (1 + POISSON))
 GAMMA = 1.18 * MODULUS / SHEAR
 ROOT = float(np.sqrt(MODULUS / (11 * SHEAR) * (3 - 2 * (GAMMA / (1 + GAMMA)) ** 2)))
-"""chi of Williams (1989), by which the crack is longer in heights of an arm as its root turns; isotropic."""
+"""chi of Williams (1989), isotropic: additional crack length over the arm height, for the root rotation."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def run(opening: float, steps: int, size: float, symmetric: bool = False) -> Cur
 
 
 def _bodies(size: float) -> tuple[list[Basis], list[dict[str, np.ndarray]], FacetBasis, FacetBasis]:
-    """Bases of the arms, unknowns (x, y) of the places that matter, and the faces ahead of the crack."""
+    """Bases of the arms, unknowns (x, y) of the loaded places, and the faces ahead of the crack."""
     element = ElementVector(ElementQuad2())
     x = np.linspace(0.0, LENGTH, round(LENGTH / size) + 1)
     arms, places, faces = [], [], []
@@ -168,9 +168,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--opening", type=float, default=3.0, help="of the ends, mm (default: %(default)s)")
+    parser.add_argument(
+        "--opening", type=float, default=3.0, help="opening of the ends, mm (default: %(default)s)"
+    )
     parser.add_argument("--steps", type=int, default=40, help="default: %(default)s")
-    parser.add_argument("--size", type=float, default=0.5, help="of the elements, mm (default: %(default)s)")
+    parser.add_argument(
+        "--size", type=float, default=0.5, help="size of the elements, mm (default: %(default)s)"
+    )
     parser.add_argument("-o", "--output", type=Path, default=Path("dcb.png"), help="default: %(default)s")
     options = parser.parse_args()
     curve = run(options.opening, options.steps, options.size)

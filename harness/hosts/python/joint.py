@@ -16,14 +16,14 @@ from skfem import FacetBasis
 Floats = NDArray[np.float64]
 
 COMPONENTS = 2
-"""Normal (y) and tangential (x) in the plane; Ty is held at 0."""
+"""Components N (y) and Tx (x) in the plane; the separation along Ty is 0."""
 
 
 class Joint:
     """Zero-thickness interface between two faces that lie on y = 0, or one face and a rigid base.
 
-    Its points are the integration points of the faces.  `jump` takes displacements to separations, point by
-    point; `state` is that of the last accepted step.
+    Its points are the integration points of the faces.  `jump` maps displacements to separations of the
+    points; `state` is that of the last accepted step.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Joint:
         self.seconds = 0.0
 
     def assemble(self, u: Floats) -> tuple[Floats, sparse.csr_array]:
-        """Forces of the interface on the bodies, reversed, and their consistent tangent (unsymmetric)."""
+        """Internal forces of the interface, and their consistent tangent (unsymmetric)."""
         started = time.perf_counter()
         result = self.interface.update(self._separation(u), self.state, self.separation)
         self.seconds += time.perf_counter() - started
@@ -63,7 +63,7 @@ class Joint:
         return self.jump.T @ traction.ravel(), (self.jump.T @ blocks @ self.jump).tocsr()
 
     def accept(self, u: Floats) -> None:
-        """Make the last trial state the state."""
+        """Accept the last trial state."""
         self.state = self.trial
         self.separation = self._separation(u)
 
@@ -76,7 +76,7 @@ class Joint:
 def _operator(
     face: FacetBasis, n_unknowns: int, offset: int, sign: float
 ) -> tuple[Floats, Floats, sparse.csr_array]:
-    """Places and weights of the points of a face, along x, and what takes displacements to (N, Tx) there."""
+    """Positions and weights of the points of a face, and the matrix from displacements to (N, Tx)."""
     x = np.asarray(face.global_coordinates())[0].ravel()
     n = len(x)
     order = np.argsort(x)
@@ -96,15 +96,15 @@ def _operator(
 
 
 class NotConverged(RuntimeError):
-    """No equilibrium within the iterations allowed."""
+    """No equilibrium within the allowed iterations."""
 
 
 @dataclass
 class Newton:
-    """Equilibrium of elastic bodies and a joint, some displacements given.
+    """Equilibrium of elastic bodies and a joint with prescribed displacements.
 
     symmetric: only the symmetric part of the joint's tangent is used.  norms: residuals of the last
-    step over the largest force.  halvings: of a correction, at most.
+    step over the largest force.  halvings: largest number for a correction.
     """
 
     stiffness: sparse.csr_array
@@ -118,9 +118,9 @@ class Newton:
     norms: list[float] = field(default_factory=list)
 
     def step(self, u: Floats, given: Floats, load: Floats) -> tuple[Floats, Floats]:
-        """Displacements and reactions for given displacements (of `fixed`) and loads; accepts the state.
+        """Displacements and reactions for prescribed displacements (of `fixed`) and loads; accepts the state.
 
-        A correction is halved where it makes the residual larger: points may open or be damaged anew.
+        A correction is halved if it increases the residual, for example because points open or are damaged.
         """
         free = np.setdiff1d(np.arange(len(u)), self.fixed)
         correction = np.zeros(len(u))
@@ -133,7 +133,7 @@ class Newton:
             correction[free] = splu(total[free][:, free]).solve(right)
             self.iterations += 1
             factor = 1.0
-            # the first correction moves the given displacements: whole
+            # the first correction applies the prescribed displacements and is not halved
             for _ in range(self.halvings if self.norms else 0):
                 if self._residual(u + factor * correction, load, free)[2] < norm:
                     break
@@ -150,7 +150,7 @@ class Newton:
     def _residual(
         self, u: Floats, load: Floats, free: NDArray[np.int64]
     ) -> tuple[Floats, sparse.csr_array, float]:
-        """Forces out of balance, tangent of the joint, and their size over that of the largest force."""
+        """Residual forces, tangent of the joint, and the norm of the residual over the largest force."""
         force, tangent = self.joint.assemble(u)
         if self.symmetric:
             tangent = 0.5 * (tangent + tangent.T)
@@ -162,6 +162,6 @@ class Newton:
 
 
 def progress(text: str) -> None:
-    """One line that is written over, where somebody looks on."""
+    """Show progress in one line on a terminal."""
     if sys.stderr.isatty():
         print(f"\r{text}\033[K", end="", file=sys.stderr, flush=True)

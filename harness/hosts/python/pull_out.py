@@ -1,8 +1,8 @@
-"""Bond-slip: a block pressed on a rough base is pulled along it, the law inside scikit-fem.
+"""Bond-slip: a block pressed on a rough base is pulled along the base, with the law in scikit-fem.
 
 The block rises on the planes of the interface as it slides.  At the end the force is the pressure on the base
-times (mu + tan theta)/(1 - mu tan theta), wherever the planes give way first.  The same with the
-symmetric part of the tangent alone shows what a solver loses that has no unsymmetric matrices.
+times (mu + tan theta)/(1 - mu tan theta), wherever the planes fail first.  A second run with the symmetric
+part of the tangent shows the cost of a solver without unsymmetric matrices.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ ENDS = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
 
 @dataclass(frozen=True)
 class Curve:
-    """Rows of a run: displacement of the pulled face, force, rise of the block; and how it went.
+    """Rows of a run: displacement of the pulled face, force, rise of the block, and the cost.
 
-    separation: of the points of the base (rows, points, 3), the first row pressed and not yet pulled.
+    separation: of the points of the base (rows, points, 3), the first row after pressing.
     """
 
     slip: Floats
@@ -52,7 +52,7 @@ def residual_strength() -> float:
 
 
 def material_point(slips: Floats) -> Floats:
-    """Force if all points of the interface were alike."""
+    """Force if all points of the interface had the same separation."""
     return INTERFACE.confined_slip(0.0, slips, -PRESSURE).traction[:, 1] * LENGTH
 
 
@@ -66,9 +66,9 @@ def run(
 ) -> Curve:
     """Press, then pull the right face along x by a slip; n elements along the base.
 
-    nodal: linear elements, and the points of the base are its nodes, as those of most interface elements are;
-    otherwise quadratic ones and Gauss points.  back: the slip to which it is pushed back afterwards, in as
-    many steps; None for no way back.
+    nodal: linear elements with the points of the base at its nodes, as in most interface elements; otherwise
+    quadratic elements and Gauss points.  back: slip to which the face is pushed back afterwards, in the same
+    number of steps; None for no reversal.
     """
     element = ElementVector(ElementQuad1() if nodal else ElementQuad2())
     mesh = MeshQuad.init_tensor(*axes(n))
@@ -89,7 +89,7 @@ def run(
     u, norms, cuts = np.zeros(basis.N), [], 0
     for k in range(PRESS_STEPS):
         u, out = newton.step(u, np.zeros(len(pulled)), (k + 1) / PRESS_STEPS * load)
-    # the held face keeps the pressed block from widening
+    # the fixed face prevents the pressed block from widening
     rows, separation = [(0.0, float(out[pulled].sum()), 0.0)], [newton.joint.separation]
     pressed = u[middle + 1]
     for start, end in pairwise((0.0, slip) if back is None else (0.0, slip, back)):
@@ -138,7 +138,7 @@ def draw(curve: Curve, path: Path) -> None:
 
 
 def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """End with a message where slip, steps or elements are not more than 0."""
+    """End with a message if slip, steps or elements are not positive."""
     for name in ("slip", "steps", "elements"):
         value = np.min(getattr(options, name))
         if not value > 0:

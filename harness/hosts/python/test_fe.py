@@ -1,4 +1,4 @@
-"""The law inside scikit-fem: closed forms of the structure, small meshes.  Run by `make hosts`."""
+"""The law in scikit-fem: closed forms of the structure, small meshes.  `make hosts` runs these tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import pull_out
 
 
 def test_pull_out() -> None:
-    """The force ends at the residual strength, the rise is tan(theta) of the slip; Newton is quadratic."""
+    """The force ends at the residual strength, the rise is tan(theta) times the slip; Newton is quadratic."""
     curve = pull_out.run(0.4, 16, 8)
     # Newton's tolerance is 1e-10 of the largest nodal force
     assert curve.force[-1] == pytest.approx(pull_out.residual_strength(), rel=1e-8)
@@ -34,7 +34,7 @@ def test_pull_out() -> None:
 
 
 def test_pull_out_without_the_unsymmetric_part() -> None:
-    """The symmetric part of the tangent takes more than twice the iterations, or none are enough."""
+    """With the symmetric part of the tangent Newton needs more than twice the iterations, or diverges."""
     whole = pull_out.run(0.1, 8, 4)
     try:
         assert pull_out.run(0.1, 8, 4, symmetric=True).iterations > 2 * whole.iterations
@@ -43,9 +43,9 @@ def test_pull_out_without_the_unsymmetric_part() -> None:
 
 
 def test_pull_out_is_that_of_kratos() -> None:
-    """Force, rise and every separation of the base, there and back: same mesh and points, two codes.
+    """Two codes agree in force, rise and every separation of the base, on the same mesh, with a reversal.
 
-    On the way back Kratos without the adapter is far off, so the comparison sees the history.
+    After the reversal Kratos without the adapter is far off, so the comparison depends on the history.
     """
     pytest.importorskip(
         "KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed"
@@ -59,11 +59,11 @@ def test_pull_out_is_that_of_kratos() -> None:
     assert both.force.max() <= pulled_block.FORCE_BOUND
     assert both.separation.max() <= pulled_block.SEPARATION_BOUND
     assert both.rise.max() <= pulled_block.SEPARATION_BOUND
-    # the held face keeps the pressed block from widening, before it is pulled
+    # before it is pulled, the fixed face prevents the pressed block from widening
     assert both.python.force[0] < -1.0
-    # not a material point in disguise: the joint gives way from the pulled face on
+    # unlike a material point, the joint fails from the pulled face on
     assert np.ptp(both.python.separation[:, :, 1], axis=1).max() > 0.01
-    # on the way back all points slide down their planes; Newton's tolerance is 1e-10 of some 100 N
+    # after the reversal all points slide down their planes; Newton's tolerance is 1e-10 of some 100 N
     tangent, mu = np.tan(np.radians(pull_out.THETA)), pull_out.MATERIAL.mu
     down = (tangent - mu) / (1.0 + mu * tangent) * pull_out.PRESSURE * pull_out.LENGTH
     print(f"force on the way back {both.kratos.force[-3]:.6f}, closed form {down:.6f}")
@@ -71,8 +71,8 @@ def test_pull_out_is_that_of_kratos() -> None:
     forgetful = pulled_block.compare(alone, 0.4, 16, 16, back=0.0)
     print(f"without the adapter the force is wrong by {forgetful.force.max():.2f} of the peak")
     turn = int(forgetful.python.slip.argmax()) + 1
-    assert forgetful.force[:turn].max() <= pulled_block.FORCE_BOUND  # there
-    assert forgetful.force[turn:].max() > 0.5  # and back
+    assert forgetful.force[:turn].max() <= pulled_block.FORCE_BOUND  # forward
+    assert forgetful.force[turn:].max() > 0.5  # back
 
 
 def test_double_cantilever_beam() -> None:

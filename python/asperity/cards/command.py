@@ -15,7 +15,9 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
     card.add_argument("--host", required=True, choices=("abaqus", "calculix", "kratos"))
-    card.add_argument("--name", default="INTERFACE", help="name of material and elements (default: %(default)s)")
+    card.add_argument(
+        "--name", default="INTERFACE", help="name of material and elements (default: %(default)s)"
+    )
     card.add_argument("--value", metavar="VALUE", help="value of the sweep, for a case with a sweep")
     card.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the block to this file")
     for row in contract.owned("host", "numerics"):
@@ -31,8 +33,15 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
         metavar="SIGMA_N",
         help="largest compression, < 0; checks the contact stiffness",
     )
-    checks.add_argument("--modulus", type=float, metavar="E", help="Young's modulus of the solid beside the joint")
-    checks.add_argument("--size", type=float, metavar="L", help="length of the elements of this solid; checks snap-back and mesh")
+    checks.add_argument(
+        "--modulus", type=float, metavar="E", help="Young's modulus of the solid beside the joint"
+    )
+    checks.add_argument(
+        "--size",
+        type=float,
+        metavar="L",
+        help="length of the elements of this solid; checks snap-back and mesh",
+    )
     card.set_defaults(action=_card)
 
 

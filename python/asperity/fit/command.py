@@ -43,7 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"parameters to identify, of {','.join(SCALES)} (default: %(default)s)",
     )
     parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help=f"fixed parameters (default: {known})"
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help=f"fixed parameters (default: {known})",
     )
     parser.add_argument(
         "--start", action="append", default=[], metavar="NAME=VALUE", help="additional start of the search"
@@ -61,7 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--direction", type=float, default=0.0, metavar="DEGREES", help="direction of the slip, from Tx"
     )
     parser.add_argument(
-        "--k-N", type=float, dest="k_N", metavar="STIFFNESS", help="normal stiffness of the box (CNS), for all tests"
+        "--k-N",
+        type=float,
+        dest="k_N",
+        metavar="STIFFNESS",
+        help="normal stiffness of the box (CNS), for all tests",
     )
     parser.add_argument(
         "--compression-positive", action="store_true", help="sigma_N in the files is > 0 in compression"
@@ -73,12 +81,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="smallest number along a test, refined until the parameters converge (default: %(default)s)",
     )
     parser.add_argument(
-        "--starts", type=int, default=STARTS_TRIED, help="number of starts of the least squares (default: %(default)s)"
+        "--starts",
+        type=int,
+        default=STARTS_TRIED,
+        help="number of starts of the least squares (default: %(default)s)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the random starts (default: %(default)s)")
-    parser.add_argument("--confidence", type=float, default=0.95, help="confidence of the intervals (default: %(default)s)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the random starts (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--confidence", type=float, default=0.95, help="confidence of the intervals (default: %(default)s)"
+    )
     parser.add_argument("--plot", type=Path, metavar="FILE", help="plot of tests and fit, .png or .pdf")
-    parser.add_argument("--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select")
+    parser.add_argument(
+        "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
+    )
     parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
     parser.add_argument(
         "--units",

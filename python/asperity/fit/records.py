@@ -343,8 +343,8 @@ def _warn_of_order(test: ShearTest) -> None:
     turns = len(test.turns) - 1
     if way > LONGEST_PATH and turns > MOST_TURNS * test.slip.size:
         text = (
-            f"{test.name}: the slip reverses at {turns} of {test.slip.size} rows and covers {way:.0f} times its "
-            "range: expected the rows in the order of the test"
+            f"{test.name}: the slip reverses at {turns} of {test.slip.size} rows and covers {way:.0f} "
+            "times its range: expected the rows in the order of the test"
         )
         warnings.warn(text, ModelWarning, stacklevel=5)
 

@@ -139,7 +139,9 @@ def identifiability(found: Fit) -> list[str]:
             "its interval says nothing"
         )
     if not found.converged:
-        texts.append("the least squares ended before they converged: give a --start, or fewer free parameters")
+        texts.append(
+            "the least squares ended before they converged: give a --start, or fewer free parameters"
+        )
     if found.shift > ENOUGH:
         texts.append(
             f"the increments are too long: finer ones move a parameter by {found.shift:.2g} standard errors, "

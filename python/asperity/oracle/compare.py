@@ -86,7 +86,7 @@ def find(figure: str) -> list[Path]:
 
 
 def _figures(path: Path) -> list[str]:
-    """Figures in a name such as figure09a_10b; a later number without a letter is no figure (figure13a_45)."""
+    """Figures in a name such as figure09a_10b; a later number without letter is no figure (figure13a_45)."""
     first, *others = path.stem.removeprefix("figure").split("_")
     return [name.lstrip("0") for name in [first, *others] if name == first or not name.isdigit()]
 

@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "case",
         nargs="?",
         type=Path,
-        metavar="SCENE.nml",
+        metavar="CASE.nml",
         help="case file of the driver: t_N, then slip under it; a sweep gives the stress range",
     )
     parser.add_argument(
@@ -80,10 +80,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="costs from bench --csv (default: run bench --quick now)",
     )
     parser.add_argument(
-        "--map", action="store_true", help="instead of a case: draw the planes needed over mu, theta and sigma_N"
+        "--map",
+        action="store_true",
+        help="instead of a case: draw the planes needed over mu, theta and sigma_N",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="picture of the map, .png or .pdf; a CSV is written beside it"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="picture of the map, .png or .pdf; a CSV is written beside it",
     )
     parser.set_defaults(action=_run)
 
@@ -197,7 +203,7 @@ def report(answer: Selection, costs: Costs) -> str:
     path = " to ".join(f"{slip:g}" for slip in (0.0, *scene.turns))
     where = f"along {scene.direction:g} degrees, across a ridge" if scene.planar else "in any direction"
     lines = [
-        f"scene      sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
+        f"load case  sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
         f"surface    theta {scene.theta:g} degrees, flat fraction {scene.flat:g}, mu {scene.material.mu:g}",
         f"reference  {answer.reference}, good to {answer.uncertainty:.1e}; tolerance {answer.tolerance:g}",
         *(

@@ -1,8 +1,8 @@
 """Search for the cheapest pattern of a load case: regular patterns against a fine one of the same surface.
 
-A load case (class Scene) is a range of normal tractions and a slip path on a surface.  The surface is isotropic
-(planes of one inclination in every azimuth, slip in any direction) or planar (a ridge with slip across it).
-docs/how-to/select.md describes the command.
+A load case (class Scene) is a range of normal tractions and a slip path on a surface.  The surface is
+isotropic (planes of one inclination in every azimuth, slip in any direction) or planar (a ridge with slip
+across it).  docs/how-to/select.md describes the command.
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ class NoPatternError(ValueError):
 
 
 class Curves(NamedTuple):
-    """Curves of a pattern under one normal traction, over directions, then slips; rows: number of converged rows."""
+    """Curves of a pattern under one normal traction over directions, then slips; rows: number converged."""
 
     tau_L: Floats
     tau_across: Floats
@@ -208,7 +208,7 @@ class DenseRun:
     """Reference along a path: mean curves of the fine pattern over directions; planar: the three planes."""
 
     def __init__(self, scene: Scene, finer: float = 1.0, average: Sequence[float] = SEARCH_AVERAGE) -> None:
-        """Run the pattern in refined increments, in directions that are fractions of the angle between planes."""
+        """Run refined increments in directions that are fractions of the angle between planes."""
         self.scene = scene
         self.slips = scene.slips(finer)
         if scene.planar:
@@ -291,7 +291,7 @@ class DenseRun:
 
 
 def residual_error(scene: Scene, sides: int) -> float:
-    """Relative difference of the residual strengths between two planes and up a plane of a regular pattern."""
+    """Relative difference of the residual strengths between two planes and up a plane."""
     if scene.smooth:
         return 0.0
     material = scene.material
@@ -346,7 +346,7 @@ class Search:
         return self.dense.mean_error(DenseRun(self.scene, 1.0, CHECK_AVERAGE))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
-        """Errors of a pattern; those of its curves are NaN if the error of the residual strength exceeds `most`."""
+        """Errors of a pattern; NaN for its curves if the error of the residual strength is above `most`."""
         exact = self.scene.planar and sides == 2
         left = residual_error(self.scene, sides) if self.dense.dead and not exact else 0.0
         if self.scene.planar and sides == 0 and self.dense.dead:

@@ -59,7 +59,9 @@ def add_arguments(chart: argparse.ArgumentParser) -> None:
         metavar="FILE.md",
         help="fill the numbers into a page, between markers such as <!-- accuracy-planes -->",
     )
-    chart.add_argument("--only", nargs="+", choices=STUDIES, metavar="STUDY", help=f"studies to run, of {', '.join(STUDIES)}")
+    chart.add_argument(
+        "--only", nargs="+", choices=STUDIES, metavar="STUDY", help=f"studies to run, of {', '.join(STUDIES)}"
+    )
     chart.add_argument("--quick", action="store_true", help="very small sizes, for a test of the command")
     chart.set_defaults(action=_action)
 

@@ -61,7 +61,7 @@ def parts(history: History, interface: Interface) -> tuple[Floats, Floats]:
 
 
 def plane() -> Figure:
-    """Draw bond and contact of one plane: opening and closing, damage, shear under pressure with a reversal."""
+    """Draw bond and contact of one plane: opening and closing, damage, shear under pressure and back."""
     figure, (normal, damage, shear) = new_figure(12.0, 3.9, ncols=3)
     opening = ramp(0.0, 0.07, 0.0, 1.15 * S_F, steps=400)
     flat = Interface(replace(MATERIAL, kc=1.0), Pattern.regular(0, 0.0))
@@ -310,7 +310,7 @@ def _action(options: argparse.Namespace) -> int:
     for name, draw in PICTURES.items():
         path = options.output / f"{name}.png"
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelWarning)  # the pictures show a soft contact and mode II values on purpose
+            warnings.simplefilter("ignore", ModelWarning)  # both are shown
             figure = draw()
         figure.savefig(path, dpi=DPI, metadata={"Software": None})
         plt.close(figure)

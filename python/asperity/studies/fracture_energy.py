@@ -52,7 +52,7 @@ LEFT = 1.0e-9
 
 @dataclass(frozen=True, eq=False)
 class Energies:
-    """G_T (C,) of the directions (C,), degrees; error (C,): change of G_T by the last halving of the steps."""
+    """G_T (C,) of the directions (C,), degrees; error (C,): change by the last halving of the steps."""
 
     directions: Floats
     values: Floats
@@ -83,8 +83,8 @@ def pattern(name: str) -> Pattern:
 def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
     """Directions that are not equivalent by symmetry of a regular pattern, and the index of each given one.
 
-    Rotations and mirror planes of the pattern map each angle into [0, 180/m]; for listed planes all directions
-    remain.
+    Rotations and mirror planes of the pattern map each angle into [0, 180/m]; for listed planes all
+    directions remain.
     """
     if pattern.listed:
         return directions, np.arange(len(directions))

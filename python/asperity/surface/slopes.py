@@ -1,8 +1,8 @@
 """Slopes of a scanned surface: facets, listed planes, nearest regular pattern, and their differences.
 
-A facet is a piece of the scan with a vector, area times unit normal, components (N, Tx, Ty).  The average plane
-is normal to the sum of these vectors.  The law sums tractions on planes with the weights gamma (3), so gamma is
-a fraction of the true area: then a uniform pressure on all planes adds up to a pressure along N.
+A facet is a piece of the scan with a vector, area times unit normal, components (N, Tx, Ty).  The average
+plane is normal to the sum of these vectors.  The law sums tractions on planes with the weights gamma (3), so
+gamma is a fraction of the true area: then a uniform pressure on all planes adds up to a pressure along N.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class Scan:
         return levelled
 
     def lean(self) -> float:
-        """Angle between the average plane and that of least squares, degrees; the ends of the scan cause it."""
+        """Angle between the average plane and that of least squares, degrees, due to the ends of the scan."""
         a = _least_squares(self.x, self.z.mean(axis=0))
         b = 0.0 if self.y is None else _least_squares(self.y, self.z.mean(axis=1))
         fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
@@ -240,7 +240,7 @@ class Errors:
 
     mean_slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
     the mean or rms slope that faces a slip, over its largest value.  residual: largest relative difference of
-    the residual strength, inf if only one of the two locks.  listed: the same compared with the listed planes.
+    the residual strength, inf if only one of the two locks.  listed: the same, from the listed planes.
     """
 
     mean_slope: float
@@ -253,8 +253,9 @@ class Errors:
 def facets(scan: Scan, direction: float = 0.0) -> Facets:
     """Facets of a scan: segments of a profile, or four triangles for each cell of a map.
 
-    direction: of the x axis of a profile in the Tx-Ty plane, degrees.  Both diagonals of a cell divide it into
-    triangles, so that the result does not depend on a choice.  Raises ValueError where a facet overhangs.
+    direction: of the x axis of a profile in the Tx-Ty plane, degrees.  Both diagonals of a cell divide the
+    cell into triangles, so that the result does not depend on a choice.  Raises ValueError where a facet
+    overhangs.
     """
     rise = np.diff(scan.z) / np.diff(scan.x)
     if scan.y is None:
@@ -410,7 +411,7 @@ def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
 
 
 def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
-    """Regular pattern with the mean and mean square slope of the facets, along its direction for two sides."""
+    """Regular pattern with the mean and mean square slope of the facets; for two sides, along itself."""
     slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
     mean, square = found.nominal @ slopes, found.nominal @ slopes**2
     if mean <= FLATNESS:

@@ -6,7 +6,7 @@ module asperity_report_umat
   private
   public :: report_umat
 
-  !> Abaqus/Standard: an error message after which the analysis goes on; it is ended after the last line.
+  !> Abaqus/Standard: error message. The analysis continues; this module ends it after the last line.
   integer, parameter :: error_message = -2
   !> Number of characters that Abaqus prints of a message.
   integer, parameter :: text_length = 500

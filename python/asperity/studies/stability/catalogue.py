@@ -1,4 +1,4 @@
-"""The catalogue of failures: its entries, how they are run and told."""
+"""The catalogue of failure modes: entries, runs and report."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def find(names: Iterable[str]) -> list[Edge]:
 
 
 def shown(trials: Sequence[Trial]) -> bool:
-    """Whether an entry shows what it says: a failure and a survival, each as expected."""
+    """Whether an entry has a failure and a success, each as expected."""
     return all(trial.holds for trial in trials) and len({trial.expected for trial in trials}) == 2
 
 
 def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
-    """Body of docs/results/stability.md: what happens at each edge, what to do, what was measured."""
+    """Body of docs/results/stability.md: description, advice and measurements of each failure mode."""
     return "\n\n".join(_section(edge, trials) for edge, trials in results)
 
 
@@ -44,13 +44,13 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
 """A number in a table."""
 
 NOISE = 1e-9
-"""Numbers below are rounding."""
+"""Numbers below this are rounding errors."""
 
 
 def agree(one: str, other: str) -> bool:
-    """Whether two tables tell the same: their words, and numbers within a factor of 2 or both rounding.
+    """Whether two tables have the same words, and numbers within a factor of 2 or both rounding errors.
 
-    Compilers round differently, which counts of iterations and errors show.
+    Compilers round differently, which changes numbers of iterations and errors.
     """
     if NUMBER.sub("#", one) != NUMBER.sub("#", other):
         return False

@@ -13,29 +13,31 @@ from ... import tables
 from .catalogue import EDGES, agree, find, shown, table
 
 NOT_SHOWN = 1
-"""Exit code of an entry that did not go as it says, and of a table that is not up to date."""
+"""Exit code of an entry with an unexpected result, and of a table that is not up to date."""
 
 
 def add_arguments(stability: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     actions = stability.add_subparsers(required=True, metavar="ACTION")
 
-    listed = actions.add_parser("list", help="the catalogue: what happens at each edge, what to do")
+    listed = actions.add_parser("list", help="show the catalogue of failure modes, with advice")
     listed.set_defaults(action=_list)
 
-    run = actions.add_parser("run", help="run entries: the method that fails, the one that survives")
-    run.add_argument("names", nargs="+", metavar="NAME", help="of `asperity stability list`, or all")
+    run = actions.add_parser("run", help="run entries, with the methods that fail and those that succeed")
+    run.add_argument("names", nargs="+", metavar="NAME", help="entry of `asperity stability list`, or all")
     run.add_argument("--table", action="store_true", help="print the body of docs/results/stability.md")
     run.add_argument(
         "--fill",
         type=Path,
         metavar="FILE.md",
-        help="fill what stands between <!-- stability --> markers instead of printing it",
+        help="fill the table between <!-- stability --> markers instead of printing it",
     )
-    run.add_argument("--check", action="store_true", help="with --fill: change nothing, exit 1 if it differs")
+    run.add_argument(
+        "--check", action="store_true", help="with --fill: change nothing; exit with 1 if the table differs"
+    )
     run.set_defaults(action=_run)
 
-    maps = actions.add_parser("map", help="draw where methods converge, from real runs")
+    maps = actions.add_parser("map", help="draw maps of the convergence of methods")
     maps.add_argument(
         "-o",
         "--output",
@@ -52,7 +54,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    """What happens and what to do."""
+    """Print the catalogue: description and advice."""
     del options
     for edge in EDGES:
         print(f"{edge.name}: {edge.title}")
@@ -62,7 +64,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Run, tell each entry as it is done."""
+    """Run entries and print each result."""
     if options.check and options.fill is None:
         raise ValueError("--check: expected with --fill FILE.md")
     quiet = options.table or options.fill is not None
@@ -90,7 +92,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _fill(path: Path, text: str, check: bool) -> list[str]:
-    """Fill the table of a file or compare it; what is wrong with it."""
+    """Fill or compare the table of a file; return what is wrong with the file."""
     if not check:
         if not tables.refresh(path, False, {"stability": lambda: text}):
             print(f"{path}: table filled")
@@ -105,7 +107,7 @@ def _fill(path: Path, text: str, check: bool) -> list[str]:
 
 
 def _map(options: argparse.Namespace) -> int:
-    """Compute and draw."""
+    """Compute and draw the maps."""
     from .maps import draw_maps
 
     if options.size < 2:

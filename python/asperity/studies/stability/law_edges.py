@@ -344,7 +344,7 @@ UNITS = Edge(
     "units",
     "Units",
     "The law has no built-in constant with a unit. An absolute tolerance accepts everything or nothing if "
-"the units change.",
+    "the units change.",
     "Use tolerances relative to sigma0 or to the loads.",
     units,
 )

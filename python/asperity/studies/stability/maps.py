@@ -277,7 +277,8 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
     figure.suptitle(
-        rf"RP-{SIDES}, 30°, slip from 0 to $s_f$ along $T_x$ under a constant normal traction", fontsize="medium"
+        rf"RP-{SIDES}, 30°, slip from 0 to $s_f$ along $T_x$ under a constant normal traction",
+        fontsize="medium",
     )
     return figure
 

@@ -58,7 +58,9 @@ def snap() -> list[Trial]:
     ):  # fmt: skip
         rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
         study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
-        leap = "one step leaps over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
+        leap = (
+            "one step leaps over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
+        )
         trials.append(plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, leap))
     run = drive("snap")
     row = run.rows_with("snap")[-1]
@@ -83,8 +85,8 @@ SNAP = Edge(
     "Fold of the slip path at low pressure",
     "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last planes "
     "open; the next equilibrium is a jump away. Small steps stop at the fold; large ones pass it by chance.",
-    "Small steps do not help. Use viscous damage, an implicit dynamic step, or a solver that continues at the "
-    "next equilibrium, as the driver does with the event snap.",
+    "Small steps do not help. Use viscous damage, an implicit dynamic step, or a solver that continues at "
+    "the next equilibrium, as the driver does with the event snap.",
     snap,
 )
 
@@ -130,8 +132,8 @@ CHATTER = Edge(
     "Iterates that alternate across s_n = 0",
     "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes at a "
     "fold, or with a tangent that leaves out the contact.",
-    "Use the consistent tangent. If iterates still alternate, there is no equilibrium nearby: treat this as a "
-"snap.",
+    "Use the consistent tangent. If iterates still alternate, there is no equilibrium nearby: treat this as "
+    "a snap.",
     chatter,
 )
 
