@@ -23,7 +23,7 @@ module case_file
     "expect", "sweep", "replay", "state", "initial"]
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter :: case_format(37) = [character(len=104) :: &
+  character(len=*), parameter :: case_format(38) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "  &material  {material}", &
@@ -50,8 +50,9 @@ module case_file
     "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: start of the run (else virgin, s = 0);", &
     "             a run that loses equilibrium writes OUT.failed.nml with this group  ! optional", &
     "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3,", &
-    "             {replay}, dtime = 1; columns s_N, s_Tx, s_Ty or e_1 ... e_<ntens>, time;", &
-    "             through = 'vumat': ntens = 2 or 3, in blocks of block = 136 points, tensor shears", &
+    "             {replay}, dtime = 1; columns s_N, s_Tx, s_Ty or", &
+    "             e_1 ... e_<ntens>, time; through = 'vumat': ntens = 2 or 3, in blocks of block = 136", &
+    "             points, tensor shears", &
     "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
     "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
     "  &pattern sides = 4, theta = 30.0 /", &

@@ -21,9 +21,8 @@ contains
     logical, intent(out) :: mode_2                            !! tangential strength or energy differ from mode I
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
-    !> Entries that are no constants: &replay itself is read elsewhere.
-    character(len=*), parameter :: of_pattern(3) = [character(len=8) :: "sides", "normals", "weights"], &
-      of_replay(5) = [character(len=8) :: "file", "through", "ntens", "dtime", "block"]
+    !> Entries of &replay that are no constants; they are read elsewhere.
+    character(len=*), parameter :: of_replay(5) = [character(len=8) :: "file", "through", "ntens", "dtime", "block"]
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
     character(len=:), allocatable :: known
@@ -36,7 +35,7 @@ contains
       g = group_index(text, trim(groups(k)))
       if (g == 0) cycle
       known = prop_entries(trim(groups(k)))
-      if (groups(k) == "pattern") known = listed(of_pattern, "") // ", " // known
+      if (groups(k) == "pattern") known = "sides, " // known // ", normals, weights"
       if (groups(k) == "replay") known = listed(of_replay, "") // ", " // known
       do e = text%groups(g)%first, text%groups(g)%last
         i = prop_index(text%entries(e)%name, trim(groups(k)))

@@ -20,6 +20,9 @@ S_0, K = 0.02, 150.0
 ROUNDING = 1e-12
 """Tolerance in multiples of K |s|, |s|, K |s|^2 and 1: sums over five planes after tens of increments."""
 
+EITHER = "0, 1, .true. or .false."
+"""What the driver takes for the guard."""
+
 CASE = """\
 &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, guard = GUARD /
 &pattern sides = 0 /
@@ -129,7 +132,7 @@ def test_driver_replay(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("guard", "expected"),
-    [("maybe", ".true. or .false."), ("2", "0 or 1"), ("0.5", "0 or 1"), ("1, 1", ".true. or .false.")],
+    [("maybe", EITHER), ("2", "0 or 1"), ("0.5", "0 or 1"), ("1, 1", EITHER)],
 )
 def test_driver_bad_guard(tmp_path: Path, guard: str, expected: str) -> None:
     """A value of guard that is neither logical nor 0 or 1 is an error."""
