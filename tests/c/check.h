@@ -1,18 +1,18 @@
-/* Counts tests: a test is a function that returns the number of its failed checks. */
+/* Checks and their count. A test is a function that returns the number of its failed checks. */
 #ifndef CHECK_H
 #define CHECK_H
 
 #include <math.h>
 #include <stdio.h>
 
-/* STATEV, counted from 0 (docs/contract.md): values of a point, of a plane; which is the status, and the first offset. */
+/* STATEV counts from 0 (docs/contract.md): numbers of values, index of the status, index of the first offset. */
 enum { POINT_STATEV = 8, PLANE_STATEV = 3, STATUS = 4, OFFSET = 5 };
 
-/* 1, with a line on standard error, if the condition does not hold. */
+/* The value is 1, with a line on standard error, if the condition is false. */
 #define FAILS(condition) \
   ((condition) ? 0 : (fprintf(stderr, "%s:%d: expected %s\n", __FILE__, __LINE__, #condition), 1))
 
-/* 1, with both values on standard error, if a value is further than tolerance from expected (or not a number). */
+/* The value is 1, with both values on standard error, unless |value - expected| <= tolerance (also 1 for NaN). */
 #define DIFFERS(expected, value, tolerance) check_differs(__FILE__, __LINE__, #value, expected, value, tolerance)
 
 static inline int check_differs(const char *file, int line, const char *name, double expected, double value,
@@ -22,7 +22,7 @@ static inline int check_differs(const char *file, int line, const char *name, do
   return 1;
 }
 
-/* Run the tests, print the closing line; the exit status of main. */
+/* Run the tests and print the closing line. The result is the exit status of main. */
 static inline int check_run(int count, int (*const tests[])(void)) {
   int failed = 0;
   for (int i = 0; i < count; i++) failed += tests[i]() != 0;

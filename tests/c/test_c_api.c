@@ -1,4 +1,4 @@
-/* The C API as a C program sees it: texts, sizes, errors, array layout, and the UMAT behind the same library. */
+/* The C API in a C program: texts, sizes, errors, array layout, and the UMAT of the same library. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ static const double GC = 0.3, ETA = 0.9, MU = 0.5;
 #define FLAT_PROPS {SIGMA0, GC, ETA, MU}
 enum { N_FLAT_PROPS = 4 };
 
-/* A few roundings of numbers of the size of the strength. */
+/* The tolerance is a few roundings of numbers of the size of the strength. */
 static const double STRESS_TOLERANCE = 16 * 2.3e-16 * SIGMA0;
 #define TANGENT_TOLERANCE (16 * 2.3e-16 * K)
 
@@ -29,7 +29,7 @@ static int version_is_text(void) {
 }
 
 static int nstatv_counts_planes(void) {
-  /* contract: 8 + 3 Np; m inclined planes and, by the default share, the flat one */
+  /* The contract gives 8 + 3 Np, with m inclined planes and, by the default share, the flat one. */
   const double regular[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, flat[] = FLAT_PROPS;
   char message[] = "######";
   int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) ==
@@ -47,7 +47,7 @@ static int bad_props_are_named_all_at_once(void) {
 }
 
 static int elastic_points_follow_the_stiffness(void) {
-  /* below onset, (6): |s| < s0 on every point */
+  /* Every point is below the onset of damage (6): |s| < s0. */
   const double props[] = FLAT_PROPS;
   const double s[2][3] = {{0.5 * S0, 0.0, 0.0}, {0.1 * S0, -0.2 * S0, 0.3 * S0}};
   double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[2][3][3];
@@ -62,7 +62,7 @@ static int elastic_points_follow_the_stiffness(void) {
 }
 
 static int tangent_comes_by_rows(void) {
-  /* dead flat plane in contact, sliding far beyond stick: t_N = K s_N, t_Tx = -mu K s_N: only row Tx has s_N in it */
+  /* The fully damaged flat plane slides in contact: t_N = K s_N, t_Tx = -mu K s_N. Only row Tx depends on s_N. */
   const double props[] = FLAT_PROPS;
   const double s[3] = {-0.1 * S0, 10.0 * S0, 0.0};
   double state[FLAT_STATEV] = {0}, traction[3], tangent[3][3];
@@ -86,7 +86,7 @@ static int null_start_and_null_tangent(void) {
 }
 
 static int time_is_for_viscous_damage(void) {
-  /* PROPS 13; one increment of r = dt/tau_v = 1 takes the damage half-way to that of (7), (1 - s0/s)/eta */
+  /* PROPS 13: one increment of r = dt/tau_v = 1 gives half of the damage of (7), (1 - s0/s)/eta. */
   const double props[] = {SIGMA0, GC, ETA, MU, 0.0, 0.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25};
   const double s[3] = {2.0 * S0, 0.0, 0.0}, half = 0.5 * (1.0 - 0.5) / ETA;
   double state[FLAT_STATEV] = {0}, untouched[FLAT_STATEV] = {0}, traction[3];
@@ -101,7 +101,7 @@ static int time_is_for_viscous_damage(void) {
 }
 
 static int guard_blocks_damage(void) {
-  /* a plane that slid by 3 s0 sticks at -4 s0: growing damage would give energy back, (7) wants (1 - 1/4)/eta */
+  /* A plane that slid by 3 s0 sticks at -4 s0. The damage (1 - 1/4)/eta of (7) would release energy. */
   enum { N_PROPS = 17, GUARD = 16 };
   double props[N_PROPS] = FLAT_PROPS;
   const double s[3] = {-50.0 * S0, -4.0 * S0, 0.0}, held = 0.25;
@@ -118,7 +118,7 @@ static int guard_blocks_damage(void) {
   return bad;
 }
 
-/* The call must return the status, name the culprit, and leave state and traction as they came. */
+/* The call must return the status, name the culprit, and leave state and traction unchanged. */
 static int rejected(int expected, const char *culprit, const double *props, int nprops, int n, double s_n,
                     int nstatv, double alpha) {
   const double marker = -7.0, s[3] = {s_n, 0.0, 0.0};
@@ -170,7 +170,7 @@ static int no_points_is_no_error(void) {
 static double roundings(double x) { return 8.0 * DBL_EPSILON * fabs(x); }
 
 static int umat_is_the_same_law(void) {
-  /* thickness 1: strain is separation; every argument a host may leave out is NULL */
+  /* With thickness 1 the strain is the separation. Every argument that a host may omit is NULL. */
   const double props[] = FLAT_PROPS, stran[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
   const int ndi = 1, nshr = 2, ntens = 3, nstatv = FLAT_STATEV, nprops = N_FLAT_PROPS;
   const char name[80] = "flat";
@@ -180,7 +180,7 @@ static int umat_is_the_same_law(void) {
   umat_(stress, state[1], ddsdde[0], &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, s, NULL, NULL, NULL, NULL, NULL,
         NULL, name, &ndi, &nshr, &ntens, &nstatv, props, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
         NULL, NULL, NULL);
-  /* an update of many points may round otherwise than that of one where products and sums are fused */
+  /* Updates of many points and of one may differ by rounding where products and sums are fused. */
   for (int i = 0; i < FLAT_STATEV; i++) bad += DIFFERS(state[0][i], state[1][i], roundings(state[0][i]));
   for (int i = 0; i < 3; i++) {
     bad += DIFFERS(traction[i], stress[i], roundings(traction[i]));
@@ -190,7 +190,7 @@ static int umat_is_the_same_law(void) {
 }
 
 static int initial_state_carries_the_traction(void) {
-  /* a virgin flat plane: offset = traction/K; a dead one carries no tension; the numbers of states are not negative */
+  /* A virgin flat plane: offset = traction/K. A fully damaged one has no tension. Counts are not negative. */
   const double props[] = FLAT_PROPS, zero[3] = {0.0, 0.0, 0.0}, wanted[3] = {-2.0 * SIGMA0, 0.2 * SIGMA0, 0.0};
   const double tension[2][3] = {{0.0, 0.0, 0.0}, {0.5, 0.0, 0.0}}, bad_props[] = {-1.0, GC, ETA, MU};
   double state[FLAT_STATEV] = {0}, dead[2][FLAT_STATEV] = {{0}, {0}}, traction[3];

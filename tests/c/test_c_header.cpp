@@ -1,4 +1,4 @@
-// The C header in C++: it compiles, and its names link.
+// The C header compiles in C++, and its names link.
 #include "asperity.h"
 #include "check.h"
 

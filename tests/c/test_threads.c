@@ -1,4 +1,4 @@
-/* Two threads against one, accepted and rejected calls: the UMAT and the C API. */
+/* Two threads are compared with one, for accepted and rejected calls of the UMAT and the C API. */
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 enum { NSTATV = POINT_STATEV + 5 * PLANE_STATEV, STEPS = 2000, REJECTED = 300, INITIAL = 100 };
 static const double rp_4[] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
 
-/* A path of one point; thread k walks its own. */
+/* Path of one point. Every thread k has a separate path. */
 typedef struct {
   int k;
   int wrong;               /* rejected calls with another message, initial states with other bits than expected */
@@ -19,7 +19,7 @@ typedef struct {
   double points[NSTATV];   /* STATEV at the end, through asperity_update */
 } walk_type;
 
-/* The traction thread k starts from: on a way that damages the planes and makes them slide. */
+/* Initial traction of thread k. Its load path damages the planes and makes them slide. */
 static const double start[2][3] = {{-20.0, 1.0, 0.5}, {-12.0, -0.5, 2.0}};
 
 static void umat_call(double *statev, double *stress, const double *stran, const double *dstran) {
@@ -54,7 +54,7 @@ static void *walk(void *argument) {
   return NULL;
 }
 
-/* Two threads get what one gets, bit for bit. */
+/* Two threads give the results of one thread, bit for bit. */
 static int two_threads_get_what_one_gets(void) {
   walk_type alone[2] = {{.k = 0}, {.k = 1}}, both[2] = {{.k = 0}, {.k = 1}};
   pthread_t thread[2];
@@ -67,7 +67,7 @@ static int two_threads_get_what_one_gets(void) {
     failures += FAILS(memcmp(alone[k].points, both[k].points, sizeof alone[k].points) == 0);
     failures += FAILS(both[k].wrong == 0);
     failures += FAILS(alone[k].umat[0] > 0.5);
-    /* both start from the traction, and go on from the same offset */
+    /* Both start from the traction and continue from the same offset. */
     for (int j = OFFSET; j < OFFSET + 3; j++) {
       failures += FAILS(alone[k].umat[j] != 0.0);
       failures += FAILS(alone[k].umat[j] == alone[k].points[j]);
@@ -76,7 +76,7 @@ static int two_threads_get_what_one_gets(void) {
   return failures;
 }
 
-/* Rejected calls of both entries; thread 0 has a bad state, thread 1 bad constants: messages of different length. */
+/* Calls of both entries are rejected: bad state or constants, by thread, give messages of different length. */
 static void *be_rejected(void *argument) {
   walk_type *w = argument;
   double props[6], state[NSTATV] = {0}, s[3] = {0}, traction[3];

@@ -1,4 +1,5 @@
-!> Shared by the suites: the paper's Table 2, interfaces, paths and random histories made with it, special values.
+!> Procedures shared by the suites: Table 2 of the paper; interfaces, paths and random histories with it; special
+!> values.
 module support_law
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_eta, p_gc, p_m, p_mu, &
@@ -17,39 +18,39 @@ module support_law
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
-  !> Separations of complete rupture and of onset, stiffness (5), (12).
+  !> Separations of complete rupture and of onset, and stiffness (5), (12).
   real(wp), parameter, public :: sf = 2.0_wp*gc/sigma0, s0 = (1.0_wp - eta)*sf, stiffness = sigma0/s0
-  !> Inclination of the paper's Sections 4.2 to 4.4, degrees; one degree in radians.
+  !> Inclination in Sections 4.2 to 4.4 of the paper, degrees, and one degree in radians.
   real(wp), parameter, public :: theta = 30.0_wp, degree = acos(-1.0_wp)/180.0_wp
 
-  !> State variables of one plane, and of RP-4 with its flat plane; index of the damage of the first plane.
+  !> Numbers of state variables of one plane, and of RP-4 with its flat plane. Index of the damage of the first plane.
   integer, parameter, public :: flat_nstatv = n_point_statev + n_plane_statev, &
     pyramid_nstatv = n_point_statev + 5*n_plane_statev, i_alpha = n_point_statev + 1
 
-  ! by their bits: no floating-point exception is raised
+  ! The values are defined by their bits, so that no floating-point exception is raised.
   real(wp), parameter, public :: nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
   real(wp), parameter, public :: signalling_nan = transfer(int(z"7FF4000000000000", int64), 1.0_wp)
   real(wp), parameter, public :: infinity = transfer(int(z"7FF0000000000000", int64), 1.0_wp)
 
-  !> Increments of the normal traction before a slip: the energies of a preload need parts.
+  !> Increments of the normal traction before a slip: the energies of a preload need sub-increments.
   integer, parameter :: n_preload = 100
 
-  !> What a point went through in a confined slip test.
+  !> Results of a point in a confined slip test.
   type :: path_type
-    integer :: n = 0                        !! slips reached
+    integer :: n = 0                        !! number of slips reached
     real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
     real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
     real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
-    real(wp), allocatable :: work(:)        !! (slips) of the traction on the separation, N/mm
+    real(wp), allocatable :: work(:)        !! (slips) work of the traction on the separation, N/mm
     integer, allocatable :: iterations(:)   !! (slips) Newton iterations
   end type path_type
 
 contains
 
-  !> PROPS of Table 2 and a flat pattern, other values where they are given.
+  !> PROPS of Table 2 and a flat pattern, with other values where they are given.
   pure function table2_with(index, value) result(props)
-    integer, intent(in) :: index(:)      !! which of PROPS
+    integer, intent(in) :: index(:)      !! indices into PROPS
     real(wp), intent(in) :: value(:)     !! their values
     real(wp) :: props(n_fixed_props)
     props = prop_table%default
@@ -68,15 +69,15 @@ contains
 
   !> Regular pattern of m planes inclined by 30 degrees, flat share 1/3 (Table 4), material of Table 2.
   function regular_interface(m) result(regular)
-    integer, intent(in) :: m   !! inclined planes
+    integer, intent(in) :: m   !! number of inclined planes
     type(interface_type) :: regular
     regular = interface_of(table2_with([p_m, p_theta], [real(m, wp), theta]))
   end function regular_interface
 
-  !> Listed planes, material of Table 2, other values where they are given.
+  !> Listed planes with the material of Table 2, with other values where they are given.
   function listed_interface(planes, index, value) result(joint)
     real(wp), intent(in) :: planes(:, :)           !! (4, k) normal and weight
-    integer, intent(in), optional :: index(:)      !! which of PROPS
+    integer, intent(in), optional :: index(:)      !! indices into PROPS
     real(wp), intent(in), optional :: value(:)     !! their values
     type(interface_type) :: joint
     real(wp) :: props(n_fixed_props)
@@ -85,7 +86,8 @@ contains
     joint = interface_of([props, reshape(planes, [size(planes)])])
   end function listed_interface
 
-  !> Confined slip: sigma_N applied at zero slip and held, then slips along a direction, transverse slip zero.
+  !> Confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a direction. The
+  !> transverse slip is zero.
   function slip_path(joint, direction, slips, sigma_n) result(path)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
@@ -109,13 +111,13 @@ contains
   !> Values last/n, 2 last/n, ..., last.
   pure function even_steps(last, n) result(x)
     real(wp), intent(in) :: last   !! last value
-    integer, intent(in) :: n       !! how many
+    integer, intent(in) :: n       !! number of values
     real(wp) :: x(n)
     integer :: i
     x = [(last*(real(i, wp)/real(n, wp)), i=1, n)]
   end function even_steps
 
-  !> History of a point from virgin, every component of the separation given.
+  !> History of a point from the virgin state, with every component of the separation prescribed.
   pure subroutine replay(joint, s, t, state)
     type(interface_type), intent(in) :: joint   !! material and pattern
     real(wp), intent(in) :: s(:, :)           !! (3, T) separation (N, Tx, Ty)
@@ -138,7 +140,7 @@ contains
     real(wp), intent(in) :: from(3)             !! separation at the start of the increment
     real(wp), intent(in) :: s(3)                !! separation at its end
     real(wp), intent(in) :: state(:)            !! STATEV at the start
-    real(wp), intent(in) :: step                !! by which the separation is moved either way
+    real(wp), intent(in) :: step                !! difference of the separation in either direction
     real(wp), intent(in), optional :: dt        !! duration of the increment
     real(wp) :: tangent(3, 3)
     real(wp) :: new(size(state)), before(3), after(3), other(3, 3), shifted(3), old(size(state))
@@ -154,7 +156,7 @@ contains
     end do
   end function tangent_by_differences
 
-  !> Work of the traction along separations from rest, free of traction, by the trapezoidal rule.
+  !> Work of the traction along separations from a traction-free start, by the trapezoidal rule.
   pure function work_along(s, t) result(work)
     real(wp), intent(in) :: s(:, :)   !! (3, T) separation
     real(wp), intent(in) :: t(:, :)   !! (3, T) traction
@@ -166,7 +168,7 @@ contains
     end do
   end function work_along
 
-  !> Axes n, t, h of a plane by (1), as columns; Tx and Ty for a plane parallel to the average surface.
+  !> Axes n, t, h of a plane by (1), as columns. A plane parallel to the average surface has the axes Tx and Ty.
   pure function plane_axes(normal) result(axes)
     real(wp), intent(in) :: normal(3)   !! unit normal (N, Tx, Ty)
     real(wp) :: axes(3, 3)
@@ -192,7 +194,8 @@ contains
     local = [dot_product(axes(:, 1), s), dot_product(axes(:, 2), s), dot_product(axes(:, 3), s)]
   end function local_separation
 
-  !> Length of a vector. Not norm2: that of LLVM 16 is negative for some vectors with a negative zero.
+  !> Length of a vector. The intrinsic norm2 is not used: that of LLVM 16 is negative for some vectors with a negative
+  !> zero.
   pure function length(x) result(norm)
     real(wp), intent(in) :: x(:)   !! any vector
     real(wp) :: norm
@@ -206,10 +209,11 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Separations of n increments that jump to and fro, opening, closing and sliding, ever further up to 1.5 s_f.
+  !> Separations of n increments that change sign at random: opening, closing and sliding, with growing size up to 1.5
+  !> s_f.
   function random_history(seed, n) result(s)
-    integer(int64), intent(inout) :: seed   !! of `draw`
-    integer, intent(in) :: n                !! increments
+    integer(int64), intent(inout) :: seed   !! state of the generator `draw`
+    integer, intent(in) :: n                !! number of increments
     real(wp) :: s(3, n)
     integer :: i
     do i = 1, n
@@ -218,7 +222,7 @@ contains
     end do
   end function random_history
 
-  !> Whether two arrays hold the same bits.
+  !> Whether two arrays contain the same bits.
   pure function same_bits(a, b) result(same)
     real(wp), intent(in) :: a(:)   !! any bits
     real(wp), intent(in) :: b(:)   !! any bits, same size
@@ -226,7 +230,7 @@ contains
     same = all(transfer(a, [0_int64]) == transfer(b, [0_int64]))
   end function same_bits
 
-  !> Whether the bits are those of a NaN; no floating-point comparison, which a NaN may trap.
+  !> Whether the bits are those of a NaN. There is no floating-point comparison, because a NaN may trap in it.
   elemental function is_nan(x) result(yes)
     real(wp), intent(in) :: x   !! any bits
     logical :: yes

@@ -1,5 +1,5 @@
-# Installs the library to a fresh prefix, checks what it exports, builds the foreign project against it and runs it.
-# Called by CTest with WORK, BINARY_DIR, LIBRARY, NM, GENERATOR, C_COMPILER, FORTRAN_COMPILER, FORTRAN_FLAGS.
+# This script installs the library to a fresh prefix, checks the exported symbols, and builds and runs the foreign
+# project. CTest calls it with WORK, BINARY_DIR, LIBRARY, NM, GENERATOR, C_COMPILER, FORTRAN_COMPILER, FORTRAN_FLAGS.
 set(prefix ${WORK}/prefix)
 set(build ${WORK}/build)
 set(passed 0)
@@ -12,7 +12,8 @@ function(finish failed)
   endif()
 endfunction()
 
-# A step is a test; the first that fails ends the run, the later ones need it. Sets `output`.
+# A step is a test. The first step that fails ends the run, because later steps depend on it. The variable `output` is
+# set.
 macro(step name)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)

@@ -12,7 +12,7 @@ import re
 import sys
 from pathlib import Path
 
-# One entry of Testing/Temporary/LastTest.log: name, output, and what CTest says of it.
+# One entry of Testing/Temporary/LastTest.log has the name, the output, and the result that CTest reports.
 ENTRY = re.compile(
     r"^\d+/\d+ Testing: (?P<name>.+?)\n.*?"
     r"^Output:\n-+\n(?P<output>.*?)^<end of output>\n(?P<end>.*?)"

@@ -1,4 +1,5 @@
-!> Stand-in for pFUnit where it is not installed: what a translated .pf suite calls. Never looser than pFUnit 4.14.
+!> Stand-in for pFUnit where it is not installed: the procedures that a translated .pf suite calls. It is never less
+!> strict than pFUnit 4.14.
 module funit
    use, intrinsic :: iso_fortran_env, only: output_unit, real32, real64
    use pf_operands, only: element_text, is_finite, is_nan, list_text, operand_type, pf_value, trimmed
@@ -14,7 +15,7 @@ module funit
       end subroutine suite_procedure
    end interface
 
-   integer, parameter :: max_pending = 20  ! failures of one test told in full, more are only counted
+   integer, parameter :: max_pending = 20  ! largest number of failures of one test that are reported in full
    character(len=*), parameter :: next_line = new_line("a")//"      "
 
    integer :: pending = 0                  ! failures of the running test that no assertion has caught
@@ -24,7 +25,7 @@ module funit
 
 contains
 
-   !> Whether op holds for one pair of elements; a NaN fails everything but IsNaN.
+   !> Whether op holds for one pair of elements. A NaN fails every assertion except IsNaN.
    pure function compare(op, e, a, tolerance, single) result(holds)
       character(len=*), intent(in) :: op     !! name of the assertion
       real(real64), intent(in) :: e          !! expected, or left-hand side
@@ -36,7 +37,7 @@ contains
 
       holds = op == "IsNaN" .and. is_nan(a)
       if (op == "IsNaN" .or. is_nan(e) .or. is_nan(a)) return
-      ! Nothing below overflows, so nothing traps.
+      ! No operation below overflows, so there is no floating-point trap.
       scaling = merge(0.25_real64, 1.0_real64, max(abs(e), abs(a), tolerance) > 0.25_real64*huge(a))
       l = scaling*e
       r = scaling*a
@@ -69,7 +70,7 @@ contains
       end select
    end function compare
 
-   !> Why the operands do not fit the assertion (kind, rank, shape, tolerance); empty if they do.
+   !> Reason why the operands do not fit the assertion (kind, rank, shape, tolerance). The result is empty if they fit.
    pure function misfit(op, a, e, t) result(why)
       character(len=*), intent(in) :: op             !! name of the assertion
       type(operand_type), intent(in) :: a            !! actual, or right-hand side
@@ -121,7 +122,7 @@ contains
       end if
    end function misfit
 
-   !> Assert op for all elements; report the first that fails.
+   !> Assert op for all elements, and report the first element that fails.
    subroutine pf_assert(op, file, line, actual, expected, tolerance, message)
       character(len=*), intent(in) :: op                    !! name of the assertion
       character(len=*), intent(in) :: file                  !! name of the .pf file
@@ -129,7 +130,7 @@ contains
       type(operand_type), intent(in) :: actual              !! last operand
       type(operand_type), intent(in), optional :: expected  !! first of two operands
       type(operand_type), intent(in), optional :: tolerance !! default 0
-      character(len=*), intent(in), optional :: message     !! told with the failure
+      character(len=*), intent(in), optional :: message     !! text reported with the failure
       character(len=:), allocatable :: why
       real(real64), allocatable :: e(:)
       real(real64) :: t
@@ -158,7 +159,7 @@ contains
       call raise("@assert"//op//next_line//why, file//":"//list_text([line]))
    end subroutine pf_assert
 
-   !> Expected and actual text if they differ, blanks and tabs at the ends apart; else empty.
+   !> Expected and actual text if they differ, not counting blanks and tabs at the ends. Otherwise the result is empty.
    pure function text_difference(expected, actual) result(why)
       character(len=*), intent(in) :: expected  !! any text
       character(len=*), intent(in) :: actual    !! any text
@@ -170,11 +171,11 @@ contains
       if (e /= a) why = "expected <"//e//">"//next_line//"actual   <"//a//">"
    end function text_difference
 
-   !> Assert that a failure was thrown (with that text) and forget it.
+   !> Assert that a failure was thrown (with that text), and remove it.
    subroutine pf_assert_raised(file, line, message)
       character(len=*), intent(in) :: file               !! name of the .pf file
       integer, intent(in) :: line                        !! line of the directive
-      character(len=*), intent(in), optional :: message  !! text thrown; absent: the last one, whatever it is
+      character(len=*), intent(in), optional :: message  !! text thrown; absent: the last one, whatever its text
       integer :: i
 
       do i = min(pending, max_pending), 1, -1
@@ -192,13 +193,13 @@ contains
 
    !> Make the running test fail.
    subroutine throw(message)
-      character(len=*), intent(in) :: message  !! told with the failure
+      character(len=*), intent(in) :: message  !! text reported with the failure
       call raise(message, "thrown")
    end subroutine throw
 
-   !> Keep a failure of the running test and its place.
+   !> Store a failure of the running test and its place.
    subroutine raise(message, place)
-      character(len=*), intent(in) :: message  !! told with the failure
+      character(len=*), intent(in) :: message  !! text reported with the failure
       character(len=*), intent(in) :: place    !! file:line
       pending = pending + 1
       if (pending > max_pending) return
@@ -217,7 +218,7 @@ contains
       character(len=*), intent(in) :: suite             !! module of the suite
       character(len=*), intent(in) :: name              !! name of the test
       procedure(suite_procedure) :: test                !! the test
-      procedure(suite_procedure), optional :: before    !! set-up; if it fails, test and after are left out
+      procedure(suite_procedure), optional :: before    !! set-up; if it fails, test and clean-up are not run
       procedure(suite_procedure), optional :: after     !! clean-up, also of a test that failed
       integer :: i
 
@@ -238,14 +239,15 @@ contains
       if (pending > max_pending) write (output_unit, "(a)") "   and "//list_text([pending - max_pending])//" more"
    end subroutine pf_run
 
-   !> Print the closing line; stop with exit status 1 if a test failed or none ran.
+   !> Print the closing line. The program stops with exit status 1 if a test failed or no test ran.
    subroutine pf_finish()
       write (output_unit, "(a)") list_text([passed])//" passed, "//list_text([failed])//" failed"
       flush (output_unit)
       if (failed > 0 .or. passed == 0) stop 1
    end subroutine pf_finish
 
-   !> x, or what real32 arithmetic gives for it: exact, for real64 has more than twice the list_text of real32.
+   !> The value x, or the result of real32 arithmetic for it. The result is exact, because real64 has more than twice
+   !> the digits of real32.
    elemental function rounded(x, single) result(y)
       real(real64), intent(in) :: x  !! result of one operation in real64
       logical, intent(in) :: single  !! round to real32

@@ -20,7 +20,7 @@ module pf_operands
       module procedure integer_0, integer_1, integer_2, logical_0, logical_1, logical_2, character_0
    end interface pf_value
 
-   ! NaN and infinity are told by their bits: comparing a signalling NaN, even by ieee_is_nan, would trap.
+   ! NaN and infinity are recognised by their bits: comparing a signalling NaN, even by ieee_is_nan, would trap.
    integer(int64), parameter :: infinity_bits = int(z'7FF0000000000000', int64)
    integer(int32), parameter :: infinity_bits_32 = int(z'7F800000', int32)
 
@@ -120,7 +120,7 @@ contains
 
    !> Set the components of an operand.
    pure subroutine fill(operand, kind, extents, v)
-      type(operand_type), intent(out) :: operand  !! to be filled
+      type(operand_type), intent(out) :: operand  !! operand whose components are set
       character(len=*), intent(in) :: kind        !! name of the kind
       integer, intent(in) :: extents(:)           !! shape
       real(real64), intent(in) :: v(:)            !! elements
@@ -129,7 +129,7 @@ contains
       operand%v = v
    end subroutine fill
 
-   !> real32 as real64; a signalling NaN does not trap.
+   !> Convert real32 to real64. A signalling NaN does not trap.
    elemental function widened(x) result(y)
       real(real32), intent(in) :: x  !! any value
       real(real64) :: y

@@ -1,4 +1,4 @@
-!> One elastic update through the installed modules, and the same through the UMAT.
+!> One elastic update through the installed modules, and the same update through the UMAT.
 program from_fortran
   use, intrinsic :: iso_fortran_env, only: error_unit, wp => real64
   use asperity_interface, only: interface_type, new_interface
@@ -33,8 +33,8 @@ program from_fortran
 contains
 
   subroutine expect(value, expected)
-    real(wp), intent(in) :: value      !! computed
-    real(wp), intent(in) :: expected   !! formula
+    real(wp), intent(in) :: value      !! computed value
+    real(wp), intent(in) :: expected   !! value of the formula
     if (abs(value - expected) <= tolerance) return
     write (error_unit, *) "traction", value, "expected", expected
     error stop
