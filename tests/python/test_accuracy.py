@@ -45,7 +45,7 @@ def test_errors_fall_with_the_increments() -> None:
 
 
 def test_adaptive_increments_draw_the_curve_with_fewer_rows() -> None:
-    """The curve stays within three times the tolerance and has fewer than 300 rows (fixed increments: 480)."""
+    """The curve stays within three times the tolerance with fewer than 300 rows."""
     errors = list(accuracy.step_errors((480,), (1e-3,), repeats=1))
     for fixed, adaptive in zip(errors[::2], errors[1::2], strict=True):
         assert (fixed.tolerance, adaptive.tolerance) == (0.0, 1e-3)
@@ -103,14 +103,14 @@ def test_compensation_cures_the_sums() -> None:
     found = {(d.pattern, d.way): d for d in accuracy.drifts(100_000, 20_000)}
     total, added, kept = (found["RP-4", way] for way in accuracy.WAYS.values())
     assert added.traction[-1] > 30.0 * kept.traction[-1]
-    assert max(total.traction[-1], kept.traction[-1]) < 5e-6  # about K s eps over the traction
+    assert max(total.traction[-1], kept.traction[-1]) < 5e-6  # about K s eps divided by the traction
     assert min(total.work[-1], added.work[-1]) > 3.0 * kept.work[-1]
     flat = [found["flat", way].traction[-1] for way in accuracy.WAYS.values()]
     assert max(flat) < 1e-4
 
 
 def test_error_grows_with_the_slip() -> None:
-    """The error grows as eps K s unless the gap and the elastic part of the slip are the stored variables."""
+    """The error grows as eps K s, unless gap and elastic part of the slip are the stored variables."""
     found = {d.way: d for d in accuracy.distances(2000, 100.0)}
     total, carried = found[accuracy.WAYS[1]], found[accuracy.CARRIED]
     early = np.searchsorted(total.slip, 10.0)

@@ -53,7 +53,10 @@ def random_material(rng: np.random.Generator) -> Material:
 
 
 def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern]:
-    """Return one pattern for the library and for the reference: regular, or a list of any number of planes."""
+    """Return one pattern for the library and for the reference.
+
+    The pattern is regular or a list of any number of planes.
+    """
     if rng.random() < 0.3:
         k = int(rng.integers(1, 9))
         tilt, azimuth = np.radians(rng.uniform(0, 80, k)), rng.uniform(0, 2 * np.pi, k)
@@ -72,7 +75,7 @@ def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern
 
 
 def random_history(rng: np.random.Generator, length: float, points: int, increments: int) -> np.ndarray:
-    """Return separations (increments, points, 3): random walks with steps from 0.01 to several `length`.
+    """Return separations (increments, points, 3): random walks with steps of about 0.03 to 5 `length`.
 
     Some increments leave s_N unchanged.  No separation has s_N = 0, where the tangent is not unique.
     """
@@ -182,8 +185,8 @@ def test_shrinking_histories(
 ) -> None:
     """The library and the reference agree on short histories whose separations are multiples of s_f/100.
 
-    Hypothesis shrinks a failing history to the simplest one.  The round numbers reach points exactly between
-    two branches of the law.
+    Hypothesis shrinks a failing history to the simplest one.  With these round numbers points occur that lie
+    exactly between two branches of the law.
     """
     interface = Interface(Material(3.0, 0.3, eta, mu, kc=kc), Pattern.regular(sides, theta, flat, turn))
     p = parameters_of(interface.material)
@@ -223,7 +226,7 @@ def test_planar_law() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
 def test_figures(figure: str) -> None:
-    """The driver, the reference and the 2D law find the same equilibria, and the same last one, in a figure."""
+    """Driver, reference and 2D law find the same equilibria, and the same last one, for a figure."""
     for case in find(figure):
         result = compare(case)
         assert result.rows >= 100
@@ -278,7 +281,7 @@ def test_units(case: int) -> None:
 def assert_same_history(
     p: reference.Parameters, S: np.ndarray, traction: np.ndarray, state: np.ndarray, expected: object
 ) -> None:
-    """Assert that the tractions, damage and energies of a transformed history agree with the expected ones."""
+    """Assert that tractions, damage and energies of a transformed history are the expected ones."""
     largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
     K = stiffness(p)
     assert_within("traction", traction, expected.traction, TRACTION * K * largest)
