@@ -257,7 +257,7 @@ class Structure:
         return total
 
     def points(self) -> tuple[Floats, Floats]:
-        """Return separations and tractions (points, 3), (N, Tx, Ty), of all interface points; Ty is 0 in 2D."""
+        """Return separations and tractions (points, 3) of all points as (N, Tx, Ty); Ty is 0 in 2D."""
         separation = self._output(Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR)
         return separation, self._output(Geo.GEO_EFFECTIVE_TRACTION_VECTOR)
 
