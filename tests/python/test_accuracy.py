@@ -1,4 +1,4 @@
-"""Work-precision studies on tiny sizes, and the page that shows them."""
+"""Tests of the work-precision studies at small sizes, and of the page with their results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PICTURES = {
 
 
 def test_paths() -> None:
-    """Slips end where they should, in equal increments, the turning points among them."""
+    """The slip paths have equal increments, the prescribed end points, and rows at the reversals."""
     np.testing.assert_allclose(accuracy.monotonic(3), [0.2, 0.4, 0.6], rtol=0.0, atol=1e-15)
     slips = accuracy.cycle(20)
     assert len(slips) == 20
@@ -33,7 +33,7 @@ def test_paths() -> None:
 
 
 def test_errors_fall_with_the_increments() -> None:
-    """Eight times the increments: tractions converge at about first order or better."""
+    """All errors decrease with eight times as many increments; tractions converge at about first order."""
     errors = list(accuracy.step_errors((60, 480), (), repeats=1))
     assert len(errors) == 2 * len(accuracy.PATHS) * len(accuracy.SIGMA_N)
     for coarse, fine in zip(errors[::2], errors[1::2], strict=True):
@@ -45,7 +45,7 @@ def test_errors_fall_with_the_increments() -> None:
 
 
 def test_adaptive_increments_draw_the_curve_with_fewer_rows() -> None:
-    """Within three times the tolerance, and with fewer rows than fixed increments need for the same."""
+    """The curve stays within three times the tolerance with fewer than 300 rows."""
     errors = list(accuracy.step_errors((480,), (1e-3,), repeats=1))
     for fixed, adaptive in zip(errors[::2], errors[1::2], strict=True):
         assert (fixed.tolerance, adaptive.tolerance) == (0.0, 1e-3)
@@ -54,7 +54,7 @@ def test_adaptive_increments_draw_the_curve_with_fewer_rows() -> None:
 
 @pytest.mark.parametrize("sides", [3, 4, 5])
 def test_rings_of_equal_inclination_are_the_regular_pattern(sides: int) -> None:
-    """m planes and m planes turned by 180/m degrees are RP-2m."""
+    """A ring of m planes and a ring of m planes rotated by 180/m degrees form RP-2m."""
     rings = accuracy.two_rings(sides, 30.0, 0.0).pattern
     regular = Pattern.regular(2 * sides, 30.0, turn=180.0)
     order = np.lexsort(np.round(rings.normals, 12).T), np.lexsort(np.round(regular.normals, 12).T)
@@ -64,7 +64,10 @@ def test_rings_of_equal_inclination_are_the_regular_pattern(sides: int) -> None:
 
 @pytest.mark.parametrize("sides", [4, 8])
 def test_residual_is_that_of_a_long_slip(sides: int) -> None:
-    """The closed form, up a plane and between two, against a slip of 40 s_f at a small pressure."""
+    """The closed form of the residual strength agrees with the traction after a slip of 40 s_f.
+
+    The pressure is small.  The slip directions are up the slope of a plane and midway between two planes.
+    """
     interface = Interface(accuracy.material(), Pattern.regular(sides, 30.0))
     angles = np.array([0.0, 180.0 / sides])
     found = accuracy.slip_curves(interface, angles, np.linspace(0.0, 8.0, 801)[1:], -0.5)
@@ -76,7 +79,7 @@ def test_residual_is_that_of_a_long_slip(sides: int) -> None:
 
 
 def test_reference_is_isotropic_and_odd_patterns_cancel_in_loops() -> None:
-    """RP-64 is its own reference but for a turn; loops of RP-7 spread less than those of RP-6 and RP-8."""
+    """The errors of RP-64 are small; loops of RP-7 spread less than those of RP-6 and RP-8."""
     chosen = [accuracy.regular(m, 30.0) for m in (6, 7, 8, 64)]
     found = {e.sides: e for e in accuracy.plane_errors(chosen, 30.0, 0.5, (-1.0,), repeats=1)}
     assert max(found[64].tau_L, found[64].across, found[64].s_N) < 2e-3
@@ -87,24 +90,27 @@ def test_reference_is_isotropic_and_odd_patterns_cancel_in_loops() -> None:
 
 
 def test_pareto() -> None:
-    """Points that no other beats in both."""
+    """The Pareto front holds the points for which no other point is better in both values."""
     points = [(1.0, 5.0), (2.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0)]
     assert accuracy.pareto(points) == [(1.0, 5.0), (2.0, 3.0), (4.0, 1.0)]
 
 
 def test_compensation_cures_the_sums() -> None:
-    """Single precision: added increments lose the separation and the energies, compensated sums keep both."""
+    """In single precision compensated sums of the increments are more accurate than plain sums.
+
+    This applies to the separation and to the energies.
+    """
     found = {(d.pattern, d.way): d for d in accuracy.drifts(100_000, 20_000)}
     total, added, kept = (found["RP-4", way] for way in accuracy.WAYS.values())
     assert added.traction[-1] > 30.0 * kept.traction[-1]
-    assert max(total.traction[-1], kept.traction[-1]) < 5e-6  # about K s eps over the traction
+    assert max(total.traction[-1], kept.traction[-1]) < 5e-6  # about K s eps divided by the traction
     assert min(total.work[-1], added.work[-1]) > 3.0 * kept.work[-1]
     flat = [found["flat", way].traction[-1] for way in accuracy.WAYS.values()]
     assert max(flat) < 1e-4
 
 
 def test_error_grows_with_the_slip() -> None:
-    """eps K s in every way but that which carries gap and elastic part."""
+    """The error grows as eps K s, unless gap and elastic part of the slip are the stored variables."""
     found = {d.way: d for d in accuracy.distances(2000, 100.0)}
     total, carried = found[accuracy.WAYS[1]], found[accuracy.CARRIED]
     early = np.searchsorted(total.slip, 10.0)
@@ -114,14 +120,17 @@ def test_error_grows_with_the_slip() -> None:
 
 
 def test_single_precision_refuses_constants_beyond_it() -> None:
-    """The status of the library is an error."""
+    """An error status of the single-precision library raises a ValueError."""
     interface = Interface(accuracy.Material(1e25, 1e25, 0.9, 0.5), Pattern.regular(0, 0.0))
     with pytest.raises(ValueError, match="within the range of single precision"):
         accuracy.single_replay(interface, 1, np.zeros((1, 3)), 1)
 
 
 def test_tangents() -> None:
-    """The consistent one needs the fewest iterations, and each reaches the tolerance."""
+    """Every tangent reaches the tolerance; the consistent tangent needs fewer than half the iterations.
+
+    The numerical tangent needs as many as the consistent one.
+    """
     runs = {t: accuracy.tangent_run(t, -5.0, 20, 1e-10, 1) for t in accuracy.TANGENTS}
     assert all(run.end == "converged" and run.residuals[-1] <= 1e-10 for run in runs.values())
     consistent = runs["consistent"]
@@ -133,7 +142,7 @@ def test_tangents() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("study", accuracy_charts.STUDIES)
 def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The pictures of a study, and its tables on a page, between the markers."""
+    """The command draws the pictures of a study and writes its tables between the markers of a page."""
     page = tmp_path / "page.md"
     page.write_text(f"before\n<!-- accuracy-{study} -->\nold\n<!-- /accuracy-{study} -->\nafter\n")
     arguments = ["--only", study, "--quick", "--page", str(page), "-o", str(tmp_path / "new")]
@@ -150,14 +159,14 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 def test_chart_without_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Tables go to the screen, pictures may be vectors."""
+    """Without a page the tables are printed; with --pdf the pictures are vector graphics."""
     assert main(["chart", "accuracy", "--only", "tangents", "--quick", "--pdf", "-o", str(tmp_path)]) == 0
     assert "| consistent |" in capsys.readouterr().out
     assert (tmp_path / "accuracy_tangents.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A page that takes no numbers is named."""
+    """The error message names a page that has no markers."""
     page = tmp_path / "page.md"
     page.write_text("text\n")
     assert main(["chart", "accuracy", "--page", str(page), "-o", str(tmp_path)]) == 1
@@ -165,7 +174,7 @@ def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 
 def test_page_of_the_docs_is_filled() -> None:
-    """The page has every study's tables and pictures."""
+    """The page in docs has the tables and pictures of every study."""
     text = (DOCS / "results" / "accuracy.md").read_text(encoding="utf-8")
     for study in accuracy_charts.STUDIES:
         inside = text.split(f"<!-- accuracy-{study} -->")[1].split(f"<!-- /accuracy-{study} -->")[0]

@@ -1,7 +1,7 @@
-"""The library against the independent NumPy reference and the 2D law, and under a change of view.
+"""Comparison of the library with the independent NumPy reference and with the 2D law; invariance tests.
 
-Tolerances are multiples of the rounding error 2.2e-16 of what is summed: tractions K |s|, slips |s|, energies
-K |s|^2 with the largest |s| of the history.
+The tolerances are multiples of the rounding error 2.2e-16 times the size of the summed terms.  This size is
+K |s| for tractions, |s| for slips and K |s|^2 for energies, with the largest |s| of the history.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ ENERGIES = [statev_index(name) for name in ("stored", "rupture", "friction")]
 
 
 def random_material(rng: np.random.Generator) -> Material:
-    """Admissible values over orders of magnitude, mode II and closing stiffness equal or not."""
+    """Return admissible parameters that span orders of magnitude.
+
+    The parameters of mode II and the closing stiffness equal those of mode I or differ from them.
+    """
     sigma0, Gc = 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
     mixed = rng.random() < 0.3
     with warnings.catch_warnings():
@@ -50,7 +53,10 @@ def random_material(rng: np.random.Generator) -> Material:
 
 
 def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern]:
-    """The same pattern for the library and for the reference: regular, or a list of planes of any length."""
+    """Return one pattern for the library and for the reference.
+
+    The pattern is regular or a list of any number of planes.
+    """
     if rng.random() < 0.3:
         k = int(rng.integers(1, 9))
         tilt, azimuth = np.radians(rng.uniform(0, 80, k)), rng.uniform(0, 2 * np.pi, k)
@@ -69,9 +75,9 @@ def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern
 
 
 def random_history(rng: np.random.Generator, length: float, points: int, increments: int) -> np.ndarray:
-    """Separations (increments, points, 3): random walks with steps from a small share of `length` to several.
+    """Return separations (increments, points, 3): random walks with steps of about 0.03 to 5 `length`.
 
-    Some increments leave s_N as it is.  None has s_N = 0, where the tangent has two sides.
+    Some increments leave s_N unchanged.  No separation has s_N = 0, where the tangent is not unique.
     """
     steps = rng.standard_normal((increments, points, 3)) * 10 ** rng.uniform(
         -1.5, 0.7, (increments, points, 1)
@@ -82,18 +88,18 @@ def random_history(rng: np.random.Generator, length: float, points: int, increme
 
 
 def parameters_of(material: Material) -> reference.Parameters:
-    """The same material for the reference."""
+    """Return the parameters of the material for the reference."""
     m = material
     return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
 
 
 def stiffness(p: reference.Parameters) -> float:
-    """K of K |s|: the largest stiffness of a plane."""
+    """Return the largest stiffness of a plane, which is the K of the tolerances K |s|."""
     return max(p.Kn, p.Kt, p.kc * p.Kn)
 
 
 def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance: np.ndarray | float) -> None:
-    """Every difference within the tolerance."""
+    """Assert that every difference is within the tolerance."""
     excess = np.abs(actual - expected) - tolerance
     worst = np.unravel_index(np.argmax(excess), excess.shape)
     assert np.all(excess <= 0.0), f"{name}{list(worst)}: {actual[worst]!r} instead of {expected[worst]!r}"
@@ -101,7 +107,10 @@ def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance
 
 @pytest.mark.slow
 def test_random_histories() -> None:
-    """Tractions, states and tangents of random points, patterns and parameters, every branch met often."""
+    """Tractions, states and tangents agree for random histories, patterns and parameters.
+
+    Every branch of the law occurs more than 1000 times.
+    """
     rng = np.random.default_rng(SEED)
     counts = dict.fromkeys(
         itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)), 0
@@ -143,7 +152,7 @@ def test_random_histories() -> None:
 
 
 def trial_distance(planes: reference.Pattern, s: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """|s_T - s_di| of every plane at the start of the return mapping, (n, k)."""
+    """Return |s_T - s_di| of every plane at the start of the return mapping, (n, k)."""
     local = np.einsum("kab,nb->nka", reference.frames(planes[0]), s)
     slip = state[:, N_POINT_STATEV:].reshape(len(s), -1, 3)[..., 1:]
     return np.linalg.norm(local[..., 1:] - slip, axis=-1)
@@ -174,7 +183,11 @@ def test_shrinking_histories(
     turn: int,
     path: list[tuple[float, ...]],
 ) -> None:
-    """Short histories in hundredths of s_f: a failure shrinks to the simplest one, ties of branches occur."""
+    """The library and the reference agree on short histories whose separations are multiples of s_f/100.
+
+    Hypothesis shrinks a failing history to the simplest one.  With these round numbers points occur that lie
+    exactly between two branches of the law.
+    """
     interface = Interface(Material(3.0, 0.3, eta, mu, kc=kc), Pattern.regular(sides, theta, flat, turn))
     p = parameters_of(interface.material)
     S = p.sf * np.array(path)
@@ -186,7 +199,10 @@ def test_shrinking_histories(
 
 
 def test_planar_law() -> None:
-    """The plane-symmetric pattern under random histories in its plane is the 2D law, nothing pulls across."""
+    """The plane-symmetric pattern follows the 2D law under random histories in its plane of symmetry.
+
+    The traction normal to that plane is zero.
+    """
     rng = np.random.default_rng(SEED + 1)
     for theta in (0.0, 15.0, 30.0, 45.0, 60.0):
         material = Material(3.0, 0.3, 0.9, 0.5)
@@ -210,7 +226,7 @@ def test_planar_law() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
 def test_figures(figure: str) -> None:
-    """Driver, reference and 2D law each follow the equilibrium of a figure's cases, to the same end."""
+    """Driver, reference and 2D law find the same equilibria, and the same last one, for a figure."""
     for case in find(figure):
         result = compare(case)
         assert result.rows >= 100
@@ -219,7 +235,7 @@ def test_figures(figure: str) -> None:
 
 @pytest.mark.parametrize("case", range(20))
 def test_turn(case: int) -> None:
-    """Turning pattern and separation together turns the traction and leaves damage and energies alone."""
+    """A rotation of pattern and separation rotates the traction and does not change damage and energies."""
     rng = np.random.default_rng([SEED, case])
     material = random_material(rng)
     p = parameters_of(material)
@@ -235,7 +251,7 @@ def test_turn(case: int) -> None:
 
 @pytest.mark.parametrize("case", range(20))
 def test_mirror(case: int) -> None:
-    """Mirroring every normal and the separation about the (N, Tx) plane mirrors the traction."""
+    """A reflection of every normal and the separation in the (N, Tx) plane reflects the traction."""
     rng = np.random.default_rng([SEED, 100 + case])
     material = random_material(rng)
     p = parameters_of(material)
@@ -249,7 +265,7 @@ def test_mirror(case: int) -> None:
 
 @pytest.mark.parametrize("case", range(20))
 def test_units(case: int) -> None:
-    """The same interface in mm, MPa, N/mm and in m, Pa, N/m."""
+    """The results do not depend on the units: mm, MPa, N/mm or m, Pa, N/m."""
     rng = np.random.default_rng([SEED, 200 + case])
     m, (pattern, _) = random_material(rng), random_pattern(rng)
     p = parameters_of(m)
@@ -265,12 +281,12 @@ def test_units(case: int) -> None:
 def assert_same_history(
     p: reference.Parameters, S: np.ndarray, traction: np.ndarray, state: np.ndarray, expected: object
 ) -> None:
-    """Tractions, damage and energies of a history from another point of view."""
+    """Assert that tractions, damage and energies of a transformed history are the expected ones."""
     largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
     K = stiffness(p)
     assert_within("traction", traction, expected.traction, TRACTION * K * largest)
     assert_within("damage", state[:, :1], expected.state[:, :1], STATE * largest / min(p.s0, p.s02) / p.eta)
-    # energies are accumulated: one rounding error per row
+    # Energies are accumulated, so that every row adds one rounding error.
     rows = np.arange(1, len(S) + 1)[:, None]
     assert_within("energies", state[:, ENERGIES], expected.state[:, ENERGIES], STATE * rows * K * largest**2)
     assert statev_names(1)[:4] == ("damage", "stored", "rupture", "friction")

@@ -1,4 +1,4 @@
-"""The command `asperity chart speed`, on what the real benchmark writes."""
+"""Tests of the command `asperity chart speed` on the output of a real run of the benchmark."""
 
 from __future__ import annotations
 
@@ -20,14 +20,17 @@ FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """CSV of a short run."""
+    """Return the path of the CSV of a short run."""
     path = tmp_path_factory.mktemp("bench") / "bench.csv"
     subprocess.run([bench(), "--csv", path, "--quick"], check=True, capture_output=True)
     return path
 
 
 def test_rows(measured: Path) -> None:
-    """Every pattern has point and block, with and without tangent, in both precisions, and their limits."""
+    """The CSV has the promised rows for every pattern.
+
+    These are single points, blocks in both precisions, both with and without tangent, and the lower limits.
+    """
     timings = charts.read_timings(measured)
     assert {t.pattern: t.planes for t in timings} == PLANES
     assert all(t.ns_per_point > 0.0 for t in timings)
@@ -46,7 +49,7 @@ def test_rows(measured: Path) -> None:
 
 
 def test_ratios_are_those_of_the_times(measured: Path) -> None:
-    """Columns of ratios and times per plane are those of the times per point, to the digits written."""
+    """Ratios and times per plane follow from the times per point, to the digits of the CSV."""
     with measured.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
@@ -70,7 +73,7 @@ def test_ratios_are_those_of_the_times(measured: Path) -> None:
                 and (not arrays or (r["points"], r["threads"]) == (row["points"], row["threads"]))
             )
             expected = other / ns if upside_down else ns / other
-            # three decimals, of times with four
+            # The ratios have three decimals, the times four.
             assert float(row[column]) == pytest.approx(expected, rel=1e-3, abs=1e-3)
 
 
@@ -78,7 +81,7 @@ def test_ratios_are_those_of_the_times(measured: Path) -> None:
 def test_chart_of_a_file(
     name: str, measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A CSV is drawn; the file is of the kind its name says."""
+    """The command draws a CSV; the picture has the format of its file name extension."""
     output = tmp_path / name
     assert main(["chart", "speed", str(measured), "-o", str(output)]) == 0
     assert capsys.readouterr().out == f"{output}\n"
@@ -86,7 +89,7 @@ def test_chart_of_a_file(
 
 
 def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Without a CSV the benchmark is run, and prints its table."""
+    """Without a CSV the command runs the benchmark, which prints its table."""
     output = tmp_path / "speed.png"
     assert main(["chart", "speed", "--quick", "-o", str(output)]) == 0
     image = matplotlib.image.imread(output)
@@ -95,7 +98,7 @@ def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[s
 
 
 def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The table has a row per pattern, with the times of the CSV."""
+    """The table has one row for each pattern with the times of the CSV."""
     assert main(["chart", "speed", str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
     head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
     rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
@@ -121,7 +124,7 @@ def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
 def test_wrong_csv(
     text: str, arguments: list[str], expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A file that is no result of the benchmark is named."""
+    """The error message names a file that is not an output of the benchmark."""
     path = tmp_path / "bench.csv"
     path.write_text(text, encoding="utf-8")
     assert main(["chart", "speed", str(path), "-o", str(tmp_path / "x.png"), *arguments]) == 1
@@ -129,13 +132,13 @@ def test_wrong_csv(
 
 
 def test_wrong_picture(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A picture that is neither PNG nor PDF is refused."""
+    """The command rejects a picture that is neither PNG nor PDF."""
     assert main(["chart", "speed", str(measured), "-o", str(tmp_path / "speed.txt")]) == 1
     assert "speed.txt: expected a name that ends in .png or .pdf" in capsys.readouterr().err
 
 
 def test_wrong_argument_of_bench() -> None:
-    """The benchmark names what it does not know."""
+    """The error message of the benchmark names an unknown argument."""
     done = subprocess.run([bench(), "--fast"], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick, --costs or --profile")

@@ -1,4 +1,4 @@
-"""The pictures of docs/concepts.md and docs/solver.md: the command draws them, and what they show holds."""
+"""Tests of the pictures of docs/concepts.md and docs/solver.md, and of the statements they illustrate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The command draws every picture; each is committed and stands on a page."""
+    """The command draws every picture; each is committed and shown on a page."""
     assert main(["chart", "concepts", "-o", str(tmp_path)]) == 0
     drawn = [Path(line) for line in capsys.readouterr().out.splitlines()]
     assert [path.stem for path in drawn] == list(concepts.PICTURES)
@@ -29,7 +29,7 @@ def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_bond_and_contact_add_up() -> None:
-    """The two parts that the picture stacks are the traction of the library, there and back."""
+    """The two contributions add up to the traction of the library, before and after a reversal."""
     flat = Interface(concepts.MATERIAL, Pattern.regular(0, 0.0))
     slips = concepts.ramp(0.0, 0.26, 0.12)
     history = flat.confined_slip(0.0, slips, concepts.PRESSURE)

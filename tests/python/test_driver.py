@@ -1,4 +1,4 @@
-"""The driver `rie_driver`: rows against closed forms, load paths, replay, exit codes, bad input."""
+"""Tests of the driver `rie_driver`: closed forms, load paths, replay, exit codes, bad input."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COLUMNS = (
     "step increment time s_N s_Tx s_Ty t_N t_Tx t_Ty damage stored rupture friction work iterations event"
 ).split()
 
-# Table 2 of the paper, and what follows from it (12)
+# The parameters of Table 2 of the paper, and the quantities that follow from them by (12).
 SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
 S_F = 2 * GC / SIGMA0
 S_0 = (1 - ETA) * S_F
@@ -30,18 +30,19 @@ MATERIAL = f"&material sigma0 = {SIGMA0}, Gc = {GC}, eta = {ETA}, mu = {MU} /\n"
 FLAT = "&pattern sides = 0 /\n"
 RP_4 = "&pattern sides = 4, theta = 30.0 /\n"
 
-# The solver accepts a residual of 1e-13 (K |s| + |sigma|), at most 1e-13 (150*0.6 + 20) MPa: ten times that.
+# The solver accepts a residual of 1e-13 (K |s| + |sigma|), here at most 1e-13 (150*0.6 + 20) MPa.
+# The tolerance is ten times that.
 TRACTION_TOLERANCE = 1.1e-10
 
 
 @pytest.fixture(scope="session")
 def driver() -> Path:
-    """Path of the driver."""
+    """Return the path of the driver."""
     return installed.driver().resolve()
 
 
 class Result:
-    """What a run of the driver left: exit code, messages and rows."""
+    """Results of a run of the driver: exit code, messages and rows."""
 
     def __init__(self, process: subprocess.CompletedProcess[str], output: Path):
         """Read the CSV if there is one."""
@@ -64,7 +65,7 @@ class Result:
 
 
 def read_csv(text: str) -> tuple[list[str], list[list[str]]]:
-    """Header and rows; every row whole."""
+    """Return header and rows; every row must be complete."""
     assert text.endswith("\n")
     lines = [line.split(",") for line in text.splitlines()]
     assert {len(line) for line in lines} == {len(lines[0])}
@@ -94,7 +95,7 @@ def run(driver: Path, tmp_path: Path):
 
 @pytest.fixture(scope="session")
 def shipped(driver: Path, tmp_path_factory: pytest.TempPathFactory):
-    """Run a shipped case once; its results by the value of the sweep ("" if there is none)."""
+    """Run a shipped case once; return its results by the value of the sweep ("" without a sweep)."""
     done: dict[str, dict[str, Result]] = {}
 
     def run_case(name: str) -> dict[str, Result]:
@@ -111,7 +112,7 @@ def shipped(driver: Path, tmp_path_factory: pytest.TempPathFactory):
 
 
 def assert_traction(actual: np.ndarray, expected: np.ndarray | float) -> None:
-    """Equal within what the solver accepts."""
+    """Assert that tractions are equal within the residual that the solver accepts."""
     np.testing.assert_allclose(actual, expected, rtol=0, atol=TRACTION_TOLERANCE)
 
 
@@ -135,14 +136,14 @@ def test_shipped_cases_end_as_expected(shipped, name: str) -> None:
 
 
 def test_every_figure_has_its_case() -> None:
-    """The figures the project promises are there."""
+    """There is a case for every figure that the project promises."""
     names = " ".join(path.stem for path in CASES.glob("*.nml"))
     wanted = "02 04a 04b 05a 05b 07a 07b 08a 08b 09a 09b 10a 10b 11 12 13a 13b".split()
     assert [figure for figure in wanted if not re.search(rf"(figure|_){figure}(_| |$)", names)] == []
 
 
 def test_figure_2_is_the_triangle(shipped) -> None:
-    """Mode I: slope K to sigma0, then a straight line to s_f; area and work Gc."""
+    """In mode I the slope is K up to sigma0, then a straight line leads to s_f; area and work are Gc."""
     result = shipped("figure02")[""]
     s, t = result["s_N"], result["t_N"]
     law = np.where(s <= S_0, K * s, np.maximum(0.0, SIGMA0 * (S_F - s) / (S_F - S_0)))
@@ -159,7 +160,7 @@ def test_figure_2_is_the_triangle(shipped) -> None:
 
 
 def tension_limit(eta: float, sigma: float) -> float:
-    """Slip beyond which no opening s_N of an open interface gives (1-alpha) K s_N = sigma (7)."""
+    """Return the slip beyond which no opening s_N satisfies (1-alpha) K s_N = sigma (7)."""
     s_0 = (1 - eta) * S_F
     opening = np.linspace(0.0, S_F, 200001)
 
@@ -259,7 +260,7 @@ def test_rows_and_targets(run) -> None:
 
 
 def test_slip_along_a_direction(run) -> None:
-    """Slip keeps its direction, exactly along the axes; the next step keeps the direction."""
+    """A slip step follows its direction, exactly along the axes; the next step has the same direction."""
     for degrees in (0.0, 30.0, 90.0, 180.0, 270.0, -90.0, 450.0):
         result = run(MATERIAL + RP_4 + f"&step slip = 0.01, direction = {degrees} /\n&step slip = 0.02 /\n")
         slip = np.repeat([0.01, 0.02], 100) * 0.01 * np.tile(np.arange(1, 101), 2)
@@ -272,7 +273,7 @@ def test_slip_along_a_direction(run) -> None:
 
 
 def test_steps_go_on(run) -> None:
-    """Two steps are one step; a component that is not named keeps its condition and value."""
+    """Two steps equal one step; a component that is not named keeps its condition and value."""
     whole = run(MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.4, increments = 160 /\n")
     parts = run(
         MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_Tx = 0.1, increments = 40 /\n"
@@ -463,7 +464,7 @@ def test_fold_is_noticed(
 
 
 def test_sweep(run, tmp_path: Path) -> None:
-    """One CSV per value, each what the case with that value written in gives."""
+    """A sweep writes one CSV per value, equal to that of a case file with this value."""
     text = (
         MATERIAL + "&pattern sides = 2, theta = THETA /\n&sweep name = 'Theta', values = 0.0, 30.0, 12.5 /\n"
         "&step t_N = -5.0 /\n&step slip = 0.1 /\n"
@@ -577,7 +578,10 @@ LOSES = MATERIAL + FLAT + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100
 
 
 def test_lost_equilibrium_is_exit_2(run) -> None:
-    """Unexpected: message and exit 2, every converged row kept and the last equilibrium marked."""
+    """An unexpected loss of equilibrium gives a message and exit code 2.
+
+    The CSV has every converged row, and the last equilibrium is marked.
+    """
     result = run(LOSES, code=2)
     assert "equilibrium lost" in result.messages
     assert len(result.rows) == 100 + 31 + 1
@@ -595,7 +599,7 @@ def test_lost_equilibrium_is_exit_2(run) -> None:
     ],
 )
 def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
-    """The end that a case states decides between 0 and 2."""
+    """The exit code is 0 if the run ends as the case states, and 2 otherwise."""
     assert fragment in run(LOSES + f"&expect {expect} /\n", code=code).messages
 
 
@@ -632,14 +636,14 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, f
 
 
 def test_no_replay_file_where_the_loss_is_expected(run, tmp_path: Path) -> None:
-    """Neither a loss that the case states nor a run that completes leaves one."""
+    """No OUT.failed.nml is written after a loss that the case states or after a completed run."""
     run(LOSES + "&expect end = 'lost' /\n")
     run(MATERIAL + FLAT + "&step s_N = 0.1 /\n")
     assert not list(tmp_path.glob("*.failed.nml"))
 
 
 def test_state(run) -> None:
-    """A run that starts from a row of another one goes on as that one did."""
+    """A run that starts from a row of another run continues as that run."""
     path = "&step t_N = -5.0, increments = 10 /\n&step slip = 0.1, increments = 20 /\n"
     whole = run(MATERIAL + RP_4 + path, "--planes")
     row = 19
@@ -814,7 +818,10 @@ PATTERN = "sides = 4, theta = 30.0"
     ],
 )  # fmt: skip
 def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments: list[str]) -> None:
-    """Exit 1; file, line, group, name and value, and what was expected; no output file."""
+    """A bad case gives exit code 1 and no output file.
+
+    The message has file, line, group, name, value and the expected value.
+    """
     assert old in PLAIN
     messages = run(PLAIN.replace(old, new, 1), code=1).messages
     assert f"case.nml:{line}: " in messages
@@ -857,20 +864,20 @@ def test_missing_parts(run) -> None:
     "content", [b"", b"\x00\x01\x02", b"\x7fELF" + bytes(range(256)), PLAIN.encode() + b"\x00"]
 )
 def test_no_text(run, content: bytes) -> None:
-    """Empty and binary files."""
+    """Empty and binary files are input errors."""
     messages = run(content, code=1).messages
     assert "case.nml" in messages and "expected a" in messages
 
 
 def test_no_file(driver: Path, tmp_path: Path) -> None:
-    """A file that is not there, and a directory."""
+    """A missing file and a directory are input errors."""
     for name in ("none.nml", "."):
         process = call(driver, name, folder=tmp_path)
         assert process.returncode == 1 and name in process.stderr
 
 
 def test_truncated_case(run) -> None:
-    """Cut anywhere, a case is refused, or is a shorter case of whole groups; never anything else."""
+    """A case file that is truncated anywhere is rejected, or is a shorter case of complete groups."""
     for cut in range(1, len(PLAIN), 7):
         groups = PLAIN[:cut].count("/")
         whole = groups >= 3 and PLAIN[:cut].count("&") == groups
@@ -952,7 +959,7 @@ def test_initial_state_is_the_reference(run, s: list[float]) -> None:
     """With the offset added the independent law has the tractions and energies of the rows."""
     pattern = reference.regular_pattern(4, 30.0)
     traction, damage = np.array([-5.0, 1.0, 0.5]), np.array([0.5, 0.25, 0.0, 0.75, 1.0])
-    # slips that fit one separation, which is where the way to the traction starts
+    # The slips are compatible with one separation, at which the load path to the traction starts.
     slips = reference.frames(pattern[0])[:, 1:] @ s
     law, offset, state = carried_by_reference(pattern, traction, damage, np.array(s), slips)
     slip = ", ".join(repr(x) for x in slips.ravel().tolist())
@@ -1001,7 +1008,7 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
         return steps.format(s_Tx=targets[0], s_Ty=targets[1])
 
     state = f"&state separation = 3*0, statev = 8*0{f', {damage}, 0, 0' * planes} /\n"
-    # so slow that viscous damage is at rest, to 1e-9 of its growth
+    # The preload is so slow that viscous damage is in equilibrium, to 1e-9 of its growth.
     preload = f"{', '.join(f'{name} = {value}' for name, value in traction.items())}, time = 1e9"
     before = head + state + f"&step {preload}, increments = {PARTS} /\n"
     offset = run(before, "--planes").vector("s")[-1]
@@ -1011,11 +1018,12 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
         head + f"&initial traction = {values}, damage = {damage} /\n" + path([0.0, 0.0, 0.0]), "--planes"
     )
     if "tolerance" in steps:
-        # steps go with the separation so far, which one counts from zero and the other from its offset
+        # The step sizes depend on the separation; one run starts at separation zero, the other at its offset.
         rows, tolerance = slice(-1, None), float(re.search(r"tolerance = ([^ ,]+)", steps)[1])
     else:
         assert len(initial.rows) == len(loaded.rows) - PARTS
-        # that a plane slides is not in the state, and may be a rounding error, as where dead planes touch
+        # The state does not record that a plane slides. Sliding may be due to rounding, as may the contact of
+        # fully damaged planes.
         ignored = {"slip", "open", "close"} if damage == "1" else {"slip"}
         events = [[event - ignored for event in result.events] for result in (initial, loaded)]
         assert events[0] == events[1][PARTS:]
@@ -1036,7 +1044,7 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
 
 
 def test_contact_is_told_by_the_planes(run) -> None:
-    """A pressed crack opens where its offset is used up, and an opening without traction is that place."""
+    """A pressed crack opens at the separation that cancels its offset, where the traction is zero."""
     head = MATERIAL + FLAT + "&initial traction = -10, 0, 0, damage = 1 /\n"
     closure = 10.0 / K
     opens = run(head + "&step s_N = 0.1, increments = 40 /\n")
@@ -1051,13 +1059,13 @@ def test_contact_is_told_by_the_planes(run) -> None:
 
 
 def test_far_slipped_joint(run) -> None:
-    """A crack that has slipped by 5000 s_f goes on from there; rounding goes with that slip."""
+    """A run continues from a crack with a slip of 5000 s_f; the rounding error scales with this slip."""
     p, tau, slip = 10.0, 4.0, 1000.0
     result = run(
         MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1, slip = {slip}, 0 /\n"
         f"&step t_N = {-p}, t_Tx = {tau + 0.5}, increments = 10 /\n&step slip = 0.02, increments = 10 /\n"
     )
-    # the solver's 1e-13 of K s, ten times
+    # The solver accepts 1e-13 K s; the tolerance is ten times that.
     tolerance = 1e-12 * K * slip
     np.testing.assert_allclose(result["t_Tx"][:10], tau + 0.05 * np.arange(1, 11), rtol=0, atol=tolerance)
     np.testing.assert_allclose(result["s_Tx"][:10], 0.05 * np.arange(1, 11) / K, rtol=0, atol=tolerance / K)
@@ -1065,7 +1073,7 @@ def test_far_slipped_joint(run) -> None:
 
 
 def test_cracked_without_traction(run) -> None:
-    """damage alone is the state of &state at separation zero, without an onset."""
+    """With `damage` alone a run starts as from &state at separation zero, without the event onset."""
     path = "&step t_N = -1, increments = 5 /\n&step slip = 0.3, increments = 30 /\n"
     damage = [1.0, 0.2, 0.4, 0.6, 0.8]
     cracked = run(MATERIAL + RP_4 + f"&initial damage = {str(damage)[1:-1]} /\n" + path, "--planes")
@@ -1089,7 +1097,7 @@ def test_cracked_without_traction(run) -> None:
 def test_failed_increment_from_an_initial_state(
     run, driver: Path, tmp_path: Path, start: str, steps: str
 ) -> None:
-    """The increment left alone has the offset in its &state, and ends where the run did."""
+    """The file of the failed increment has the offset in its &state, and fails as the run did."""
     result = run(MATERIAL + RP_4 + f"&initial {start} /\n" + steps, code=2)
     assert "lost" in result.events[-1]
     text = (tmp_path / "case.failed.nml").read_text()
@@ -1345,7 +1353,7 @@ def test_replay_of_strains(run, tmp_path: Path) -> None:
 
 
 def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
-    """A relative name is relative to the case."""
+    """A relative file name of a record is relative to the folder of the case."""
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "record.csv").write_text("0.01,0,0\n")
     (tmp_path / "a" / "r.nml").write_text(MATERIAL + FLAT + "&replay file = 'record.csv' /\n")
@@ -1395,7 +1403,7 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
     ],
 )
 def test_bad_replay(run, tmp_path: Path, options: str, record: str | None, fragments: list[str]) -> None:
-    """Exit 1 with the line of the record or of the case."""
+    """A bad replay gives exit code 1 and the line of the record or of the case."""
     if record is not None:
         (tmp_path / "record.csv").write_text(record)
     messages = run(MATERIAL + FLAT + f"&replay {options} file = 'record.csv' /\n", code=1).messages

@@ -1,4 +1,4 @@
-"""What the tree says of itself: one version everywhere, and nothing in it that belongs to one machine."""
+"""Tests of the metadata: the version is the same everywhere, and no file refers to one machine."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import asperity
 import pytest
 
 ROOT = Path(__file__).parents[2]
-# The owner of the version.
+# This file defines the version.
 OWNER = ROOT / "src" / "law" / "asperity_contract.f90"
 LARGEST_FILE = 2_000_000
-"""Bytes; a picture fits, a build or a data set does not."""
+"""Limit in bytes: larger than any picture, smaller than a build product or a data set."""
 PICTURES = {".png", ".svg"}
 
-# (what, pattern); the parts are put together here so that this file does not contain them.
+# Each entry is (what, pattern). The patterns are assembled here so that this file does not match them.
 FOLDERS = "(?:" + "|".join(["home", "root", "tmp", "work", "Users", "mnt"]) + ")"
 REGISTRIES = "(?:" + "|".join(["py" + "pi", "pythonhosted", "con" + "da"]) + ")"
 FORBIDDEN = [
@@ -29,7 +29,7 @@ FORBIDDEN = [
 
 
 def tracked_files() -> list[Path]:
-    """Files git tracks or would track; outside a clone every file but what tools make."""
+    """Return the files that git tracks or would track; outside a clone all files but generated ones."""
     command = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     try:
         names = subprocess.run(command, capture_output=True, check=True, text=True).stdout.split("\0")
@@ -42,14 +42,14 @@ def tracked_files() -> list[Path]:
 
 @pytest.fixture(scope="module")
 def version() -> str:
-    """Version in the file that owns it."""
+    """Return the version in the file that defines it."""
     found = re.findall(r'public :: version = "(\d+\.\d+\.\d+)"', OWNER.read_text(encoding="utf-8"))
     assert len(found) == 1
     return found[0]
 
 
 def test_citation_has_the_version(version: str) -> None:
-    """CITATION.cff is retyped for those who read it without a build."""
+    """CITATION.cff has the version as a copy, because it is read without a build."""
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert re.findall(r"^version: (\S+)$", citation, re.MULTILINE) == [version]
 
@@ -61,13 +61,13 @@ def test_changelog_starts_with_the_version(version: str) -> None:
 
 
 def test_package_has_the_version(version: str) -> None:
-    """pyproject.toml reads it from its owner, the package from the library it was built with."""
+    """pyproject.toml reads the version from the source, the package from the library it was built with."""
     assert metadata.version("asperity") == version
     assert asperity.__version__ == version
 
 
 def test_library_has_the_version(version: str) -> None:
-    """asperity_version of asperity.h; CMake's is compared with it in tests/c."""
+    """asperity_version of asperity.h returns the version; tests/c compares the one of CMake with it."""
     library = ctypes.CDLL(str(asperity.library()))
     text = ctypes.create_string_buffer(32)
     assert library.asperity_version(text, len(text)) == len(version)
@@ -75,7 +75,7 @@ def test_library_has_the_version(version: str) -> None:
 
 
 def test_licence_is_the_same_everywhere() -> None:
-    """LICENSE, pyproject.toml and CITATION.cff name one licence and one owner."""
+    """LICENSE, pyproject.toml and CITATION.cff name the same licence and the same owner."""
     licence, citation = ((ROOT / name).read_text(encoding="utf-8") for name in ("LICENSE", "CITATION.cff"))
     assert licence.startswith("BSD 3-Clause License") and "asperity developers" in licence
     assert "license: BSD-3-Clause" in citation and "asperity developers" in citation
@@ -83,7 +83,7 @@ def test_licence_is_the_same_everywhere() -> None:
 
 
 def test_tree_is_small() -> None:
-    """No build product and no data set is tracked."""
+    """Git tracks no build product and no data set."""
     files = tracked_files()
     assert len(files) > 20
     assert [str(file) for file in files if file.stat().st_size > LARGEST_FILE] == []
@@ -91,7 +91,7 @@ def test_tree_is_small() -> None:
 
 @pytest.mark.parametrize(("what", "pattern"), FORBIDDEN, ids=[what for what, _ in FORBIDDEN])
 def test_tree_names_no_machine(what: str, pattern: re.Pattern[str]) -> None:
-    """Every file but pictures is text, and free of what works on one machine only."""
+    """Every file except pictures is text and contains nothing that works on one machine only."""
     hits = []
     for file in tracked_files():
         if file.suffix not in PICTURES:
@@ -101,7 +101,7 @@ def test_tree_names_no_machine(what: str, pattern: re.Pattern[str]) -> None:
 
 
 def test_patterns_find_what_they_are_for() -> None:
-    """Each pattern finds its example and passes over what is alike and allowed."""
+    """Each pattern matches its example and does not match similar text that is allowed."""
     machine, registry, merge = (pattern for _, pattern in FORBIDDEN)
     assert machine.search("open('/" + "home/me/case.nml')") and machine.search(" /" + "tmp/x")
     for allowed in ("$PREFIX/home/x", "a/work/b", "${ROOT}/tmp/x"):

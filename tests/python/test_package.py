@@ -1,4 +1,4 @@
-"""The package as the contract has it: names, shapes, errors, threads, restart, and the C API."""
+"""Tests of the package against the contract: names, shapes, errors, threads, restart, and the C API."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ NAN, INF = float("nan"), float("inf")
 
 
 def random_path(seed: int, rows: int, points: int | None = None) -> np.ndarray:
-    """Separations (rows, 3) or (rows, points, 3), mm: a random walk through every branch of the law."""
+    """Return separations (rows, 3) or (rows, points, 3), mm, that reach every branch of the law at random."""
     rng = np.random.default_rng(seed)
     shape = (rows, 3) if points is None else (rows, points, 3)
     return np.cumsum(0.03 * rng.standard_normal(shape), axis=0)
@@ -53,7 +53,7 @@ def random_path(seed: int, rows: int, points: int | None = None) -> np.ndarray:
 
 
 def test_signatures() -> None:
-    """Arguments and defaults of the contract, in its order."""
+    """The functions have the arguments and defaults of the contract, in the same order."""
 
     def arguments(call: object) -> dict[str, object]:
         parameters = inspect.signature(call).parameters.values()
@@ -76,13 +76,16 @@ def test_signatures() -> None:
 
 
 def test_what_the_material_comes_to() -> None:
-    """s_f, s_0, K of (12); the residual strength up a plane, off its steepest line, and where it locks."""
+    """The derived quantities of a material are correct.
+
+    These are s_f, s_0 and K of (12), and the residual strength up a plane, across its slope, and at locking.
+    """
     assert (TABLE_2.s_f, TABLE_2.s_0, TABLE_2.K) == pytest.approx((0.2, 0.02, 150.0), rel=1e-14)
     assert RP_4.update([[0.0, 0.0, 0.0]]).tangent[0, 0, 0] == pytest.approx(TABLE_2.K, rel=1e-14)
     slope = np.tan(np.radians(30.0))
     assert TABLE_2.residual_strength(30.0) == pytest.approx((0.5 + slope) / (1.0 - 0.5 * slope), rel=1e-14)
     assert TABLE_2.residual_strength(-30.0) == pytest.approx((0.5 - slope) / (1.0 + 0.5 * slope), rel=1e-14)
-    # across the slope the pressure is that on the plane, which friction alone carries
+    # Across the slope the strength is mu times the pressure on the plane.
     assert TABLE_2.residual_strength(30.0, 90.0) == pytest.approx(0.5 / np.cos(np.radians(30.0)), rel=1e-14)
     almost, beyond = (replace(TABLE_2, mu=share / slope) for share in (1.0 - 1e-9, 1.0 + 1e-9))
     assert almost.residual_strength(30.0) == pytest.approx((1.0 / slope + slope) * 1e9, rel=1e-6)
@@ -90,7 +93,7 @@ def test_what_the_material_comes_to() -> None:
 
 
 def test_results_have_their_fields() -> None:
-    """Fields and shapes of the results."""
+    """The results have the fields and shapes of the contract."""
     result = RP_4.update(random_path(1, 7))
     assert RP_4.n_planes == 5 and RP_4.nstatv == 8 + 3 * 5
     assert (result.traction.shape, result.state.shape, result.tangent.shape) == ((7, 3), (7, 23), (7, 3, 3))
@@ -137,7 +140,7 @@ def test_typed_and_versioned() -> None:
 
 
 def test_props_by_name() -> None:
-    """Every named constant lands where the contract has it."""
+    """Every named constant has its place in PROPS according to the contract."""
     with pytest.warns(ModelWarning):
         material = Material(3.0, 0.3, 0.9, 0.5, sigma02=4.0, Gc2=0.5, kc=7.0)
     interface = Interface(material, Pattern.regular(6, 25.0, flat=0.4, turn=10.0))
@@ -153,7 +156,7 @@ def test_props_by_name() -> None:
 
 
 def test_tables() -> None:
-    """Rows of the tables count from 1; the required constants are the first ones."""
+    """The rows of the tables are numbered from 1; the required constants are the first ones."""
     props, statev = contract.props_table(), contract.statev_table()
     assert [row.index for row in props] == list(range(1, contract.N_FIXED_PROPS + 1))
     assert [row.name for row in props if row.default is None] == ["sigma0", "Gc", "eta", "mu"]
@@ -176,7 +179,7 @@ def test_tables() -> None:
     ],
 )
 def test_planes_of_a_pattern(pattern: Pattern, n_planes: int) -> None:
-    """Np of the contract; unit normals that point up, weights that sum to 1."""
+    """A pattern has the Np of the contract, unit normals that point up, and weights that sum to 1."""
     assert Interface(TABLE_2, pattern).n_planes == len(pattern.weights) == len(pattern.normals) == n_planes
     assert np.allclose(np.linalg.norm(pattern.normals, axis=1), 1.0, rtol=0, atol=1e-15)
     assert np.all(pattern.normals[:, 0] > 0)
@@ -184,7 +187,7 @@ def test_planes_of_a_pattern(pattern: Pattern, n_planes: int) -> None:
 
 
 def test_normals_of_table_3() -> None:
-    """The five planes of Table 3, which come by rotation (41)-(43)."""
+    """The normals of the five planes of Table 3 follow from the rotations (41)-(43)."""
     c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
     expected = [[1, 0, 0], [c, -s, 0], [c, 0, -s], [c, s, 0], [c, 0, s]]
     assert np.allclose(Pattern.regular(4, 30.0, flat=1 / 5).normals, expected, rtol=0, atol=1e-15)
@@ -194,7 +197,7 @@ def test_normals_of_table_3() -> None:
 
 
 def test_input_of_any_kind() -> None:
-    """Lists, single precision, other orders and strides give what contiguous doubles give."""
+    """Lists, single precision, other orders and strides give the results of contiguous doubles."""
     path = np.round(random_path(2, 6), 3).astype(np.float32)
     expected = RP_4.update(path.astype(float))
     padded = np.zeros((12, 7))
@@ -218,7 +221,7 @@ def test_input_of_any_kind() -> None:
 
 
 def test_no_points() -> None:
-    """n = 0 and T = 0 work."""
+    """Calls without points (n = 0) or without rows (T = 0) succeed."""
     result = RP_4.update(np.empty((0, 3)), np.empty((0, 23)), np.empty((0, 3)))
     assert (result.traction.shape, result.state.shape, result.tangent.shape) == ((0, 3), (0, 23), (0, 3, 3))
     for history in (RP_4.replay(np.empty((0, 3))), RP_4.confined_slip(0.0, [], -1.0)):
@@ -245,7 +248,7 @@ def test_inputs_are_not_modified() -> None:
 
 @pytest.mark.parametrize("good", [0, 1, 4])
 def test_state_untouched_on_error(good: int) -> None:
-    """An update that is rejected at a late point changes neither the state nor anything else that came in."""
+    """An update that is rejected at a late point changes neither the state nor any other argument."""
     s, state = random_path(5, 6), RP_4.update(random_path(6, 6)).state
     s[good + 1] = NAN
     copies = s.copy(), state.copy()
@@ -288,7 +291,7 @@ def test_state_untouched_on_error(good: int) -> None:
     ],
 )
 def test_wrong_shapes(call: object, message: str) -> None:
-    """A wrong shape is named together with the one expected."""
+    """The error message names a wrong shape and the expected one."""
     with pytest.raises(ValueError, match=message):
         call()
 
@@ -332,7 +335,7 @@ def test_every_bad_constant(row: contract.Prop, value: float) -> None:
 
 
 def test_bounds_are_admissible() -> None:
-    """Values at the closed ends of the ranges are taken."""
+    """Values at the closed ends of the ranges are accepted."""
     Interface(Material(3.0, 0.3, 0.9, mu=0.0, kc=0.0), Pattern.regular(64, 0.0, flat=1.0, turn=-1e4)).props(
         0, 1, 0, 1
     )
@@ -342,7 +345,7 @@ def test_bounds_are_admissible() -> None:
 
 
 def test_all_bad_values_at_once() -> None:
-    """One error names all of them."""
+    """One error names all bad values."""
     with pytest.raises(ValueError) as error:
         Material(sigma0=-3.0, Gc=NAN, eta=2.0, mu=-1.0, sigma02=-1.0, tau_v=-5.0)
     starts = [
@@ -382,7 +385,7 @@ def test_bad_planes(normals: list[list[float]], weights: list[float], message: s
 
 
 def test_bad_patterns() -> None:
-    """Patterns that are neither regular nor a list."""
+    """Patterns that are neither regular nor a list of planes are rejected."""
     with pytest.raises(ValueError, match="sides = -2: expected 0 or 2 to 64"):
         Pattern.regular(-2, 30.0)
     with pytest.raises(ValueError, match="m = -2: expected 0 for 0 listed planes"):
@@ -392,7 +395,7 @@ def test_bad_patterns() -> None:
 @pytest.mark.parametrize("value", [NAN, INF, -INF, 1e80])
 @pytest.mark.parametrize(("component", "name"), [(0, "s_N"), (1, "s_Tx"), (2, "s_Ty")])
 def test_separations_that_are_not_finite(component: int, name: str, value: float) -> None:
-    """NaN, infinities and separations beyond the range are refused in s, s_old and S, by name."""
+    """NaN, infinities and separations out of range in s, s_old and S are rejected with their names."""
     s = np.zeros((3, 3))
     s[1, component] = value
     with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 2\): {name} = .*: expected a finite number"):
@@ -408,7 +411,7 @@ def test_separations_that_are_not_finite(component: int, name: str, value: float
     [(1, NAN, "stored"), (6, INF, "offset_Tx"), (8, -0.1, "alpha"), (11, 1.1, "alpha"), (12, NAN, "s_dit")],
 )
 def test_bad_states(index: int, value: float, name: str) -> None:
-    """A state that no update has written is refused, by index (from 1, as hosts count) and name."""
+    """A state that no update can return is rejected with index (from 1, as in the hosts) and name."""
     state = np.zeros((2, 23))
     state[1, index] = value
     with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 1\): STATEV\({index + 1}\) {name} = "):
@@ -416,7 +419,7 @@ def test_bad_states(index: int, value: float, name: str) -> None:
 
 
 def test_bad_confined_slip() -> None:
-    """Every bad argument is named at once."""
+    """One error names every bad argument."""
     with pytest.raises(ValueError) as error:
         RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0)
     starts = ("direction_deg = NaN: ", "sigma_N = -Inf", "preload = 0: ", "slips[1] = Inf")
@@ -466,14 +469,14 @@ HUGE = 10**400
     ],
 )  # fmt: skip
 def test_values_that_are_no_numbers_of_the_library(call: Callable[[], object], message: str) -> None:
-    """Integers too large for a double or a count, texts, None: ValueError with name, value, expectation."""
+    """Too large integers, texts and None raise a ValueError with name, value and expected value."""
     with pytest.raises(ValueError, match=message):
         call()
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_counts_of_other_types() -> None:
-    """A NumPy integer and a float that is whole count as well."""
+    """NumPy integers and floats with an integer value are accepted as counts."""
     expected = RP_4.confined_slip(0.0, [0.1], -1.0, preload=20).traction
     for preload in (np.int64(20), np.float64(20.0), 20.0):
         assert np.array_equal(RP_4.confined_slip(0.0, [0.1], -1.0, preload=preload).traction, expected)
@@ -494,7 +497,7 @@ def test_long_messages_are_whole() -> None:
 
 
 def test_a_cut_message_is_marked() -> None:
-    """What does not fit the buffer ends with three dots; the first bad values are there."""
+    """A message that is longer than its buffer ends with three dots and has the first bad values."""
     with pytest.raises(ValueError, match=r"slips\[0\] = NaN") as caught:
         RP_4.confined_slip(0.0, np.full(100_000, NAN), -1.0)
     text = str(caught.value)
@@ -505,7 +508,7 @@ def test_a_cut_message_is_marked() -> None:
 
 
 def test_residual_friction() -> None:
-    """Flat plane at constant sigma_N < 0: the residual is mu |sigma_N|."""
+    """The residual strength of a flat plane at constant sigma_N < 0 is mu |sigma_N|."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     for sigma_N in (-1.0, -5.0, -10.0):
         with warnings.catch_warnings():
@@ -520,7 +523,10 @@ def test_residual_friction() -> None:
 
 
 def test_path_dependent_end() -> None:
-    """RP-4, 30 degrees, direction 0, sigma_N = -10: 10.5781 MPa and s_N = -0.053572 mm at s_L = 0.6 mm."""
+    """The end of a path-dependent test agrees with its known value.
+
+    RP-4, 30 degrees, direction 0, sigma_N = -10 has 10.5781 MPa and s_N = -0.053572 mm at s_L = 0.6 mm.
+    """
     with pytest.warns(ModelWarning, match=r"gamma = 0.167"):
         history = RP_4.confined_slip(0.0, np.linspace(0, 0.6, 241), -10.0)
     assert history.traction[-1, 1] == pytest.approx(10.5781, abs=5e-5)
@@ -528,7 +534,10 @@ def test_path_dependent_end() -> None:
 
 
 def test_lost_equilibrium() -> None:
-    """sigma_N = +2 on the flat plane ends at s_L = 0.031 mm; the rows before it come with the exception."""
+    """Equilibrium of the flat plane at sigma_N = +2 ends at s_L = 0.031 mm.
+
+    The exception has the rows before this loss.
+    """
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     slips = np.linspace(0.001, 0.05, 50)
     with pytest.raises(
@@ -570,7 +579,7 @@ def test_warnings() -> None:
 
 
 def test_replay_is_a_chain_of_updates() -> None:
-    """Bit for bit, energies included."""
+    """A replay equals a chain of updates bit for bit, with the energies."""
     path = random_path(7, 50)
     history, state, s_old = RP_4.replay(path), None, None
     for row, s in enumerate(path):
@@ -581,9 +590,10 @@ def test_replay_is_a_chain_of_updates() -> None:
 
 
 def test_confined_slip_is_on_the_law() -> None:
-    """Rows of a test at sigma_N = 0 are those of a replay of its separations (each row is one increment).
+    """The rows of a test at sigma_N = 0 equal a replay of its separations; each row is one increment.
 
-    The solver adds up the planes in another order than the blocks of a replay: some units in the last place.
+    The solver sums the planes in another order than the blocks of a replay.  The results therefore differ by
+    some units in the last place.
     """
     history = RP_4.confined_slip(20.0, np.linspace(0.001, 0.2, 200), 0.0, preload=1)
     replayed = RP_4.replay(history.separation)
@@ -593,7 +603,7 @@ def test_confined_slip_is_on_the_law() -> None:
 
 
 def test_restart(tmp_path: Path) -> None:
-    """Bit for bit from a saved state."""
+    """A replay from a saved state continues bit for bit."""
     path = random_path(8, 40, points=20)
     state, s_old = np.zeros((20, RP_4.nstatv)), np.zeros((20, 3))
     for s in path[:25]:
@@ -609,7 +619,7 @@ def test_restart(tmp_path: Path) -> None:
 
 
 def test_two_threads() -> None:
-    """Two threads at once give what one gives, bit for bit."""
+    """Two simultaneous threads give the results of one thread bit for bit."""
     paths = [random_path(seed, 400) for seed in range(60)]
     serial = [RP_4.replay(path) for path in paths]
     with ThreadPoolExecutor(2) as pool:
@@ -621,7 +631,7 @@ def test_two_threads() -> None:
 
 @pytest.mark.slow
 def test_interpreter_goes_on() -> None:
-    """The lock of the interpreter is released: another thread runs while the library works."""
+    """The library releases the lock of the interpreter, so that another thread runs during a call."""
     wide = Interface(TABLE_2, Pattern.regular(64, 30.0))
     path = random_path(9, 100_000)
     times: list[float] = []
@@ -640,16 +650,16 @@ def test_interpreter_goes_on() -> None:
 
 
 def resident_bytes() -> int:
-    """Memory of this process that is in use."""
+    """Return the memory that this process uses, in bytes."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
 def test_memory_does_not_grow() -> None:
-    """Many calls, the rejected ones and the short histories among them, leave nothing behind.
+    """Many calls do not increase the memory in use; rejected calls and short histories are among them.
 
-    ASPERITY_CALLS is their number: 100,000, and a million in `make soak`.
+    ASPERITY_CALLS is the number of calls: 100,000 by default and a million in `make soak`.
     """
     s, state, bad = np.full((1, 3), 0.01), np.zeros((1, RP_4.nstatv)), np.full((1, 3), NAN)
     slips = [0.001]
@@ -674,7 +684,7 @@ def test_memory_does_not_grow() -> None:
 
 
 def numbers_after(card: str, keyword: str) -> list[float]:
-    """Values on the data lines after a keyword of an input file."""
+    """Return the values on the data lines after a keyword of an input file."""
     lines = [line for line in card.splitlines() if not line.startswith("**")]
     start = next(i for i, line in enumerate(lines) if line.lower().startswith(keyword)) + 1
     data = []
@@ -688,7 +698,7 @@ def numbers_after(card: str, keyword: str) -> list[float]:
 
 @pytest.mark.parametrize("host", ["abaqus", "calculix"])
 def test_cards_of_input_files(host: str) -> None:
-    """Constants in full precision, eight a line, the number of state variables, and their names."""
+    """A card has the constants in full precision, eight per line, and the names of the state variables."""
     card = RP_4.card(host, h=0.1, r=1e-9, name="joint")
     assert numbers_after(card, "*user material") == RP_4.props(h=0.1, r=1e-9).tolist()
     assert "constants=19" in card.lower()
@@ -702,7 +712,7 @@ def test_cards_of_input_files(host: str) -> None:
 
 
 def test_card_of_kratos() -> None:
-    """Material properties in JSON with the library that is installed."""
+    """The card for Kratos has the material properties in JSON and the path of the installed library."""
     block = json.loads(RP_4.card("kratos", name="Joint"))
     values = block["properties"][0]["Material"]["Variables"]
     assert values["UDSM_NAME"] == str(asperity.library())
@@ -722,13 +732,13 @@ def test_card_of_kratos() -> None:
     ],
 )
 def test_bad_cards(arguments: dict[str, object], message: str) -> None:
-    """Values that a host cannot accept are errors."""
+    """A value that the host cannot accept raises an error."""
     with pytest.raises(ValueError, match=message):
         RP_4.card(**arguments)
 
 
 def test_calculix_takes_regular_patterns_only() -> None:
-    """21 constants at most."""
+    """A card for CalculiX has at most 21 constants, so that a list of planes is rejected."""
     with pytest.raises(ValueError, match="23 constants: expected at most 21 for calculix"):
         Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0])).card("calculix")
 
@@ -741,12 +751,12 @@ OK, BAD_PROPS, FEW_PROPS, FEW_STATEV, BAD_SEPARATION, BAD_STATE, BAD_SIZE = 0, 1
 
 @pytest.fixture(scope="module")
 def library() -> ctypes.CDLL:
-    """The shared library that is installed with the package."""
+    """Load the shared library that is installed with the package."""
     return ctypes.CDLL(str(asperity.library()))
 
 
 def pointer(array: np.ndarray | None) -> ctypes.c_void_p:
-    """Address of an array, NULL for None."""
+    """Return the address of an array, or NULL for None."""
     return ctypes.c_void_p(None if array is None else array.ctypes.data)
 
 
@@ -758,7 +768,7 @@ def c_update(
     size: int = 200,
     **optional: np.ndarray,
 ) -> tuple[int, np.ndarray, str]:
-    """Status, traction and message of asperity_update; state is changed in place."""
+    """Return status, traction and message of asperity_update; the state is changed in place."""
     traction = np.full((len(s), 3), 77.0)
     message = ctypes.create_string_buffer(b"#" * 199, 200)
     n, s_old, tangent = optional.get("n", len(s)), optional.get("s_old"), optional.get("tangent")
@@ -770,7 +780,7 @@ def c_update(
 
 
 def test_library_has_the_symbols(library: ctypes.CDLL) -> None:
-    """The C API and the UMAT are there; the version is the package's."""
+    """The library exports the C API and the UMAT; its version is that of the package."""
     for symbol in ("asperity_update", "asperity_nstatv", "asperity_version", "umat_"):
         assert hasattr(library, symbol)
     text = ctypes.create_string_buffer(16)
@@ -779,7 +789,7 @@ def test_library_has_the_symbols(library: ctypes.CDLL) -> None:
 
 
 def test_c_nstatv(library: ctypes.CDLL) -> None:
-    """Number of state variables, or 0 and the reasons; no message is fine."""
+    """The C function returns the number of state variables, or 0 and the reasons; the message is optional."""
     message = ctypes.create_string_buffer(500)
     props = RP_4.props()
     assert library.asperity_nstatv(pointer(props), len(props), message, 500) == RP_4.nstatv
@@ -793,7 +803,10 @@ def test_c_nstatv(library: ctypes.CDLL) -> None:
 
 
 def test_c_update_is_the_package(library: ctypes.CDLL) -> None:
-    """Bit for bit the package's traction, state and tangent, with the optional arguments and without."""
+    """The C function gives the traction, state and tangent of the package bit for bit.
+
+    This applies with and without the optional arguments.
+    """
     s_old, s = random_path(10, 30), random_path(11, 30)
     start = RP_4.update(s_old).state
     expected = RP_4.update(s, start, s_old)
@@ -846,7 +859,7 @@ def test_c_errors(library: ctypes.CDLL) -> None:
 
 @pytest.mark.parametrize("size", [0, 1, 2, 10, 30])
 def test_c_message_is_cut(library: ctypes.CDLL, size: int) -> None:
-    """A message stays within its buffer and ends with a zero; size 0 writes nothing."""
+    """A message does not exceed its buffer and ends with a zero; with size 0 nothing is written."""
     props = RP_4.props()
     props[0] = -1.0
     message = ctypes.create_string_buffer(b"#" * 199, 200)
@@ -873,7 +886,7 @@ def test_c_message_is_cut(library: ctypes.CDLL, size: int) -> None:
 
 
 def test_history_is_a_plain_record() -> None:
-    """A history can be built by hand; its arrays are read-only."""
+    """A history can be constructed from arrays; its arrays are read-only."""
     rows = np.zeros((1, 3))
     history = History(rows, rows, rows[:, 0], rows, rows[:, 0])
     assert history.events == ()
@@ -883,7 +896,7 @@ def test_history_is_a_plain_record() -> None:
 
 
 def test_snaps_are_told() -> None:
-    """RP-16 without normal traction jumps once, at one place whatever the steps; RP-12 does not."""
+    """RP-16 without normal traction has one snap, at the same place for all steps; RP-12 has none."""
     for steps in (20, 400):
         slips = np.linspace(0.0, 0.2, steps + 1)
         for sides in (12, 16):
@@ -903,7 +916,7 @@ def test_snaps_are_told() -> None:
 
 
 def test_events_are_those_of_the_driver() -> None:
-    """The events of a replay are the column of the driver on the same separations."""
+    """The events of a replay equal the event column of the driver for the same separations."""
     case = "&material sigma0=3, Gc=0.3, eta=0.9, mu=0.5 /\n&pattern sides=4, theta=30 /\n"
     case += "&step t_N=-1, increments=20 /\n"
     case += "&step slip=0.3,-0.3,0.0, direction=20, increments=60 /\n"

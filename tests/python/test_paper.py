@@ -1,4 +1,4 @@
-"""The gallery of the paper: Table 5, converged energies, and the committed files come out again."""
+"""Tests of the gallery of the paper: Table 5, converged energies, and reproduction of the committed files."""
 
 from __future__ import annotations
 
@@ -35,24 +35,30 @@ LAW_MD = {
     "RP-6": (0.337899, 0.336878),
     "RP-32": (0.33742, 0.33742),
 }
-"""Converged energies of an independent implementation, as many digits as it gave."""
+"""Converged energies of an independent implementation, with all digits that it printed."""
 
 CONVERGED = 2.0e-6
-"""The paths here are halved to 3e-7; the references are rounded to 5e-7."""
+"""Tolerance: steps here are halved until the error is 3e-7, and the references are rounded to 5e-7."""
 
 SNAP = 2.0e-6
 """Excess of RP-32 over Gc: it ends in a snap (m >= 12), a jump that releases energy."""
 
 FIVE_DIGITS = 5.0e-6
-"""Rounding of the references of RP-32, which comes on top."""
+"""Additional tolerance for the rounding of the references of RP-32."""
 
 RELATIVE = 2.0e-5
-"""Of a number written with six digits (5e-6), twice, on the largest of its column, and other compilers."""
+"""Tolerance relative to the largest value of a column.
+
+It covers twice the rounding of a number written with six digits (5e-6) and differences between compilers.
+"""
 
 
 @pytest.mark.parametrize("name", PATTERNS)
 def test_converged_energies(name: str) -> None:
-    """Largest and smallest energy over 64 directions, and an error estimate that is kept."""
+    """The largest and smallest energy over 64 directions are those of an independent implementation.
+
+    The estimated error is below 1e-6 Gc.
+    """
     found = fracture_energy(MATERIAL, pattern(name))
     tolerance = CONVERGED + (FIVE_DIGITS if name == "RP-32" else 0.0)
     assert [found.largest, found.smallest] == pytest.approx(LAW_MD[name], rel=0.0, abs=tolerance)
@@ -61,12 +67,15 @@ def test_converged_energies(name: str) -> None:
 
 @pytest.mark.parametrize("name", TABLE_5)
 def test_table_5(name: str) -> None:
-    """The three printed numbers of a pattern, to the last digit."""
+    """The three printed numbers of a pattern are reproduced to the last digit."""
     assert printed(*sampled(table_5_curves(name), *SAMPLING)) == TABLE_5[name]
 
 
 def test_order_is_the_quadrature_s() -> None:
-    """RP-4 spreads less than RP-6 by the sampling of Table 5, and more by all points."""
+    """The order of RP-4 and RP-6 depends on the quadrature.
+
+    The energy of RP-4 varies less than that of RP-6 with the sampling of Table 5, and more with all points.
+    """
 
     def spread(name: str, first: int, interval: int) -> float:
         largest, smallest = sampled(table_5_curves(name), first, interval)
@@ -78,7 +87,7 @@ def test_order_is_the_quadrature_s() -> None:
 
 @pytest.mark.parametrize("name", PATTERNS)
 def test_energy_without_friction_is_gc(name: str) -> None:
-    """mu = 0: Gc for any direction."""
+    """Without friction (mu = 0) the energy is Gc in every direction."""
     found = fracture_energy(Material(3.0, 0.3, 0.9, 0.0), pattern(name), np.array([0.0, 7.0, 33.0]))
     excess = found.values - 0.3
     snap = SNAP if name == "RP-32" else 0.0
@@ -86,16 +95,16 @@ def test_energy_without_friction_is_gc(name: str) -> None:
 
 
 def test_energy_along_a_trough_is_gc() -> None:
-    """RT along Ty, the direction in which no plane slopes."""
+    """The energy of RT is Gc along Ty, the direction in which no plane is inclined."""
     assert fracture_energy(MATERIAL, pattern("RT"), np.array([90.0])).largest == pytest.approx(0.3, abs=1e-12)
 
 
 @pytest.mark.parametrize("sides", [0, 2, 3, 4, 6, 32])
 def test_symmetric_directions_are_the_same(sides: int) -> None:
-    """The curves that are left out are those that are computed."""
+    """The curves that symmetry replaces equal the curves that are computed."""
     planes = Pattern.regular(sides, 30.0, turn=10.0)
     angles, place = distinct(planes, DIRECTIONS)
-    assert sides == 3 or len(angles) < 40  # 64 directions and 120 degrees have no common turn by 10
+    assert sides == 3 or len(angles) < 40  # symmetry of RP-3 does not map these directions onto each other
     slips = np.linspace(0.0, 0.15, 31)[1:]
     interface = Interface(MATERIAL, planes)
     every = slip_curves(interface, DIRECTIONS, slips, -1.0).tau_L
@@ -104,14 +113,14 @@ def test_symmetric_directions_are_the_same(sides: int) -> None:
 
 
 def test_listed_planes_have_no_symmetry() -> None:
-    """No direction of a free list is left out."""
+    """For a list of planes every direction is computed."""
     planes = Pattern.planes([(1.0, 0.2, 0.1), (1.0, 0.0, 0.0)], [0.5, 0.5])
     angles, place = distinct(planes, DIRECTIONS)
     np.testing.assert_array_equal(angles[place], DIRECTIONS)
 
 
 def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A traction that is left at the end, and steps that become too many, are errors."""
+    """It is an error if a traction remains at the end, or if the number of steps becomes too large."""
     monkeypatch.setattr("asperity.studies.fracture_energy.SPAN", 0.5)
     with pytest.raises(ValueError, match="expected a fully damaged, open interface"):
         fracture_energy(MATERIAL, pattern("RP-4"))
@@ -123,7 +132,10 @@ def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_slip_curves_are_the_single_tests(threads: int) -> None:
-    """Many tests in one call are those of `confined_slip`, one by one; a lost one ends with NaN."""
+    """Many tests in one call equal single calls of `confined_slip`.
+
+    The rows after a loss of equilibrium are NaN.
+    """
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
     slips = np.concatenate([np.linspace(0.0, 0.1, 21)[1:], np.linspace(0.1, -0.1, 41)[1:]])
     angles = np.arange(0.0, 90.0, 7.0)
@@ -153,7 +165,7 @@ def test_slip_curves_are_the_single_tests(threads: int) -> None:
     ],
 )
 def test_wrong_curves(arguments: tuple, expected: str) -> None:
-    """What is no list of finite numbers is named."""
+    """The error message names the invalid argument."""
     with pytest.raises(ValueError, match=expected):
         slip_curves(Interface(MATERIAL, pattern("RT")), *arguments)
 
@@ -162,21 +174,21 @@ def test_wrong_curves(arguments: tuple, expected: str) -> None:
 
 
 def numbers(text: str) -> tuple[str, list[float]]:
-    """A text without its numbers, and the numbers."""
+    """Return a text with its numbers replaced by #, and the numbers."""
     pattern = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
     found = [float(m.replace("−", "-")) for m in pattern.findall(text)]
     return pattern.sub("#", text), found
 
 
 def table(path: Path) -> tuple[str, list[list[str]]]:
-    """Header and cells of a CSV."""
+    """Return the header and the cells of a CSV."""
     header, *lines = path.read_text(encoding="utf-8").splitlines()
     return header, [line.split(",") for line in lines]
 
 
 @pytest.fixture(scope="module")
 def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The gallery, made again by the command."""
+    """Run the command for the gallery; return the folder of its output."""
     folder = tmp_path_factory.mktemp("gallery")
     assert main(["paper", "-o", str(folder)]) == 0
     return folder
@@ -184,7 +196,7 @@ def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_files_are_the_committed_ones(again: Path) -> None:
-    """Every entry has its picture and its numbers, and nothing else is there."""
+    """Every entry has its picture and its numbers, and there are no other files."""
     names = {f"{entry.stem}.{kind}" for entry in gallery.ENTRIES for kind in ("png", "csv")} | {"README.md"}
     assert {path.name for path in again.iterdir()} == names
     assert {path.name for path in GALLERY.iterdir()} == names
@@ -197,7 +209,7 @@ def test_files_are_the_committed_ones(again: Path) -> None:
 
 @pytest.mark.slow
 def test_numbers_are_the_committed_ones(again: Path) -> None:
-    """Cell by cell, relative to the largest of the column."""
+    """Every cell agrees with the committed one, relative to the largest value of its column."""
     for path in sorted(again.glob("*.csv")):
         (header, ours), (committed_header, committed) = table(path), table(GALLERY / path.name)
         assert header == committed_header and len(ours) == len(committed) > 0, path.name
@@ -215,7 +227,7 @@ def test_numbers_are_the_committed_ones(again: Path) -> None:
 
 @pytest.mark.slow
 def test_page_is_the_committed_one(again: Path) -> None:
-    """The page has the same words; numbers that are rounding errors or error estimates stay small."""
+    """The page has the same text; numbers that are rounding errors or error estimates stay small."""
     words, values = numbers((again / "README.md").read_text(encoding="utf-8"))
     committed_words, committed = numbers((GALLERY / "README.md").read_text(encoding="utf-8"))
     assert words == committed_words
@@ -225,7 +237,7 @@ def test_page_is_the_committed_one(again: Path) -> None:
 
 @pytest.mark.slow
 def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """--figure leaves out the others and the page, --pdf adds vector pictures."""
+    """With --figure the other figures and the page are not written; --pdf adds vector pictures."""
     assert main(["paper", "-o", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
     assert capsys.readouterr().out == f"{tmp_path / 'new'}\n"
     names = [f"figure{number}.{kind}" for number in ("02", "04a") for kind in ("csv", "pdf", "png")]
@@ -238,17 +250,17 @@ def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     [("4", ["4a", "4b"]), ("4b", ["4b"]), ("13", ["13a", "13b"]), ("table5", ["Table 5"]), ("1", ["1"])],
 )
 def test_figures_by_number(number: str, expected: list[str]) -> None:
-    """A number without letter is all its parts."""
+    """A figure number without a letter selects all parts of the figure."""
     assert [entry.number for entry in paper.select([number])] == expected
 
 
 def test_unknown_figure(capsys: pytest.CaptureFixture[str]) -> None:
-    """A figure that the paper does not have is named."""
+    """The error message names a figure that the paper does not have."""
     assert main(["paper", "--figure", "17"]) == 1
     assert "--figure 17: expected one of 1, 2, 3, 4a" in capsys.readouterr().err
 
 
 def test_every_figure_is_there() -> None:
-    """What the paper has, and what the project promises."""
+    """The gallery has the figures of the paper and those that the project adds."""
     promised = [*"1 2 3 4a 4b 5a 5b 6 7 8 9 10 11 12 13a 13b 14 15 16".split(), "Table 5"]
     assert [entry.number for entry in gallery.ENTRIES] == promised

@@ -1,6 +1,6 @@
-"""The stand-in for pFUnit: its verdicts, what it refuses, and the count of tests.
+"""Tests of the replacement of pFUnit: its verdicts, the files it rejects, and the count of tests.
 
-With PFUNIT_DIR in the environment the verdicts are those of pFUnit as well.
+If PFUNIT_DIR is set in the environment, the verdicts are compared with those of pFUnit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ needs_gfortran = pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfo
 
 
 def run(*command: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a command and keep what it prints."""
+    """Run a command and capture its output."""
     words = [str(word) for word in command]
     return subprocess.run(words, cwd=cwd, capture_output=True, text=True, errors="replace", check=False)
 
@@ -36,7 +36,7 @@ def translate(source: Path, output: Path) -> subprocess.CompletedProcess[str]:
 
 
 def build(main: Path, flags: list[str]) -> Path:
-    """Compile the stand-in and a program; return the executable."""
+    """Compile the replacement of pFUnit and a program; return the executable."""
     executable = main.with_suffix(".exe")
     sources = [SUPPORT / "pf_operands.f90", SUPPORT / "funit.f90", main]
     done = run("gfortran", *STRICT, *flags, *sources, "-o", executable, cwd=main.parent)
@@ -45,7 +45,7 @@ def build(main: Path, flags: list[str]) -> Path:
 
 
 def suite(body: str, name: str = "sample") -> str:
-    """Return a .pf file whose module holds the body after its contains."""
+    """Return the text of a .pf file whose module has the body after its `contains`."""
     return f"module {name}\n   use funit\n   implicit none\n   public\ncontains\n{body}end module {name}\n"
 
 
@@ -72,7 +72,10 @@ def names_in(text: str) -> list[str]:
 @needs_gfortran
 @pytest.mark.parametrize("flags", [TRAPS, ["-O3"]], ids=["traps", "O3"])
 def test_verdicts(tmp_path: Path, flags: list[str]) -> None:
-    """Every test of pf_verdicts.pf ends as its name says, with floating-point traps and optimised."""
+    """Every test of pf_verdicts.pf passes or fails according to its name.
+
+    The program is compiled with floating-point traps and with optimisation.
+    """
     assert translate(VERDICTS, tmp_path / "main.f90").returncode == 0
     done = run(build(tmp_path / "main.f90", flags))
     names = names_in(VERDICTS.read_text())
@@ -86,7 +89,7 @@ def test_verdicts(tmp_path: Path, flags: list[str]) -> None:
 
 @needs_gfortran
 def test_report(tmp_path: Path) -> None:
-    """A failure is told with file, line, expected, actual, tolerance, element and message."""
+    """The report of a failure has file, line, expected and actual value, tolerance, element and message."""
     failing = "@assertEqual([1.0d0, 2.0d0], [1.0d0, 4.0d0], tolerance=0.5d0, message='why')"
     text = suite(one_test("@assertTrue(.true.)", failing))
     done = run_suite(tmp_path, text)
@@ -127,7 +130,7 @@ MISFITS = [
 
 @needs_gfortran
 def test_operands_that_do_not_fit_fail(tmp_path: Path) -> None:
-    """What pFUnit does not compile fails here: kinds, ranks and tolerances that do not fit."""
+    """An assertion fails if its kinds, ranks or tolerance do not match; pFUnit does not compile it."""
     done = run_suite(tmp_path, suite("".join(one_test(line, name=f"n{i}") for i, line in enumerate(MISFITS))))
     failed = re.findall(r"^sample n(\d+) \.\.\. FAILED$", done.stdout, re.MULTILINE)
     assert failed == [str(i) for i in range(len(MISFITS))]
@@ -136,7 +139,7 @@ def test_operands_that_do_not_fit_fail(tmp_path: Path) -> None:
 
 @needs_gfortran
 def test_before_and_after(tmp_path: Path) -> None:
-    """A failing @before leaves out test and @after; a failing @after fails the test."""
+    """After a failure in @before neither the test nor @after runs; a failure in @after fails the test."""
     fixture = "@{0}\nsubroutine around()\nprint *, '{0} ran'\n@assertTrue({1})\nend subroutine around\n"
     body = one_test("print *, 'test ran'")
     (tmp_path / "a").mkdir()
@@ -160,7 +163,7 @@ def test_no_test_is_a_failure(tmp_path: Path) -> None:
 
 
 def test_flang_compiles_the_stand_in(tmp_path: Path) -> None:
-    """A second compiler accepts the stand-in and what the translator writes."""
+    """Flang, a second compiler, accepts the replacement of pFUnit and the output of the translator."""
     flang = next(filter(None, map(shutil.which, ("flang-new", "flang-new-16", "flang"))), None)
     if not flang:
         pytest.skip("no flang")
@@ -173,7 +176,7 @@ def test_flang_compiles_the_stand_in(tmp_path: Path) -> None:
 GOOD = one_test("@assertTrue(.true.)")
 RECURSIVE = GOOD.replace("subroutine only()", "recursive subroutine only()", 1)
 BEFORE = "@before\nsubroutine {0}()\nend subroutine {0}\n"
-# Malformed file, and the number of the line it must be refused at. The body starts at line 6.
+# Each entry has a malformed file and the number of the line with the error. The body starts at line 6.
 REFUSED = {
     "unknown directive": (suite("@tset\n" + GOOD), 6),
     "directive of pFUnit outside the subset": (suite("@disable\n" + GOOD), 6),
@@ -231,7 +234,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_malformed_file_is_refused(tmp_path: Path, case: str) -> None:
-    """The translator names file, line and text, and writes nothing."""
+    """For a malformed file the translator reports file, line and text, and writes no output."""
     text, number = REFUSED[case]
     source, output = tmp_path / "sample.pf", tmp_path / "main.f90"
     source.write_text(text)
@@ -245,7 +248,7 @@ def test_malformed_file_is_refused(tmp_path: Path, case: str) -> None:
 
 
 def test_well_formed_file_is_translated(tmp_path: Path) -> None:
-    """The file that the malformed ones are made from is accepted."""
+    """The translator accepts the file from which the malformed files are derived."""
     source, output = tmp_path / "sample.pf", tmp_path / "main.f90"
     source.write_text(suite(GOOD))
     assert translate(source, output).returncode == 0 and output.exists()
@@ -285,7 +288,10 @@ Test {verdict}.
 def test_count_of_tests(
     tmp_path: Path, output: str, verdict: str, numbers: tuple[int, int], status: int
 ) -> None:
-    """Both closing lines are understood; a suite without a test, or called failed, is a failure."""
+    """The count is correct for the last lines of pFUnit and of its replacement.
+
+    A suite without a test, and one that CTest reports as failed, counts as a failure.
+    """
     log = tmp_path / "LastTest.log"
     log.write_text(LOG.format(output=output, verdict=verdict))
     done = run(sys.executable, SUPPORT / "count_tests.py", log)
@@ -294,7 +300,7 @@ def test_count_of_tests(
 
 
 def test_count_of_tests_misses_a_suite(tmp_path: Path) -> None:
-    """A suite that is asked for and not in the log counts as failed, and so does an empty log."""
+    """A requested suite that is not in the log counts as failed; an empty log is a failure."""
     log = tmp_path / "LastTest.log"
     log.write_text(LOG.format(output="1 passed, 0 failed", verdict="Passed"))
     done = run(sys.executable, SUPPORT / "count_tests.py", log, "law", "kernel")
@@ -317,7 +323,10 @@ asperity_add_suite(empty TEST_SOURCES empty.pf)
 @pytest.mark.skipif("PFUNIT_DIR" not in os.environ, reason="PFUNIT_DIR is not set")
 @pytest.mark.skipif(not shutil.which("cmake"), reason="no cmake")
 def test_pfunit_gives_the_same_verdicts(tmp_path: Path) -> None:
-    """pFUnit itself fails fails_* and passes the rest; its OK for a suite without tests is no pass."""
+    """The tests fails_* fail in pFUnit and all others pass.
+
+    pFUnit reports OK for a suite without tests; CTest reports this suite as failed.
+    """
     shutil.copy(VERDICTS, tmp_path)
     (tmp_path / "empty.pf").write_text(suite("", name="empty"))
     (tmp_path / "CMakeLists.txt").write_text(PROJECT.format(root=ROOT))
@@ -331,7 +340,7 @@ def test_pfunit_gives_the_same_verdicts(tmp_path: Path) -> None:
     assert re.findall(r"Start: <pf_verdicts_suite\.(\w+)>", output) == names
     failed = re.findall(r"Failure in <pf_verdicts_suite\.(\w+)>", output)
     assert failed == [name for name in names if name.startswith("fails_")]
-    # The check before the build refuses the empty suite; past it, CTest must not accept 'OK (0 test)'.
+    # The check before the build rejects the empty suite. Without this check CTest must reject 'OK (0 test)'.
     assert run("cmake", "--build", folder, "--target", "empty").returncode != 0
     checked = folder / "empty.checked"
     checked.touch()

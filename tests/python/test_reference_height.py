@@ -1,7 +1,7 @@
-"""Finite asperity height and wear in the NumPy reference: kinematics, tangent, facts, properties.
+"""Finite asperity height and wear in the NumPy reference: kinematics, tangent, known values, properties.
 
-The facts were computed by a program of its own before this reference was written.  They are printed with six
-decimals or seven digits: half of the last one is the tolerance.
+A separate program computed the known values before this reference was written.  They are printed with six
+decimals or seven digits; the tolerance is half a unit of the last digit.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ CURVED = ({"height": 0.3}, {"W0": 1.0}, {"height": 0.3, "W0": 1.0})
 
 
 def along(history: SlipHistory, direction_deg: float) -> np.ndarray:
-    """Traction along the slip."""
+    """Return the traction along the slip."""
     angle = np.radians(direction_deg)
     return history.traction[..., 1] * np.cos(angle) + history.traction[..., 2] * np.sin(angle)
 
 
 def cycle(*ends: float, step: float) -> np.ndarray:
-    """Slips from 0 over the ends given in equal increments, 0 included."""
+    """Return slips from 0 to each of the ends in turn in equal increments, 0 included."""
     legs = [np.zeros(1)]
     for start, end in zip((0.0, *ends[:-1]), ends, strict=True):
         legs.append(np.linspace(start, end, round(abs(end - start) / step) + 1)[1:])
@@ -60,24 +60,24 @@ def cycle(*ends: float, step: float) -> np.ndarray:
 
 
 def rows_at(slips: np.ndarray, ends: tuple[float, ...]) -> list[int]:
-    """Rows of monotonic slips."""
+    """Return the rows of monotonic slips that are nearest to the ends."""
     return [int(np.argmin(np.abs(slips - end))) for end in ends]
 
 
 def broken(pattern, parameters: Parameters) -> np.ndarray:
-    """State of a point whose planes are all fully damaged."""
+    """Return the state of a point whose planes are all fully damaged."""
     state = virgin(pattern, parameters.wears)
     state[HEADER : HEADER + PER_PLANE * len(pattern[1]) : PER_PLANE] = 1.0
     return state
 
 
 def worn_share(pattern, state: np.ndarray) -> np.ndarray:
-    """omega of every plane."""
+    """Return omega of every plane."""
     return state[..., HEADER + PER_PLANE * len(pattern[1]) :: 2]
 
 
 def random_walk(seed: int, increments: int, points: int, size: float = 1.5 * TABLE_2.s0) -> np.ndarray:
-    """Separations (increments, points, 3)."""
+    """Return random separations (increments, points, 3)."""
     return np.cumsum(np.random.default_rng(seed).normal(0.0, size, (increments, points, 3)), axis=0)
 
 
@@ -85,7 +85,7 @@ def random_walk(seed: int, increments: int, points: int, size: float = 1.5 * TAB
 
 
 def exact_arc(T: float, m: float, rho: float) -> tuple[float, float]:
-    """A T/H and dA/drho T/H by the closed forms of the theory in 80 digits, u = m H/T."""
+    """Return A T/H and dA/drho T/H at u = m H/T by the closed forms of the theory in 80 digits."""
     with localcontext() as context:
         context.prec = 80
         x_0 = Decimal(rho) * Decimal(T)
@@ -100,7 +100,10 @@ def exact_arc(T: float, m: float, rho: float) -> tuple[float, float]:
 
 
 def test_arc_length_keeps_its_digits():
-    """Relative error of A and dA/drho: ten roundings, u T from 1e-12 H to 100 H, slopes up to 89 degrees."""
+    """The relative error of A and dA/drho is at most ten rounding errors.
+
+    u T ranges from 1e-12 H to 100 H, the slope up to 89 degrees.
+    """
     for T, m, rho in product(10.0 ** np.linspace(-3, 1.778, 12), 10.0 ** np.linspace(-12, 2, 29), (1.0, 0.3)):
         height = 0.7
         u = m * height / T
@@ -113,7 +116,7 @@ def test_arc_length_keeps_its_digits():
 @pytest.mark.parametrize("rho", [1.0, 0.4, 0.0])
 @pytest.mark.parametrize("height", [0.0, 0.2])
 def test_arc_length_is_the_integral_along_the_profile(height, rho):
-    """Gauss quadrature of sqrt(1 + z'^2) over [0, u], 40 points."""
+    """The arc length equals the Gauss quadrature of sqrt(1 + z'^2) over [0, u] with 40 points."""
     points, weights = np.polynomial.legendre.leggauss(40)
     u, T = np.array([-0.6, -1e-3, 0.0, 1e-6, 0.05, 0.3, 0.7]), np.tan(np.radians(50.0))
     at = u[:, None] * 0.5 * (1.0 + points)
@@ -124,7 +127,10 @@ def test_arc_length_is_the_integral_along_the_profile(height, rho):
 
 
 def test_mobilised_slope_and_profile():
-    """tan(phi) = T exp(-u T/H) = T (1 - z/H), z -> H; straight for u <= 0, and without an end."""
+    """The mobilised slope is tan(phi) = T exp(-u T/H) = T (1 - z/H), and z tends to H.
+
+    The profile is straight for u <= 0 and for infinite height.
+    """
     u, T, H = np.linspace(-1.0, 5.0, 61), np.array(0.8), 0.3
     z, slope, second, third = profile(u, T, H)
     up = u > 0.0
@@ -138,7 +144,7 @@ def test_mobilised_slope_and_profile():
 
 
 def test_uphill_is_where_the_plane_rises():
-    """w = u T holds on the plane; e and h are level, a plane without slope takes the global axes."""
+    """On the plane w = u T; e and h are horizontal, and a plane without slope has the global axes."""
     pattern = regular_pattern(5, 40.0, turn_deg=13.0)
     axes, T = uphill_axes(frames(pattern[0]))
     assert np.array_equal(axes[0], np.eye(3)) and T[0] == 0.0
@@ -150,9 +156,9 @@ def test_uphill_is_where_the_plane_rises():
 
 @pytest.mark.parametrize("height", [0.0, 0.3])
 def test_derivatives_of_the_facet(height):
-    """G, second derivatives and those by omega against differences in extended precision.
+    """G, the second derivatives and those with respect to omega equal differences in extended precision.
 
-    Fourth-order differences with steps of 3e-4 H leave 1e-12 of their own, rounding 1e-15.
+    Fourth-order differences with steps of 3e-4 H have an error of 1e-12; rounding adds 1e-15.
     """
     rng = np.random.default_rng(2)
     frame = frames(regular_pattern(5, 55.0, turn_deg=9.0)[0])
@@ -164,7 +170,7 @@ def test_derivatives_of_the_facet(height):
     smooth = np.abs(u) > 3.0 * step
 
     def difference(field: str, ds: np.ndarray, domega: float) -> np.ndarray:
-        """Derivative of a field along a change of the separation and of omega."""
+        """Return the derivative of a field along a change of the separation and of omega."""
         out = 0.0
         for k, weight in ((1, 8.0), (2, -1.0)):
             sides = [facets(frame, s + i * step * ds, height, omega + i * step * domega) for i in (k, -k)]
@@ -185,7 +191,10 @@ def test_derivatives_of_the_facet(height):
 
 @pytest.mark.parametrize("kc", [1.0, 5.0])
 def test_without_height_and_wear_the_paper_s_law(kc):
-    """H = 0, W0 = 0: the same bits as by default; H = 1e12 s_f and W0 = 1e12 Gc: the same law to rounding."""
+    """Without height and wear the law is that of the paper.
+
+    H = 0 and W0 = 0 give the same bits as the defaults; H = 1e12 s_f and W0 = 1e12 Gc agree to rounding.
+    """
     p = replace(TABLE_2, kc=kc)
     pattern, path = regular_pattern(5, 40.0, turn_deg=11.0), random_walk(1, 60, 50)
     for guard in (False, True):
@@ -205,7 +214,10 @@ def test_without_height_and_wear_the_paper_s_law(kc):
 
 
 def test_height_of_a_million_separations_at_rupture():
-    """H = 1e6 s_f: z differs from u T by (u T)^2/(2 H), 1e-6 of the traction on paths of a few s_f."""
+    """With H = 1e6 s_f the profile z differs from u T by (u T)^2/(2 H).
+
+    This is 1e-6 of the traction on paths of a few s_f.
+    """
     path = random_walk(2, 60, 200)
     plain = replay(TABLE_2, RP_4, path)
     far = replay(replace(TABLE_2, height=1e6 * TABLE_2.sf), RP_4, path)
@@ -217,7 +229,10 @@ def test_height_of_a_million_separations_at_rupture():
 
 
 def test_small_height_leaves_a_flat_joint():
-    """H = 1e-6 s_f, all planes broken, sliding in no plane's level direction: mu |sigma_N|, no dilation."""
+    """With H = 1e-6 s_f and fully damaged planes the strength is mu |sigma_N| without dilation.
+
+    The slip is not along the horizontal direction of any plane.
+    """
     p = replace(TABLE_2, height=1e-6 * TABLE_2.sf, kc=10.0)
     history = confined_slip(p, RP_4, 20.0, np.linspace(0.0, 0.1, 21), -1.0, state=broken(RP_4, p))
     assert along(history, 20.0)[-1] == pytest.approx(p.mu, rel=1e-9)
@@ -229,7 +244,7 @@ def test_small_height_leaves_a_flat_joint():
 
 @pytest.mark.parametrize("more", CURVED)
 def test_planes_without_slope_have_no_facet(more):
-    """Flat pattern: the paper's law, and nothing wears."""
+    """A flat pattern follows the law of the paper and has no wear."""
     path = random_walk(3, 60, 50)
     plain, other = replay(TABLE_2, FLAT, path), replay(replace(TABLE_2, **more), FLAT, path)
     assert np.allclose(other.traction, plain.traction, rtol=0, atol=1e-13 * TABLE_2.Kn)
@@ -242,7 +257,7 @@ def test_planes_without_slope_have_no_facet(more):
     ("name", "value"), [("height", -0.1), ("W0", -1.0), ("height", np.nan), ("W0", np.inf)]
 )
 def test_bad_parameters_are_named(name, value):
-    """Height and W0 are finite and not negative."""
+    """The error message names a height or W0 that is negative or not finite."""
     with pytest.raises(ValueError, match=name):
         replace(TABLE_2, **{name: value})
 
@@ -253,9 +268,10 @@ def test_bad_parameters_are_named(name, value):
 @pytest.mark.parametrize("kc", [1.0, 5.0])
 @pytest.mark.parametrize("more", CURVED)
 def test_tangent_in_every_branch(more, kc):
-    """Fourth-order differences in extended precision, to 1e-12 of K, at a fixed omega of the increment.
+    """The tangent equals fourth-order differences in extended precision to 1e-12 of K.
 
-    Both sides of u = 0; open, sticking, slipping facets; damage that grows or not.
+    omega is constant in the increment.  The cases are both sides of u = 0, open, sticking and slipping
+    facets, and damage that grows or does not grow.
     """
     p = Parameters(3.0, 0.3, 0.9, 0.5, sigma02=4.0, Gc2=0.5, kc=kc, **more)
     pattern = regular_pattern(2, 40.0, flat=0.0)[0][:1], np.array([1.0])
@@ -275,7 +291,7 @@ def test_tangent_in_every_branch(more, kc):
     assert centre.tangent.dtype == np.longdouble
 
     def sides(s: np.ndarray, answer) -> np.ndarray:
-        """What must not change between the points of a difference."""
+        """Return the branches, which must not change between the points of a difference."""
         straight, uphill = s @ frame[0, 0], s @ uphill_axes(frame)[0][0, 1]
         full = answer.state[:, HEADER] == 1.0
         return np.stack([straight > 0, uphill > 0, full, answer.branch[:, 0], answer.damaging[:, 0]])
@@ -299,7 +315,7 @@ def test_tangent_in_every_branch(more, kc):
 
 
 def test_tangent_of_whole_patterns_on_random_histories():
-    """The sum over planes after histories with wear; differences of second order in double precision."""
+    """The tangent of a whole pattern after wear equals second-order differences in double precision."""
     p = replace(TABLE_2, height=0.2, W0=0.3)
     for sides, turn in ((2, 10.0), (3, 0.0), (6, 33.0)):
         pattern = regular_pattern(sides, THETA, turn_deg=turn)
@@ -318,7 +334,7 @@ def test_tangent_of_whole_patterns_on_random_histories():
         assert np.abs(centre.tangent - numerical)[smooth].max() <= 2.0e-6 * p.Kn
 
 
-# --- facts: finite height -----------------------------------------------------------------------------------
+# --- known values: finite height ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -331,7 +347,7 @@ def test_tangent_of_whole_patterns_on_random_histories():
     ],
 )  # fmt: skip
 def test_rt_with_stiff_contact(height, facts):
-    """RT, kc 100, sigma_N -1: s_L, s_N, tau; the step matters less than the digits."""
+    """s_N and tau of RT (kc 100, sigma_N -1) agree; the error of the step is below the printed digits."""
     slips = 0.005 * np.arange(241)
     history = confined_slip(replace(TABLE_2, kc=100.0, height=height), RT, 0.0, slips, -1.0)
     for row, (_, s_N, tau) in zip(rows_at(slips, tuple(fact[0] for fact in facts)), facts, strict=True):
@@ -341,7 +357,10 @@ def test_rt_with_stiff_contact(height, facts):
 
 @pytest.mark.slow
 def test_rp4_off_its_axes():
-    """RP-4, kc 20, sigma_N -5, H .3, direction 20; steps of .0005, by 2e-6 from those of .001."""
+    """RP-4 (kc 20, sigma_N -5, H .3) in direction 20 agrees with the known values.
+
+    The steps are .0005; the results differ by 2e-6 from those with .001.
+    """
     slips = 0.0005 * np.arange(1201)
     history = confined_slip(replace(TABLE_2, kc=20.0, height=0.3), RP_4, 20.0, slips, -5.0)
     facts = [(0.1, 0.033889, 6.702041), (0.2, 0.076697, 5.496957), (0.4, 0.142035, 4.435904),
@@ -352,9 +371,10 @@ def test_rp4_off_its_axes():
 
 
 def test_steep_joint_unlocks():
-    """Theta 60, mu .8, all planes broken, kc 100, sigma_N -1: mu tan(theta) > 1 locks only until u = .0377.
+    """A joint with mu tan(theta) > 1 is locked only until u = .0377.
 
-    Without height the traction goes on rising: 3.61, 11.4, 21.1 at .01, .05, .1.
+    Theta is 60, mu .8, kc 100, sigma_N -1, and all planes are fully damaged.  Without finite height the
+    traction continues to increase: 3.61, 11.4, 21.1 at .01, .05, .1.
     """
     pattern = regular_pattern(2, 60.0)
     p = Parameters(3.0, 0.3, 0.9, 0.8, kc=100.0, height=0.2)
@@ -371,10 +391,10 @@ def test_steep_joint_unlocks():
 
 @pytest.mark.parametrize("mu", [0.0, 0.5])
 def test_dead_joint_slides_at_the_mobilised_slope(mu):
-    """tau/|sigma_N| = (mu + tan phi)/(1 - mu tan phi) less the contact compliance, s_N -> H - closure.
+    """tau/|sigma_N| is (mu + tan phi)/(1 - mu tan phi) up to the contact compliance; s_N -> H - closure.
 
-    The climbing facet of RT carries all of sigma_N once the flat plane is open.  The error is that of the
-    closure, |sigma_N|/(gamma kc Kn), over H.
+    The climbing facet of RT carries all of sigma_N when the flat plane is open.  The error is the closure
+    |sigma_N|/(gamma kc Kn) divided by H.
     """
     errors = []
     for kc in (1e3, 1e4):
@@ -399,7 +419,10 @@ def test_dead_joint_slides_at_the_mobilised_slope(mu):
     [(0.2, -0.042280, 7.512272, 10.551), (0.0, -0.050078, 12.605287, 10.512)],
 )
 def test_cycle_with_soft_contact(height, s_N, tau, work):
-    """kc 1, sigma_N -10, Figure 5(b)'s cycle: the same at every turn; work with that of the preload."""
+    """The cycle of Figure 5(b) with kc 1, sigma_N -10 has the same values at every reversal.
+
+    The work includes that of the preload.
+    """
     slips = cycle(0.4, -0.4, 0.4, step=0.002)
     history = confined_slip(replace(TABLE_2, height=height), RT, 0.0, slips, -10.0)
     turns = [200, 600, 1000]
@@ -412,14 +435,14 @@ def test_cycle_with_soft_contact(height, s_N, tau, work):
     ("height", "energy"), [(0.0, 0.352453), (1.0, 0.350524), (0.5, 0.348804), (0.2, 0.344667)]
 )
 def test_measured_energy_at_zero_normal_traction(height, energy):
-    """RT, direction 0, trapezoid rule over steps of 5e-4: converged to 5e-7."""
+    """The energy of RT in direction 0 is converged to 5e-7 by the trapezoidal rule with steps of 5e-4."""
     slips = 5e-4 * np.arange(481)
     history = confined_slip(replace(TABLE_2, height=height), RT, 0.0, slips, 0.0)
     assert np.abs(history.traction[-1]).max() < 1e-9
     assert np.trapezoid(history.traction[:, 1], slips) == pytest.approx(energy, abs=1e-6)
 
 
-# --- facts: wear --------------------------------------------------------------------------------------------
+# --- known values: wear -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -432,7 +455,10 @@ def test_measured_energy_at_zero_normal_traction(height, energy):
     ],
 )  # fmt: skip
 def test_wear_of_rt(height, facts, omega):
-    """W0 1, kc 100, sigma_N -1, preload in 20 increments, 600 to .6; energies of the case with H .5."""
+    """Wear of RT agrees with the known values for W0 1, kc 100, sigma_N -1; energies for H .5.
+
+    The preload has 20 increments, the slip to .6 has 600.
+    """
     slips = np.linspace(0.0, 0.6, 601)
     p = replace(TABLE_2, kc=100.0, W0=1.0, height=height)
     history = confined_slip(p, RT, 0.0, slips, -1.0)
@@ -453,9 +479,9 @@ def test_wear_of_rt(height, facts, omega):
 
 
 def dissipation(p, pattern, history: SlipHistory, preload: int) -> tuple[float, float]:
-    """Friction and wear of a confined slip per unit area of the interface, of every increment anew.
+    """Return friction and wear of a confined slip per unit area of the interface, summed over increments.
 
-    The increments of the preload, which are no rows of the history, take neither here.
+    The increments of the preload are not rows of the history and are not included.
     """
     assert not history.state[0, 3] and preload
     response = update(p, pattern, history.separation[1:], history.state[:-1], history.separation[:-1])
@@ -464,7 +490,7 @@ def dissipation(p, pattern, history: SlipHistory, preload: int) -> tuple[float, 
 
 @pytest.mark.slow
 def test_wear_in_cycles():
-    """W0 1, H .5, cycle 0, .4, -.4, .4, -.4, .4 in increments of .001: the dilation dies with the cycles."""
+    """With W0 1, H .5 the dilation decreases in the cycle 0, .4, -.4, .4, -.4, .4; increments are .001."""
     p = replace(TABLE_2, kc=100.0, W0=1.0, height=0.5)
     history = confined_slip(p, RT, 0.0, cycle(0.4, -0.4, 0.4, -0.4, 0.4, step=0.001), -1.0)
     turns = 400 + 800 * np.arange(5)
@@ -475,7 +501,10 @@ def test_wear_in_cycles():
 
 
 def test_wear_of_rp4():
-    """RP-4, kc 20, sigma_N -5 in 50 increments, H .3, W0 2, direction 20, increments of .001."""
+    """Wear of RP-4 agrees with the known values for kc 20, H .3, W0 2, direction 20, increments of .001.
+
+    The preload to sigma_N -5 has 50 increments.
+    """
     slips = 0.001 * np.arange(601)
     history = confined_slip(replace(TABLE_2, kc=20.0, height=0.3, W0=2.0), RP_4, 20.0, slips, -5.0, 50)
     facts = [(0.033889, 6.702041), (0.027143, 2.062786), (0.036000, 2.867669), (0.027411, 2.592890)]
@@ -486,7 +515,7 @@ def test_wear_of_rp4():
 
 @pytest.mark.parametrize("height", [0.0, 0.5])
 def test_wear_is_of_first_order_with_a_small_constant(height):
-    """RT, s_L .4: increments of 0.2 s0 are within 0.3 % of finer ones, and half of them halves that."""
+    """For RT at s_L .4 increments of 0.2 s0 have an error below 0.3 %; half the size halves the error."""
     p = replace(TABLE_2, kc=100.0, W0=1.0, height=height)
     ends = []
     for parts in (100, 200, 400):
@@ -498,7 +527,7 @@ def test_wear_is_of_first_order_with_a_small_constant(height):
 
 
 def test_worn_out_joint_keeps_mu():
-    """Hundreds of W0 leave mu |sigma_N| and no dilation."""
+    """After a frictional work of hundreds of W0 the strength is mu |sigma_N| and there is no dilation."""
     p = replace(TABLE_2, kc=100.0, W0=0.01, height=0.3)
     history = confined_slip(p, RT, 0.0, np.linspace(0.0, 3.0, 601), -1.0, state=broken(RT, p))
     assert history.traction[-1, 1] == pytest.approx(p.mu, rel=0.02)
@@ -511,7 +540,10 @@ def test_worn_out_joint_keeps_mu():
 @pytest.mark.parametrize("kc", [1.0, 20.0])
 @pytest.mark.parametrize("more", CURVED)
 def test_friction_and_wear_never_negative(more, kc):
-    """200,000 increments over the six cases, soft contact and closures beyond H included."""
+    """Friction and wear are never negative in 200,000 increments over the six cases.
+
+    Soft contact and closures larger than H are among the cases.
+    """
     p = replace(TABLE_2, kc=kc, **{**more, **({"W0": 0.3} if "W0" in more else {})})
     path = random_walk(int(kc), 40, 850, 3.0 * p.s0)
     response = replay(p, regular_pattern(3, 40.0), path)
@@ -525,13 +557,13 @@ def test_friction_and_wear_never_negative(more, kc):
 
 
 def work_along(path: np.ndarray, traction: np.ndarray) -> np.ndarray:
-    """Work (T, ...) of the traction (T, ..., 3) along a path from rest, by the trapezoidal rule."""
+    """Return the work (T, ...) of the traction (T, ..., 3) along a path from 0 by the trapezoidal rule."""
     before = np.concatenate([np.zeros_like(traction[:1]), traction[:-1]])
     return np.cumsum(0.5 * ((before + traction) * np.diff(path, axis=0, prepend=0.0)).sum(-1), axis=0)
 
 
 def refined(path: np.ndarray, parts: int) -> np.ndarray:
-    """Every straight piece of a path, which starts at 0, in equal increments."""
+    """Return a path from 0 with every straight piece divided into equal increments."""
     corners = np.concatenate([np.zeros_like(path[:1]), path])
     share = (np.arange(1, parts + 1) / parts)[:, None, None]
     return np.concatenate([start + share * (end - start) for start, end in pairwise(corners)])
@@ -540,10 +572,10 @@ def refined(path: np.ndarray, parts: int) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("more", CURVED)
 def test_ledger_closes_at_second_order(more):
-    """work = stored + rupture + friction and wear: halving the increments quarters the gap (median of 200).
+    """The error of the balance work = stored + rupture + friction and wear is of second order.
 
-    This holds for a soft contact.  In a stiff one a facet that wears loses its elastic slip within a few
-    increments, however small they are, and the gap that this leaves does not vanish with them.
+    Half the increments give a quarter of the error (median of 200) for a soft contact.  In a stiff contact a
+    wearing facet loses its elastic slip within a few increments of any size, and this error does not vanish.
     """
     p = replace(TABLE_2, **more)
     path = np.cumsum(np.random.default_rng(5).normal(0.0, p.s0, (8, 200, 3)), axis=0)
@@ -560,10 +592,10 @@ def test_ledger_closes_at_second_order(more):
 
 
 def test_traction_steps_at_the_foot_of_a_pressed_facet():
-    """The curvature of the profile starts at u = 0: dg/du and ds_t/du there jump.
+    """The curvature of the profile is discontinuous at u = 0, so that dg/du and ds_t/du jump there.
 
-    With them the traction of the damaged part along e jumps by the factor 1 + sin^2(theta) closure/H, and the
-    ledger is of first order where u changes sign under pressure.
+    The traction of the damaged part along e then jumps by the factor 1 + sin^2(theta) closure/H.  The energy
+    balance is therefore of first order where u changes sign under pressure.
     """
     p = replace(TABLE_2, height=0.2, kc=20.0)
     pattern = regular_pattern(2, THETA, flat=0.0)[0][:1], np.array([1.0])
@@ -578,9 +610,10 @@ def test_traction_steps_at_the_foot_of_a_pressed_facet():
 
 
 def test_guard_does_not_depend_on_rounding():
-    """Pressed, stuck, never slipped, downhill or without facet: Y is zero but for rounding, damage grows.
+    """The guard changes nothing in any of 2000 directions for slopes up to 85 degrees.
 
-    The guard changes nothing in any of 2000 directions, for slopes up to 85 degrees.
+    The planes are pressed and stick, have never slipped, and move downhill or have no facet.  Y is zero
+    except for rounding errors, and the damage grows.
     """
     angle = np.linspace(0.5, 1.5, 2000) * np.pi  # e is Tx
     for theta, more in product((10.0, 30.0, 60.0, 85.0), ({}, *CURVED)):
@@ -595,7 +628,7 @@ def test_guard_does_not_depend_on_rounding():
 
 
 def test_guard_keeps_the_release_from_falling():
-    """With facets, too, no increment of the rupture energy is negative beyond rounding."""
+    """With facets the guard keeps every increment of the rupture energy non-negative except for rounding."""
     p = replace(TABLE_2, height=0.2, W0=0.5, kc=4.0)
     path = random_walk(18, 60, 300)
     path[..., 0] = -np.abs(path[..., 0])
@@ -612,7 +645,7 @@ WORN = replace(TABLE_2, height=0.2, W0=0.3)
 
 
 def test_batches_equal_single_points():
-    """Leading axes are independent points."""
+    """The leading axes are independent points."""
     pattern, path = regular_pattern(5, 25.0, flat=0.1, turn_deg=20.0), random_walk(7, 20, 6)
     batch = replay(WORN, pattern, path)
     for j in range(6):
@@ -622,7 +655,7 @@ def test_batches_equal_single_points():
 
 
 def test_turning_pattern_and_separation_together():
-    """Tractions turn with them; energies and wear stay."""
+    """A rotation of pattern and separation rotates the tractions and does not change energies and wear."""
     c, s = np.cos(np.radians(37.0)), np.sin(np.radians(37.0))
     turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
     path = random_walk(1, 60, 40)
@@ -636,7 +669,7 @@ def test_turning_pattern_and_separation_together():
 
 
 def test_mirror():
-    """A pattern symmetric about Tx answers the mirrored path with the mirrored traction."""
+    """For a pattern symmetric about Tx a mirrored path gives the mirrored traction."""
     mirror, path = np.array([1.0, 1.0, -1.0]), random_walk(2, 60, 40)
     plain = replay(WORN, regular_pattern(5, THETA), path)
     mirrored = replay(WORN, regular_pattern(5, THETA), path * mirror)
@@ -644,7 +677,7 @@ def test_mirror():
 
 
 def test_units():
-    """mm, MPa against m, Pa: lengths 1e-3, stresses 1e6, energies per area 1e3."""
+    """Results in mm, MPa and in m, Pa agree: lengths 1e-3, stresses 1e6, energies per area 1e3."""
     si = Parameters(3.0e6, 300.0, 0.9, 0.5, height=1e-3 * WORN.height, W0=1e3 * WORN.W0)
     path = random_walk(3, 60, 40)
     plain, scaled = replay(WORN, RP_4, path), replay(si, RP_4, 1e-3 * path)
@@ -655,7 +688,7 @@ def test_units():
 
 
 def test_offset_in_the_state_is_added_to_the_separation():
-    """Facets take it into account at both ends of an increment."""
+    """The facets include the offset at both ends of an increment."""
     shift, path = np.array([-0.02, 0.03, -0.01]), random_walk(4, 20, 30)
     path[0] = 0.0
     plain = replay(WORN, RP_4, path + shift)

@@ -1,4 +1,4 @@
-"""Numbers of the reference for the Fortran suites: every build is held to the same ones.
+"""Numbers of the reference for the Fortran suites: every build is compared with the same numbers.
 
 `python tests/python/test_reference_numbers.py` writes tests/law/reference_numbers.f90.
 """
@@ -16,7 +16,7 @@ STEPS = 16
 TABLE_2 = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5}
 TABLE_2_PROPS = (3.0, 0.3, 0.9, 0.5, 30.0)
 THIRD = 1.0 / 3.0
-# name, inclined planes, further parameters, and these as PROPS 11, 12, 16
+# Each case has its name, the inclined planes, further parameters, and these as PROPS 11, 12, 16.
 CASES = (
     ("RT", 2, {}, (0.0, 0.0, 1.0)),
     ("RP-3", 3, {}, (0.0, 0.0, 1.0)),
@@ -26,11 +26,14 @@ CASES = (
     ("RP-4, own mode II, stiff contact", 4, {"sigma02": 6.0, "Gc2": 0.45, "kc": 10.0}, (6.0, 0.45, 10.0)),
 )
 TURN = 10.0
-"""Degrees: out of the axes, so that no component vanishes by symmetry."""
+"""Rotation of the pattern, degrees, away from the axes: no component vanishes by symmetry."""
 
 
 def history() -> np.ndarray:
-    """Separations (STEPS, 3) that jump ever further, as single precision holds them; the last is closed."""
+    """Return random separations (STEPS, 3) in a growing range, rounded to single precision.
+
+    The last separation is closed.
+    """
     rng = np.random.default_rng(2015)
     sf = 2.0 * TABLE_2["Gc"] / TABLE_2["sigma0"]
     reach = sf * (0.05 + 1.5 * np.arange(1, STEPS + 1) / STEPS)
@@ -41,7 +44,7 @@ def history() -> np.ndarray:
 
 
 def numbers() -> dict[str, list[float]]:
-    """Every array of the Fortran module, in the order of its elements."""
+    """Return every array of the Fortran module, in the order of its elements."""
     s = history()
     out: dict[str, list[float]] = {n: [] for n in ("s", "props", "traction", "state", "tangent")}
     out["s"] = s.ravel().tolist()
@@ -57,7 +60,7 @@ def numbers() -> dict[str, list[float]]:
 
 
 def array(name: str, values: list[float], shape: tuple[int, ...]) -> str:
-    """Declaration of a constant array, four numbers a line."""
+    """Return the declaration of a constant array with four numbers per line."""
     texts = [f"{v!r}_wp" for v in values]
     lines = ", &\n".join("    " + ", ".join(texts[i : i + 4]) for i in range(0, len(texts), 4))
     bounds = ", ".join(str(n) for n in shape)
@@ -67,7 +70,7 @@ def array(name: str, values: list[float], shape: tuple[int, ...]) -> str:
 
 
 def module() -> str:
-    """Text of the Fortran module."""
+    """Return the text of the Fortran module."""
     values = numbers()
     shapes = {
         "s": (3, STEPS),
@@ -93,7 +96,10 @@ def module() -> str:
 
 
 def test_the_fortran_module_holds_the_numbers_of_the_reference() -> None:
-    """Within a few roundings: NumPy's functions differ in the last bit between machines."""
+    """The module has the numbers of the reference to a few rounding errors.
+
+    NumPy's functions differ in the last bit between machines.
+    """
     pattern = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?(?=_wp)")
     written = [float(x) for x in pattern.findall(FILE.read_text(encoding="utf-8"))]
     now = [v for values in numbers().values() for v in values]

@@ -1,8 +1,8 @@
-"""docs/how-to/tutorial.md: its commands in an empty folder.
+"""Test of docs/how-to/tutorial.md: its commands are run in an empty folder.
 
-The host is not run; its result is in docs/images.  After a change of the fit: `make hosts`, then
-`.venv/bin/python tests/python/refresh.py docs/how-to/tutorial.md`, which runs the page, host and all, and
-fills in what is printed.
+The host is not run; its result is in docs/images.  After a change of the fit run `make hosts`, then
+`.venv/bin/python tests/python/refresh.py docs/how-to/tutorial.md`.  This command runs the whole page, with
+the host, and fills in the printed output.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NUMBER = r"-?\d+\.\d+(?:e-?\d+)?"
 
 
 def parts(page: str, language: str) -> list[tuple[str, str]]:
-    """Blocks of a language and the text block that follows, with prose between them or not."""
+    """Return every block of a language and the text block after it; prose may stand between them."""
     pattern = rf"^```{language}\n(.*?)^```$.*?^```text\n(.*?)^```$"
     return re.findall(pattern, page, re.MULTILINE | re.DOTALL)
 
@@ -38,7 +38,7 @@ def parts(page: str, language: str) -> list[tuple[str, str]]:
 def test_tutorial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Record, fit, select, card and comparison give what is shown."""
+    """The commands record, fit, select, card and comparison print the output that the page shows."""
     monkeypatch.chdir(tmp_path)
     page = (DOCS / "how-to" / "tutorial.md").read_text(encoding="utf-8")
     [(code, shown)] = parts(page, "python")
@@ -68,7 +68,7 @@ def test_tutorial(
             one for one in out.splitlines() if re.sub(NUMBER, "", one)[:20] == re.sub(NUMBER, "", line)[:20]
         ]
         assert same, line
-        # rounding decides how good the reference is
+        # The error of the reference is a rounding error and differs between machines.
         if not line.startswith("reference"):
             assert numbers(same[0]) == pytest.approx(numbers(line), rel=0.05, abs=1e-6)
 
@@ -83,7 +83,7 @@ def test_tutorial(
     for line in remarks.splitlines():
         assert line.split("=")[0] in block
 
-    # the host ran with this joint: its column of the material point is that of the case
+    # The host ran with this joint: its column of the material point equals that of the case.
     shutil.copy(DOCS / "images" / "tutorial_host.csv", "tutorial_host.csv")
     host = np.genfromtxt("tutorial_host.csv", delimiter=",", names=True)
     joint = read_run(Path("joint.nml")).interface
@@ -106,19 +106,19 @@ def test_tutorial(
 
 
 def command(text: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """Output of a command of the page."""
+    """Return the output of a command of the page."""
     capsys.readouterr()
     assert main(text.split()[1:]) == 0
     return capsys.readouterr().out
 
 
 def run(code: str) -> str:
-    """Output of a script in the current folder."""
+    """Return the output of a script that is run in the current folder."""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 def numbers(line: str) -> list[float]:
-    """Numbers with a decimal point in a line."""
+    """Return the numbers with a decimal point in a line."""
     return [float(text) for text in re.findall(NUMBER, line)]

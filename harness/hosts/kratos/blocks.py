@@ -1,4 +1,4 @@
-"""Two elastic cubes joined by an interface in Kratos: pressed, sheared and tilted."""
+"""Two elastic cubes in Kratos with an interface between them, under compression, shear and rotation."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 
 
 def run(library: Path, n: int = 3) -> tuple[list[list[float]], Floats, Floats]:
-    """Press by 0.01 mm, then shear by 0.15 mm along x and a third of it along y, the top tilting; edge 1 mm.
+    """Compress the cubes by 0.01 mm, then shear them by 0.15 mm along x and 0.05 mm along y.
 
-    Cubes of n x n x n elements.  Returns the norms of Newton's iterations by step, then separations and
-    tractions (steps, points, 3).
+    The top rotates during the shear.  The cubes have an edge of 1 mm and n x n x n elements.  The results are
+    the norms of the Newton iterations of each step, then separations and tractions (steps, points, 3).
     """
     s = Structure(3)
     solid, rough = s.elastic(YOUNG, POISSON), s.umat(library, ROUGH)

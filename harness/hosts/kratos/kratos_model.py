@@ -1,7 +1,8 @@
-"""A structure of elastic solids and asperity interfaces in Kratos, and its Newton iterations in the open.
+"""A structure of elastic solids and asperity interfaces in Kratos, with access to its Newton iterations.
 
-Elements: SmallDisplacementElement of StructuralMechanicsApplication, zero-thickness Geo_U*InterfaceElement of
-GeoMechanicsApplication 10.4.  Units are the user's; 2D is plane strain of thickness 1.
+The elements are SmallDisplacementElement of StructuralMechanicsApplication and the zero-thickness
+Geo_U*InterfaceElement of GeoMechanicsApplication 10.4.  The user chooses consistent units.  2D models are in
+plane strain with thickness 1.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
-Kratos.ParallelUtilities.SetNumThreads(1)  # one thread, for the same sums in every run
+Kratos.ParallelUtilities.SetNumThreads(1)  # one thread: every run adds in the same order
 
 SOLID = {2: ("SmallDisplacementElement2D4N", "LinearElasticPlaneStrain2DLaw"),
          3: ("SmallDisplacementElement3D8N", "LinearElastic3DLaw")}  # fmt: skip
@@ -42,11 +43,14 @@ MOST_ITERATIONS = 30
 
 
 class Lost(RuntimeError):
-    """Newton's iterations did not converge."""
+    """The Newton iterations did not converge."""
 
 
 def adapter(text: str) -> Path:
-    """Path of the commit adapter, for argparse; an error where it cannot be loaded or is another library."""
+    """Return the path of the commit adapter, as a type for argparse.
+
+    It is an error if the library cannot be loaded or is another one.
+    """
     path = Path(text).resolve()
     try:
         found = hasattr(ctypes.CDLL(str(path)), "asperity_kratos_reset")
@@ -60,10 +64,10 @@ def adapter(text: str) -> Path:
 
 
 class Structure:
-    """Nodes, solids and interfaces; then steps of prescribed displacements and loads."""
+    """A model of nodes, solids and interfaces, solved in steps of prescribed displacements and loads."""
 
     def __init__(self, dimension: int) -> None:
-        """An empty structure in 2 or 3 dimensions."""
+        """Create an empty structure in 2 or 3 dimensions."""
         self.dimension = dimension
         self.model = Kratos.Model()
         self.part = part = self.model.CreateModelPart("Main", 2)
@@ -84,7 +88,7 @@ class Structure:
     # --- model ---------------------------------------------------------------
 
     def add_nodes(self, points: Floats) -> NDArray[np.int64]:
-        """Nodes at points (..., dimension); returns their numbers (...)."""
+        """Add nodes at points (..., dimension); return their numbers (...)."""
         flat = np.zeros((points.size // self.dimension, 3))
         flat[:, : self.dimension] = points.reshape(-1, self.dimension)
         first = self.part.NumberOfNodes() + 1
@@ -93,7 +97,7 @@ class Structure:
         return np.arange(first, first + len(flat)).reshape(points.shape[:-1])
 
     def elastic(self, young: float, poisson: float) -> Kratos.Properties:
-        """Properties of an elastic solid."""
+        """Return the properties of an elastic solid."""
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(SOLID[self.dimension][1]))
         properties.SetValue(Kratos.YOUNG_MODULUS, young)
@@ -102,9 +106,9 @@ class Structure:
         return properties
 
     def umat(self, library: Path, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
-        """Properties of an interface as its card has them, but for the library and what else is given.
+        """Return the properties of an interface according to its card, with another library.
 
-        None leaves a variable out.
+        Further arguments replace variables of the card; None removes a variable.
         """
         if not library.is_file():
             raise FileNotFoundError(f"{library}: expected libasperity_kratos.so, the commit adapter")
@@ -120,17 +124,17 @@ class Structure:
         return properties
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
-        """A quadrilateral or hexahedron."""
+        """Add a quadrilateral or hexahedron."""
         self.solids.append([int(node) for node in nodes])
         self._add(SOLID[self.dimension][0], nodes, properties)
 
     def add_interface(
         self, lower: Sequence[int], upper: Sequence[int], properties: Kratos.Properties
     ) -> None:
-        """An interface from side 1 to side 2, node on node; it opens when upper leaves lower.
+        """Add an interface between two sides with coincident nodes; it opens if upper moves away from lower.
 
-        Its axes: n the right-hand normal of side 1 (2D: the edge 1-2 turned to the left), s along 1-2,
-        t = n x s.
+        The axes are n, the right-hand normal of side 1 (in 2D the edge 1-2 rotated to the left), s along the
+        edge 1-2, and t = n x s.
         """
         nodes = [*lower, *upper]
         self.interfaces.append(self._add(INTERFACE[self.dimension], nodes, properties))
@@ -142,19 +146,19 @@ class Structure:
     # --- conditions ------------------------------------------------------------
 
     def fix(self, nodes: Sequence[int], *axes: int) -> None:
-        """Fix displacements of nodes along axes (0, 1, 2); `move` prescribes their values."""
+        """Constrain displacements of nodes along axes (0, 1, 2); `move` prescribes their values."""
         for node in np.ravel(nodes).tolist():
             for axis in axes:
                 self.part.Nodes[node].Fix(DISPLACEMENTS[axis])
 
     def move(self, nodes: Sequence[int], axis: int, value: float | Callable[[Kratos.Node], float]) -> None:
-        """Prescribe displacements of fixed nodes for the next step."""
+        """Prescribe displacements of constrained nodes for the next step."""
         for number in np.ravel(nodes).tolist():
             node = self.part.Nodes[number]
             node.SetSolutionStepValue(DISPLACEMENTS[axis], value(node) if callable(value) else value)
 
     def load(self, forces: Mapping[int, Sequence[float]]) -> None:
-        """Loads on nodes (force vectors of three components), to be called once before the first step."""
+        """Apply forces (three components) to nodes; this has to be called once before the first step."""
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         for number, force in forces.items():
             self._loads += 1
@@ -163,17 +167,17 @@ class Structure:
             self.set_load(number, force)
 
     def set_load(self, number: int, force: Sequence[float]) -> None:
-        """Change the load on a node that has one."""
+        """Change the load on a node that already has a load."""
         self.part.Nodes[int(number)].SetSolutionStepValue(Structural.POINT_LOAD, Kratos.Array3(list(force)))
 
     # --- steps -------------------------------------------------------------------
 
     def initialise(self) -> None:
-        """Make the laws of all points, as the first step does; the model has to be complete."""
+        """Create the laws of all points, as the first step does; the model has to be complete."""
         self._solver()
 
     def stress_solids(self, stress: Sequence[float]) -> None:
-        """Give all solids an initial stress, xx, yy, (zz,) xy, (yz, xz); the model has to be complete."""
+        """Set the initial stress xx, yy, (zz,) xy, (yz, xz) of all solids; the model has to be complete."""
         self.initialise()
         interfaces = {element.Id for element in self.interfaces}
         solids = self.part.CreateSubModelPart("Solids")
@@ -183,12 +187,12 @@ class Structure:
         process(solids, _vector(stress), stress_type).ExecuteInitializeSolutionStep()
 
     def step(self, tolerance: float, again: bool = False) -> list[float]:
-        """Solve a step to a norm of the residual force; returns the norm after every iteration.
+        """Solve a step to a norm of the residual force; return the norm after every iteration.
 
-        Kratos' norm: root of the mean square over the free components; 0 here where there are none.  again:
-        solve the last step once more, with what is prescribed now.
+        The norm is that of Kratos, the root of the mean square over the free components.  It is 0 here if no
+        component is free.  With `again` the last step is solved once more with the current prescribed values.
 
-        Raises Lost, with the displacements of the last step, where the iterations do not converge.
+        If the iterations do not converge, Lost is raised and the displacements are those of the last step.
         """
         strategy = self._solver()
         information = self.part.ProcessInfo
@@ -237,28 +241,28 @@ class Structure:
     # --- results -------------------------------------------------------------------
 
     def displacements(self) -> Floats:
-        """Displacements of all nodes (n, dimension), in the order of their numbers."""
+        """Return the displacements of all nodes (n, dimension), in the order of their numbers."""
         values = [list(node.GetSolutionStepValue(Kratos.DISPLACEMENT)) for node in self.part.Nodes]
         return np.array(values)[:, : self.dimension]
 
     def coordinates(self) -> Floats:
-        """Positions of all nodes (n, dimension) before the deformation."""
+        """Return the positions of all nodes (n, dimension) before the deformation."""
         return np.array([[node.X0, node.Y0, node.Z0] for node in self.part.Nodes])[:, : self.dimension]
 
     def reaction(self, nodes: Sequence[int]) -> Floats:
-        """Sum of the reactions of nodes (dimension,)."""
+        """Return the sum of the reactions of nodes (dimension,)."""
         found = (self.part.Nodes[node] for node in np.ravel(nodes).tolist())
         values = [list(node.GetSolutionStepValue(Kratos.REACTION)) for node in found]
         total: Floats = np.sum(values, axis=0)[: self.dimension]
         return total
 
     def points(self) -> tuple[Floats, Floats]:
-        """Separations and tractions (points, 3) of all interface points, (N, Tx, Ty); Ty is 0 in 2D."""
+        """Return separations and tractions (points, 3) of all points as (N, Tx, Ty); Ty is 0 in 2D."""
         separation = self._output(Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR)
         return separation, self._output(Geo.GEO_EFFECTIVE_TRACTION_VECTOR)
 
     def matrix_values(self) -> Floats:
-        """Entries of the last system matrix."""
+        """Return the entries of the last system matrix."""
         return np.array(self._solver().GetSystemMatrix().value_data())
 
     def _output(self, variable: object) -> Floats:

@@ -1,7 +1,8 @@
-"""The block of ../python/pull_out.py in Kratos, compared with the same in scikit-fem.
+"""The block of ../python/pull_out.py in Kratos, compared with the same model in scikit-fem.
 
-Both have linear elements, the points of the base at its nodes, and the same mesh, material and steps.  Run
-as a script it prints and draws the first mesh row by row, and prints a line for each mesh.
+Both models have linear elements, the interface points at the nodes of the base, and the same mesh, material
+and steps.  As a script this module prints and draws every row of the first mesh, and prints one line for each
+mesh.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ larger: a factor of 100 is left for it.
 
 @dataclass(frozen=True)
 class Result:
-    """A row for each slip: force, rise, separations (rows, points, 3); norms of Newton's iterations."""
+    """Force, rise and separations (rows, points, 3) with one row for each slip; norms of the iterations."""
 
     force: Floats
     rise: Floats
@@ -44,7 +45,10 @@ class Result:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Both codes, and by row the difference of forces over the peak, of separations and rises in mm."""
+    """Results of both codes and their differences in every row.
+
+    The difference of the forces is relative to the peak; those of separations and rises are in mm.
+    """
 
     kratos: Result
     python: pull_out.Curve
@@ -54,12 +58,12 @@ class Comparison:
 
     @property
     def iterations(self) -> int:
-        """Newton's iterations in Kratos."""
+        """Number of Newton iterations in Kratos."""
         return sum(map(len, self.kratos.norms))
 
 
 def run(library: Path, slips: Floats, n: int) -> Result:
-    """Press as `pull_out.run` does, then move the right face to each of the slips; n elements along x."""
+    """Apply the pressure as in `pull_out.run`, then move the right face to each slip; n elements along x."""
     s = Structure(2)
     solid, rough = s.elastic(pull_out.MODULUS, pull_out.POISSON), s.umat(library, pull_out.INTERFACE)
     x, y = pull_out.axes(n)
@@ -91,7 +95,7 @@ def run(library: Path, slips: Floats, n: int) -> Result:
 
 
 def compare(library: Path, slip: float, steps: int, n: int, back: float | None = None) -> Comparison:
-    """Both codes on the same steps, those that scikit-fem has taken; arguments as of `pull_out.run`."""
+    """Run both codes with the steps of the scikit-fem run; the arguments are those of `pull_out.run`."""
     python = pull_out.run(slip, steps, n, nodal=True, back=back)
     kratos = run(library, python.slip, n)
     force = np.abs(kratos.force - python.force) / np.abs(python.force).max()
@@ -100,12 +104,12 @@ def compare(library: Path, slip: float, steps: int, n: int, back: float | None =
 
 
 def travelled(slip: Floats) -> Floats:
-    """Way of the pulled face up to each row, mm: the slip goes up and comes back."""
+    """Return the accumulated slip of the pulled face in each row, mm; the slip itself may be reversed."""
     return np.append(0.0, np.abs(np.diff(slip)).cumsum())
 
 
 def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
-    """Force over the slip in both codes, and what is between them along the way."""
+    """Draw the force over the slip in both codes, and their differences over the accumulated slip."""
     import matplotlib.pyplot as plt
 
     (blue, *_), (red, *_), (black, *_) = structure_picture.STYLES
@@ -129,7 +133,7 @@ def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
 
 
 def main() -> None:
-    """Run both, print and draw."""
+    """Run both codes, print and draw the results."""
     parser = argparse.ArgumentParser(description="Pulled block in Kratos against scikit-fem.")
     parser.add_argument("library", type=adapter, help="libasperity_kratos.so, the commit adapter")
     parser.add_argument("--slip", type=float, default=0.6, help="mm, > 0 (default: %(default)s)")
@@ -143,7 +147,7 @@ def main() -> None:
     for n in options.elements:
         both = compare(options.library, options.slip, options.steps, n, options.back)
         fine = pull_out.run(options.slip, options.steps, n, back=options.back)
-        # either may have been cut
+        # The steps of either run may have been subdivided, so that the rows differ.
         other = np.interp(travelled(both.python.slip), travelled(fine.slip), fine.force)
         other = np.abs(both.kratos.force - other).max() / np.abs(fine.force).max()
         lines.append(

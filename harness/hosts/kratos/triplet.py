@@ -1,7 +1,8 @@
-"""Masonry triplet in Kratos: three bricks, two bed joints, the middle brick moved to and fro under pressure.
+"""Masonry triplet in Kratos: three bricks, two bed joints, cyclic slip of the middle brick under pressure.
 
-2D plane strain, mm, N, MPa, thickness 1.  Run as a script it draws the deformed mesh with the damage of the
-joints, and force and dilation over the slip beside the prediction of one material point.
+The model is 2D plane strain in mm, N, MPa with thickness 1.  As a script this module draws the deformed mesh
+with the damage of the joints.  It also draws force and dilation over the slip, together with the prediction
+of one material point.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ TOLERANCE = 1.0e-9
 
 @dataclass(frozen=True)
 class Result:
-    """Histories, a row for each step, the first PRELOAD_STEPS at slip 0.
+    """Histories with one row for each step; the first PRELOAD_STEPS rows have the slip 0.
 
-    slip; force on the middle brick; rise of the top; separation and traction (steps, points, 3); displacement
-    (steps, nodes, 2); norms of Newton's iterations.
+    The arrays are the slip, the force on the middle brick, the rise of the top, separation and traction
+    (steps, points, 3) and displacement (steps, nodes, 2).  `norms` are those of the Newton iterations.
     """
 
     slip: Floats
@@ -51,7 +52,10 @@ class Result:
 def run(
     library: Path, turns: list[float], increment: float, nx: int = 21, ny: int = 5, law: Interface = JOINT
 ) -> Result:
-    """Press, then move the middle brick to each of the turns, mm, in steps of about `increment`."""
+    """Apply the pressure, then move the middle brick to each reversal (`turns`, mm) in turn.
+
+    The steps have about the size `increment`, mm.
+    """
     s = Structure(2)
     brick, joint = s.elastic(YOUNG, POISSON), s.umat(library, law)
     x, y = np.linspace(0.0, LENGTH, nx + 1), np.linspace(0.0, HEIGHT, ny + 1)
@@ -94,7 +98,7 @@ def run(
 
 
 def prediction(slips: Floats, law: Interface = JOINT) -> tuple[Floats, Floats]:
-    """Force on two joints and rise of the top under the slips, were all points of the joints alike."""
+    """Return the force on two joints and the rise of the top if all points have the same separation."""
     pressed = law.confined_slip(0.0, [0.0], -PRESSURE).separation[0, 0]
     history = law.confined_slip(0.0, slips, -PRESSURE)
     return 2.0 * LENGTH * history.traction[:, 1], 2.0 * (history.separation[:, 0] - pressed)
@@ -125,7 +129,7 @@ def main() -> None:
     print(f"force at the end {force[-1]:.2f} N, of the material point {force_1[-1]:.2f} N")
     print(f"rise at the end {rise[-1]:.4f} mm, of the material point {rise_1[-1]:.4f} mm")
     damage = np.array([law.replay(path).damage for path in result.separation.transpose(1, 0, 2)]).T
-    row = int(np.ptp(damage, axis=1).argmax())  # where it differs most along the joints
+    row = int(np.ptp(damage, axis=1).argmax())  # the step at which the damage varies most along the joints
     shown = row - PRELOAD_STEPS
     s = result.structure
     joints = np.array([[node.Id - 1 for node in element.GetGeometry()] for element in s.interfaces])

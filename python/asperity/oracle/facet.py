@@ -1,10 +1,11 @@
 """Curved facet of an inclined plane in the NumPy reference: finite asperity height and wear.
 
-Beyond the paper, whose planes rise without end.  An inclined plane of slope T = tan(theta) is the foot of a
-facet with the profile z = rho z0(u), rho = 1 - omega being the share that wear has left of it:
-z0 = H (1 - exp(-u T/H)) for u > 0, z0 = u T for u <= 0, and z0 = u T for every u if H is not finite.  The
-separation of the facet is that of the point of the profile at u, measured along the normal there and along
-the arc.  Components are (N, Tx, Ty), omega is 0 for a virgin facet.
+This is an extension of the paper, whose planes have no finite height.  An inclined plane of slope
+T = tan(theta) is the tangent at the foot of an unworn facet.  The profile is z = rho z0(u).  The factor
+rho = 1 - omega is the share of the profile that is not worn; omega is 0 for a virgin facet.  The unworn
+profile is z0 = H (1 - exp(-u T/H)) for u > 0 and z0 = u T for u <= 0; if H is not finite, z0 = u T for
+every u.  The separation of the facet is taken at the point of the profile at u, along the normal there and
+along the arc.  Components are (N, Tx, Ty).
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Facet:
 def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
     """Facets of the planes with the frames (k, 3, 3) at the separation s (..., 3).
 
-    height: H, length, 0 for a profile without end.  omega: worn share (..., k).
+    height is H (a length); 0 stands for a profile of infinite height.  omega is the worn share (..., k).
     """
     axes, T = uphill_axes(frame)
     w, u, v = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
@@ -78,9 +79,9 @@ def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
 
 
 def uphill_axes(frame: Floats) -> tuple[Floats, Floats]:
-    """Rows N, e, h (k, 3, 3) and slope T = tan(theta) (k,) of planes with the rows n, t, h.
+    """Return the rows N, e, h (k, 3, 3) and the slope T = tan(theta) (k,) of planes with the rows n, t, h.
 
-    e is the unit vector of the average surface that points uphill, t without its component along N.
+    The unit vector e lies in the average surface and points uphill, along t without its component along N.
     """
     sine, cosine = frame[:, 1, 0], frame[:, 0, 0]
     e = frame[:, 1] * [0.0, 1.0, 1.0]
@@ -91,7 +92,7 @@ def uphill_axes(frame: Floats) -> tuple[Floats, Floats]:
 
 
 def profile(u: Floats, T: Floats, height: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """z0 of an unworn facet and its first three derivatives with respect to u, each (..., k)."""
+    """Return z0 of an unworn facet and its first three derivatives with respect to u, each (..., k)."""
     zero = np.zeros_like(u)
     if height == 0.0:
         return u * T, T + zero, zero, zero
@@ -107,11 +108,11 @@ def profile(u: Floats, T: Floats, height: float) -> tuple[Floats, Floats, Floats
 
 
 def arc_length(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
-    """A: integral of sqrt(1 + z'^2) from 0 to u, length.
+    """Return the arc length A, the integral of sqrt(1 + z'^2) from 0 to u.
 
-    u <= 0, or no end: u sqrt(1 + rho^2 T^2).  u > 0: (H/T) (F(rho T) - F(z')) with
-    F(x) = sqrt(1 + x^2) - asinh(1/x).  With m = u T/H, r = sqrt(1 + z'^2) (0: at u = 0, 1: at u) and
-    asinh(1/x) = log((1 + r)/x) it is (H/T) (m + r0 - r1 - log((1 + r0)/(1 + r1))), and
+    For u <= 0 or infinite height A is u sqrt(1 + rho^2 T^2).  For u > 0 it is (H/T) (F(rho T) - F(z')) with
+    F(x) = sqrt(1 + x^2) - asinh(1/x).  Let m = u T/H and r = sqrt(1 + z'^2), r0 at 0 and r1 at u.  With
+    asinh(1/x) = log((1 + r)/x) this becomes (H/T) (m + r0 - r1 - log((1 + r0)/(1 + r1))), and
     r0 - r1 = (rho T)^2 (1 - exp(-2 m))/(r0 + r1) has no cancellation.
     """
     r0 = np.sqrt(1.0 + (rho * T) ** 2)
@@ -124,9 +125,9 @@ def arc_length(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
 
 
 def arc_length_by_rho(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
-    """Derivative of A with respect to rho at a constant u, length.
+    """Return the derivative of A with respect to rho at a constant u, a length.
 
-    u <= 0, or no end: u rho T^2/sqrt(1 + rho^2 T^2).  u > 0: (H/(T rho)) (r0 - r1).
+    It is u rho T^2/sqrt(1 + rho^2 T^2) for u <= 0 or infinite height, and (H/(T rho)) (r0 - r1) for u > 0.
     """
     straight = u * rho * T**2 / np.sqrt(1.0 + (rho * T) ** 2)
     if height == 0.0:
@@ -135,14 +136,14 @@ def arc_length_by_rho(u: Floats, T: Floats, height: float, rho: Floats) -> Float
 
 
 def _rise(u: Floats, T: Floats, height: float, rho: Floats) -> tuple[Floats, Floats]:
-    """r1 = sqrt(1 + z'(u)^2), and (r0 - r1)/(rho T) with r0 = sqrt(1 + (rho T)^2), for u > 0."""
+    """Return r1 = sqrt(1 + z'(u)^2) and (r0 - r1)/(rho T) with r0 = sqrt(1 + (rho T)^2), for u > 0."""
     m = np.where(u > 0.0, u, 0.0) * T / height
     r0, r1 = np.sqrt(1.0 + (rho * T) ** 2), np.sqrt(1.0 + (rho * T * np.exp(-m)) ** 2)
     return r1, -rho * T * np.expm1(-2.0 * m) / (r0 + r1)
 
 
 def _matrix(rows: list[list[Floats]]) -> Floats:
-    """Matrix (..., 3, 3) of fields (...)."""
+    """Return the matrix (..., 3, 3) with the fields (...) as its entries."""
     out = np.empty((*rows[0][0].shape, 3, 3), rows[0][0].dtype)
     for i, row in enumerate(rows):
         for j, entry in enumerate(row):
