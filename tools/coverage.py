@@ -29,10 +29,10 @@ def main() -> int:
         link.unlink(missing_ok=True)
         link.symlink_to(included.resolve())
     summary = build / "coverage.json"
-    # The names of Fortran procedures begin with two underscores, which gcovr takes for internal functions. The compiler
-    # writes a procedure of its own for each type, which it places in the last line of the module.
-    command = [sys.executable, "-m", "gcovr", "--include-internal-functions", "--root", ".", "--filter", "src/"]
-    command += ["--exclude-lines-by-pattern", r"^\s*end module\b.*", "--txt", "-"]
+    # The names of Fortran procedures begin with two underscores, which gcovr takes for internal functions.
+    # The compiler writes a procedure of its own for each type, which it places in the last line of the module.
+    command = [sys.executable, "-m", "gcovr", "--include-internal-functions", "--root", ".", "--txt", "-"]
+    command += ["--filter", "src/", "--exclude-lines-by-pattern", r"^\s*end module\b.*"]
     subprocess.run([*command, "--json-summary", str(summary), str(build / "src")], check=True)
 
     files = {Path(f["filename"]).name: f for f in json.loads(summary.read_text(encoding="utf-8"))["files"]}
