@@ -30,7 +30,7 @@ def main() -> int:
         link.symlink_to(included.resolve())
     summary = build / "coverage.json"
     # The names of Fortran procedures begin with two underscores, which gcovr takes for internal functions.
-    # The compiler writes a procedure of its own for each type, which it places in the last line of the module.
+    # The compiler writes a procedure of its own for each type, which it places in the module's last line.
     command = [sys.executable, "-m", "gcovr", "--include-internal-functions", "--root", ".", "--txt", "-"]
     command += ["--filter", "src/", "--exclude-lines-by-pattern", r"^\s*end module\b.*"]
     subprocess.run([*command, "--json-summary", str(summary), str(build / "src")], check=True)
