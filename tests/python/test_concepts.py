@@ -14,6 +14,7 @@ from asperity.studies import concepts
 DOCS = Path(__file__).parents[2] / "docs"
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command draws every picture; each is committed and shown on a page."""
     assert main(["chart", "concepts", "-o", str(tmp_path)]) == 0

@@ -29,6 +29,8 @@ from asperity.oracle.reference import (
     virgin,
 )
 
+pytestmark = pytest.mark.slow
+
 TABLE_2 = Parameters(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 THETA = 30.0
 RT = regular_pattern(2, THETA)
