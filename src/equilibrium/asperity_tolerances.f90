@@ -37,6 +37,13 @@ module asperity_tolerances
   !> by 0.1 s0) or of the prescribed change, whichever is larger.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
 
+  !> Tolerated energy that does not balance in a sub-increment, relative to the energy of a plane at its strength or to
+  !> the terms of the balance. It is the error of the trapezoidal rule in a step of 0.3 s0 in which a bond breaks.
+  real(wp), parameter, public :: unbalanced = 0.01_wp
+  !> The same for a step of s0 of the motion to another branch; shorter steps are allowed less in proportion, as the
+  !> energy that a snap releases is a sum over the steps.
+  real(wp), parameter, public :: unbalanced_motion = 1.0e-3_wp
+
   !> Largest growth of the damage of a plane in a sub-increment of an initial traction; a larger one may be a jump to
   !> another branch.
   real(wp), parameter, public :: most_growth = 0.05_wp
