@@ -2,13 +2,15 @@
 !> and smaller ones, until either every part moves little and its energies balance, or a part of negligible size
 !> remains that does not.
 module solver_judge
-  use asperity_control_point, only: control_type, energy_defect, ledger, point_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_control_point, only: control_type, energy_defect, ledger, new_point, point_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, report_type
+  use random_numbers, only: draw
   implicit none
   private
-  public :: judge_row
+  public :: judge_row, judge_start
 
   !> Smallest jump of a free separation that counts, relative to s0 and to the separation: where viscous damage has
   !> opened a joint far, its separation is inaccurate. Smallest energy that counts, relative to K s0^2 or, where the
@@ -40,6 +42,37 @@ contains
     end if
     if (snaps > 0) verdict%jump = 0.0_wp
   end subroutine judge_row
+
+  !> Largest energy that does not balance in small random increments of the separation from an initial state on,
+  !> relative to K s0^2 or to its terms, whichever is larger.
+  subroutine judge_start(joint, state, seed, defect)
+    type(interface_type), intent(in) :: joint      !! the interface
+    real(wp), intent(in) :: state(:)               !! STATEV
+    integer(int64), intent(inout) :: seed          !! 1..largest_seed
+    real(wp), intent(out) :: defect                !! relative
+    !> Number of increments, and their length, relative to s0 where all stiffnesses are equal: a kink of the law has an
+    !> error of 1/8 of the square of the length, and a stiff contact changes its friction in a shorter one.
+    integer, parameter :: increments = 20
+    real(wp), parameter :: length = 5.0e-4_wp
+    type(control_type) :: all_given
+    type(point_type) :: first, point
+    real(wp) :: reached, start(3), target(3), x(3)
+    integer :: i, used
+    first = new_point(joint, state)
+    point = first
+    target = 0.0_wp
+    defect = 0.0_wp
+    do i = 1, increments
+      start = target
+      call draw(seed, x)
+      associate (m => joint%material)
+        target = target + length*m%s0*(min(m%k_n, m%k_t)/max(m%k_n, m%k_t, m%k_c))*x
+      end associate
+      call advance(joint, all_given, start, target, point, used, reached)
+      defect = max(defect, energy_defect(joint, first, point))
+    end do
+    if (abs(first%work - sum(first%state(ledger))) > 0.0_wp) defect = huge(defect)
+  end subroutine judge_start
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
   recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict)

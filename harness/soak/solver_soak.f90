@@ -4,11 +4,12 @@
 program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_kinds, only: wp
-  use asperity_text, only: integer_text
+  use asperity_text, only: integer_text, to_text
   use asperity_mixed_control, only: full_solver
   use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
   use random_numbers, only: largest_seed
-  use solver_sample, only: describe, draw_sample, outcome_type, run_sample, sample_type
+  use solver_judge, only: judge_start
+  use solver_sample, only: describe, draw_sample, draw_state, outcome_type, run_sample, sample_type
   implicit none
 
   integer, parameter :: n_methods = 3
@@ -28,6 +29,8 @@ program solver_soak
   type(outcome_type) :: outcome(n_methods)
   type(progress_type) :: progress
   integer(int64) :: seed
+  integer(int64) :: unbalanced_states
+  real(wp) :: worst_state
   integer :: complaints, failed, i, method, only, ran, samples
   logical :: folds, quiet, varied
   integer, parameter :: longest_path = 1000
@@ -36,6 +39,8 @@ program solver_soak
   call read_options()
   call begin_progress(progress, "solver_soak", "samples", quiet)
   complaints = 0
+  unbalanced_states = 0_int64
+  worst_state = 0.0_wp
   ran = 0
   do i = 1, samples
     call draw_sample(seed, varied, folds, sample)
@@ -58,9 +63,10 @@ program solver_soak
     call show_progress(progress, "", i, samples)
   end do
   call clear_progress(progress)
+  if (only == 0) call run_states()
   call write_table(output_unit, "    ")
   if (len_trim(csv) > 0) call write_csv()
-  failed = int(min(int(ran, int64), total(full_solver)%failed))
+  failed = int(min(int(ran, int64), total(full_solver)%failed + unbalanced_states))
   if (failed > 0) write (error_unit, "(a)") "solver_soak: FAILED: rows that are no equilibrium, jump without a " // &
     "report or do not balance, or losses that are not explained"
   ! every sample counts as a test
@@ -125,6 +131,23 @@ contains
     end do
   end subroutine read_options
 
+  !> Draw as many initial states as samples, and check that their energies balance from the start on.
+  subroutine run_states()
+    !> Largest admissible imbalance, relative to K s0^2 or to the terms of the balance.
+    real(wp), parameter :: largest = 1.0e-6_wp
+    real(wp) :: defect
+    integer :: k
+    do k = 1, samples
+      call draw_state(seed, sample)
+      call judge_start(sample%joint, sample%state, seed, defect)
+      worst_state = max(worst_state, defect)
+      if (defect <= largest) cycle
+      unbalanced_states = unbalanced_states + 1
+      if (unbalanced_states <= most_complaints) write (error_unit, "(a)") "solver_soak: state " // integer_text(k) // &
+        ": " // describe(sample) // ": energy not balanced " // to_text(defect)
+    end do
+  end subroutine run_states
+
   !> Add an outcome to the sums.
   subroutine add(sums, one, by, folds)
     type(sum_type), intent(inout) :: sums      !! of a method
@@ -172,6 +195,8 @@ contains
       "), viscous ones opened without bound ", total(full_solver)%away
     write (unit, "(2a, 2(i0, a))") indent, "rows that jump without a report ", total(full_solver)%unreported, &
       ", whose energies do not balance ", total(full_solver)%unbalanced
+    if (only == 0) write (unit, "(a, 2(i0, a), es8.1)") indent, ran, " initial states, whose energies do not balance ", &
+      unbalanced_states, ", largest imbalance ", worst_state
   end subroutine write_table
 
   !> Percentage of the samples.

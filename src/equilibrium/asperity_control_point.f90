@@ -253,8 +253,8 @@ contains
   end function work_between
 
   !> Work of an increment that is neither stored nor dissipated, relative to the energy K s0^2 of a plane at its
-  !> strength or to the terms of the balance, whichever is larger. It is an error of the trapezoidal rule, or the energy that a
-  !> jump to another branch releases.
+  !> strength or to the terms of the balance, whichever is larger. It is an error of the trapezoidal rule, or the energy
+  !> that a jump to another branch releases.
   pure function energy_defect(joint, old, new) result(defect)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! the point at start and end
