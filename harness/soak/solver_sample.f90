@@ -63,6 +63,7 @@ module solver_sample
     integer :: snaps = 0
     logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
     logical :: limited = .false.        !! an increment met the limit of updates
+    logical :: viscous = .false.        !! the damage is viscous
     logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
     logical :: wrong = .false.          !! a row is not finite or not an equilibrium
     integer :: unreported = 0           !! rows that jump without a reported snap
@@ -318,6 +319,7 @@ contains
     end if
     if (method /= full_solver) return
     outcome%limited = report%ended == ended_limit
+    outcome%viscous = sample%tau_v > 0.0_wp
     outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &

@@ -9,46 +9,63 @@ module asperity_branch
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_snap_motion, only: cannot_soften, farthest_rest
-  use asperity_tolerances, only: snap_resolution, smallest_share, unbalanced, unexplained, unexplained_share
+  use asperity_tolerances, only: snap_resolution, smallest_share, touch, unbalanced, unexplained, &
+    unexplained_share
   implicit none
   private
-  public :: solve_step, check_branch, balances, find_leap
+  public :: continue_branch, balances, find_leap
 
 contains
 
-  !> Solve a step by Newton's method from the separations at its start. If this fails, start from the separations that
-  !> the tangent at its start predicts: the first start may open a stiff contact under a small pressure.
-  pure subroutine solve_step(joint, balance, change, here, trial, result, iterations, updates)
+  !> Take a step along the branch, by Newton's method from the separations at its start. If this gives no equilibrium on
+  !> the branch, the method starts from the separations that the tangent at the start of the step predicts: the first
+  !> start may open or close a stiff contact under a small pressure. A last step before a fold is also tried from the
+  !> closing side, as the tangent at a peak of the traction may be that of the side where the equilibrium is unstable.
+  pure subroutine continue_branch(joint, balance, change, here, last, trial, good, iterations, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the step
     real(wp), intent(in) :: change(3)               !! of the given values in the step
     type(point_type), intent(in) :: here            !! separation and tangent at its start
+    logical, intent(in) :: last                     !! whether a fold follows if the step fails
     type(point_type), intent(inout) :: trial        !! -> the point at its end
-    type(newton_type), intent(out) :: result        !! result; `first` and `step` are those at the start of the step
+    logical, intent(out) :: good                    !! whether there is one on the branch
     integer, intent(inout) :: iterations            !! tangent solves, increased
     integer, intent(inout) :: updates               !! of the law, increased
-    real(wp) :: matrix(3, 3), step(3), work(3, 3)
-    logical :: good
-    trial%s = here%s
-    call newton_solve(joint, balance, .true., trial, result)
-    iterations = iterations + result%iterations
-    updates = updates + result%updates
-    if (result%converged) return
-    matrix = free_matrix(balance, here)
-    work = matrix
-    step = free_part(balance, change - matmul(here%tangent, merge(0.0_wp, change, balance%control%traction)))
-    call eliminate(balance%n, work, step, good)
-    if (.not. good) return
-    trial%s = here%s
-    associate (free => balance%free(:balance%n))
-      trial%s(free) = here%s(free) + step(:balance%n)
-    end associate
-    call newton_solve(joint, balance, .true., trial, result)
-    iterations = iterations + result%iterations
-    updates = updates + result%updates
-    result%first = matrix
-    result%step = step
-  end subroutine solve_step
+    type(newton_type) :: result
+    real(wp) :: matrix(3, 3), predicted(3), work(3, 3)
+    logical :: solved
+    integer :: start
+    solved = .false.
+    predicted = 0.0_wp
+    matrix = 0.0_wp
+    do start = 1, merge(3, 2, last .and. balance%control%traction(1))
+      trial%s = here%s
+      if (start == 2) then
+        matrix = free_matrix(balance, here)
+        work = matrix
+        predicted = free_part(balance, change - matmul(here%tangent, merge(0.0_wp, change, balance%control%traction)))
+        call eliminate(balance%n, work, predicted, solved)
+        if (.not. solved) predicted = 0.0_wp
+        if (.not. solved) cycle
+        associate (free => balance%free(:balance%n))
+          trial%s(free) = here%s(free) + predicted(:balance%n)
+        end associate
+      else if (start == 3) then
+        trial%s(1) = trial%s(1) - touch*joint%material%s0
+      end if
+      call newton_solve(joint, balance, .true., trial, result)
+      iterations = iterations + result%iterations
+      updates = updates + result%updates
+      if (start > 1) then
+        result%first = matrix
+        result%step = predicted
+      end if
+      good = result%converged
+      if (good) call check_branch(joint, balance, result, change, here%s, trial, good, updates)
+      if (good) return
+    end do
+    good = .false.
+  end subroutine continue_branch
 
   !> Whether a converged step continues the branch of its start.
   !>
@@ -137,8 +154,9 @@ contains
 
   !> Find the jump to another branch in a sub-increment whose energies do not balance.
   !>
-  !> The sub-increment is divided into steps whose energies balance. A jump is where even the smallest one does not
-  !> balance or has no solution. Without a jump the error was that of the trapezoidal rule over the whole sub-increment.
+  !> The sub-increment is divided into steps whose energies balance and that continue the branch. A jump is where even
+  !> the smallest one does not, or has no solution. Without a jump the error was that of the trapezoidal rule over the
+  !> whole sub-increment.
   pure subroutine find_leap(joint, path, from, to, point, share, found, iterations, updates, most)
     type(interface_type), intent(in) :: joint       !! the interface
     type(path_type), intent(in) :: path             !! the increment
@@ -150,7 +168,6 @@ contains
     integer, intent(inout) :: updates               !! of the law, increased
     integer, intent(in) :: most                     !! largest number of updates
     type(balance_type) :: balance
-    type(newton_type) :: result
     type(point_type) :: trial
     real(wp) :: next, step
     logical :: good
@@ -160,8 +177,8 @@ contains
     do while (share < to .and. step >= smallest_share .and. updates < most)
       next = min(to, share + step)
       call set_share(joint, path, next, share, balance)
-      call solve_step(joint, balance, (next - share)*path%change, balance%old, trial, result, iterations, updates)
-      good = result%converged
+      call continue_branch(joint, balance, (next - share)*path%change, balance%old, step < 2.0_wp*smallest_share, &
+        trial, good, iterations, updates)
       if (good) good = balances(joint, balance, trial)
       if (good) then
         call move_point(trial, balance%old)

@@ -3,7 +3,7 @@
 !> The solver is a semismooth Newton method with a line search. It follows a branch of equilibria by sub-increments.
 !> Where the branch ends, an overdamped motion leads to the next equilibrium: a snap (docs/solver.md, "Branch", "Snap").
 module asperity_mixed_control
-  use asperity_branch, only: balances, check_branch, find_leap, solve_step
+  use asperity_branch, only: balances, continue_branch, find_leap
   use asperity_call_checks, only: state_status
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok
@@ -136,7 +136,6 @@ contains
     real(wp), intent(inout) :: reached              !! fraction that converged
     type(report_type), intent(inout) :: what        !! report
     type(balance_type) :: balance
-    type(newton_type) :: result
     type(point_type) :: before, here, trial
     real(wp) :: next, place, share, step
     logical :: found, good
@@ -150,9 +149,8 @@ contains
     do while (share < 1.0_wp .and. step >= smallest_share .and. what%updates < most_updates)
       next = min(1.0_wp, share + step)
       call set_share(joint, path, next, reached, balance)
-      call solve_step(joint, balance, (next - share)*path%change, here, trial, result, what%iterations, what%updates)
-      good = result%converged
-      if (good) call check_branch(joint, balance, result, (next - share)*path%change, here%s, trial, good, what%updates)
+      call continue_branch(joint, balance, (next - share)*path%change, here, step < 2.0_wp*smallest_share, trial, &
+        good, what%iterations, what%updates)
       if (good) then
         call move_point(trial, here)
         share = next

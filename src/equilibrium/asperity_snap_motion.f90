@@ -144,14 +144,14 @@ contains
 
   end subroutine move_one_free
 
-  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is as short as the
-  !> first one.
+  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is very short.
   pure function balanced(joint, old, new, length) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! the point before and after the step
     real(wp), intent(in) :: length                  !! of the step
     logical :: yes
-    yes = length <= first_step*joint%material%s0
+    real(wp), parameter :: shortest = 2.0_wp**(-10)
+    yes = length <= shortest*first_step*joint%material%s0
     if (.not. yes) yes = energy_defect(joint, old, new) <= unbalanced_motion*length/joint%material%s0
   end function balanced
 
