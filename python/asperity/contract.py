@@ -154,6 +154,8 @@ def whole(name: str, value: int) -> int:
 def array(name: str, value: ArrayLike) -> Floats:
     """Contiguous doubles of any shape; raises ValueError that names the array and the value that is none."""
     try:
+        if np.iscomplexobj(value):  # NumPy would drop the imaginary parts
+            raise TypeError("complex")
         return np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:
         try:
