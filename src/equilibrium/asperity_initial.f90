@@ -4,15 +4,15 @@
 module asperity_initial
   use asperity_call_checks, only: state_status
   use asperity_checks, only: bounded
-  use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
-    v_friction, v_offset, v_rupture, v_status
+  use asperity_contract, only: n_statev, plane_statev, status_ok, status_initial, v_friction, v_offset, v_rupture, &
+    v_status
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, move_point, point_type, &
     put_point, set_balance, traction_scale, unstable
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
+  use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_pattern, only: plane_normal
   use asperity_text, only: append, integer_text, to_text
   use asperity_tolerances, only: coarsest_initial_scale, farthest, finest_initial_scale, least_damping, less_damping, &
     longest_initial_step, more_damping, most_growth, residual_tolerance, rounding, smallest_initial_share, &
@@ -77,6 +77,8 @@ contains
     ! an initial state is in viscous equilibrium: no relaxation
     rested = joint
     rested%material%tau_v = 0.0_wp
+    ! nor does the way to it wear the facets
+    rested%material%inv_w0 = 0.0_wp
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
@@ -107,7 +109,7 @@ contains
         if (reached < 1.0_wp) cycle
         ! damage that the guard prevented on the load path may grow at its end: solve once more from there
         call put_point(rested, balance%old%s, balance%old%state, trial)
-        if (.not. most_growth_of(balance%old%state, trial%state) > 0.0_wp) cycle
+        if (.not. most_growth_of(joint, balance%old%state, trial%state) > 0.0_wp) cycle
         start = trial%traction
         call move_point(trial, balance%old)
         reached = 0.0_wp
@@ -124,14 +126,20 @@ contains
     end if
     balance%old%state(v_offset:v_offset + 2) = balance%old%s
     balance%old%state([v_rupture, v_friction, v_status]) = state([v_rupture, v_friction, v_status])
+    balance%old%state(n_statev(joint%pattern%n) + 1:) = state(n_statev(joint%pattern%n) + 1:joint%n_statev)
     state(:joint%n_statev) = balance%old%state
   end subroutine carry_traction
 
   !> Largest growth of the damage of a plane.
-  pure function most_growth_of(old, new) result(growth)
+  pure function most_growth_of(joint, old, new) result(growth)
+    type(interface_type), intent(in) :: joint   !! the interface
     real(wp), intent(in) :: old(:), new(:)   !! STATEV before and after
     real(wp) :: growth
-    growth = maxval(new(n_point_statev + 1::n_plane_statev) - old(n_point_statev + 1::n_plane_statev))
+    integer :: k
+    growth = 0.0_wp
+    do k = 1, joint%pattern%n
+      growth = max(growth, new(plane_statev(k)) - old(plane_statev(k)))
+    end do
   end function most_growth_of
 
   !> Overdamped motion to the first stable equilibrium under the given traction, by implicit Euler steps, if no
@@ -161,51 +169,56 @@ contains
     if (maxval(abs(balance%old%s)) < far) left = 0
   end subroutine move_on
 
-  !> Separation whose components along the planes fit the slips of the planes best (weighted least squares), with the
-  !> smallest opening for which no plane is in contact.
+  !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the
+  !> smallest opening for which no plane is in contact. Gauss-Newton steps; one is enough where the planes are straight.
   pure function slipped_separation(joint, state, held) result(s)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: state(:)                !! STATEV
     logical, intent(in) :: held(3)                  !! components that may move
     real(wp) :: s(3)
-    real(wp) :: a(3, 3), b(3), n(3), t(3), h(3), opening
-    integer :: i, j, k
+    integer, parameter :: most_fits = 20
+    real(wp), parameter :: fitted = 1.0e-12_wp
+    real(wp) :: a(3, 3), b(3), largest, opening
+    type(kinematics_type) :: kinematics
+    integer :: fits, i, j, k
     logical :: solved
     s = 0.0_wp
-    a = 0.0_wp
-    b = 0.0_wp
-    associate (pattern => joint%pattern)
-      do k = 1, pattern%n
+    do fits = 1, merge(most_fits, 1, joint%material%curved)
+      a = 0.0_wp
+      b = 0.0_wp
+      do k = 1, joint%pattern%n
         i = plane_statev(k)
-        t = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), pattern%cos_theta(k)*pattern%e_y(k)]
-        h = [0.0_wp, pattern%h_x(k), pattern%h_y(k)]
-        b = b + pattern%gamma(k)*(state(i + 1)*t + state(i + 2)*h)
-        do j = 1, 3
-          a(:, j) = a(:, j) + pattern%gamma(k)*(t*t(j) + h*h(j))
-        end do
+        kinematics = plane_kinematics(joint, k, s, state)
+        associate (t => kinematics%gradient(2, :), h => kinematics%gradient(3, :), gamma => joint%pattern%gamma(k))
+          b = b + gamma*((state(i + 1) - kinematics%contact(2))*t + (state(i + 2) - kinematics%contact(3))*h)
+          do j = 1, 3
+            a(:, j) = a(:, j) + gamma*(t*t(j) + h*h(j))
+          end do
+        end associate
       end do
-    end associate
-    if (.not. any(abs(b) > 0.0_wp)) return
-    ! a small stiffness in the normal direction, as flat planes do not determine the opening
-    a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
-    do i = 1, 3
-      if (held(i)) cycle
-      a(i, :) = 0.0_wp
-      a(:, i) = 0.0_wp
-      a(i, i) = 1.0_wp
-      b(i) = 0.0_wp
+      if (.not. any(abs(b) > 0.0_wp)) return
+      ! a small stiffness in the normal direction, as flat planes do not determine the opening
+      a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
+      do i = 1, 3
+        if (held(i)) cycle
+        a(i, :) = 0.0_wp
+        a(:, i) = 0.0_wp
+        a(i, i) = 1.0_wp
+        b(i) = 0.0_wp
+      end do
+      largest = maxval(abs(b))
+      call eliminate(3, a, b, solved)
+      if (solved) solved = maxval(abs(b)) <= worst_condition*largest
+      if (.not. solved) return
+      s = s + b
+      if (maxval(abs(b)) <= fitted*maxval(abs(s))) exit
     end do
-    n = b
-    call eliminate(3, a, b, solved)
-    if (solved) solved = maxval(abs(b)) <= worst_condition*maxval(abs(n))
-    if (.not. solved) return
     opening = 0.0_wp
     do k = 1, joint%pattern%n
-      n = plane_normal(joint%pattern, k)
-      ! take the minimum before the division, as n_N may be tiny
-      opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
+      kinematics = plane_kinematics(joint, k, s, state)
+      opening = max(opening, min(s(1), kinematics%touch))
     end do
-    s = [opening, b(2:)]
+    s(1) = opening
   end function slipped_separation
 
   !> One step to the separation at which the traction plus the damping of the motion equals the given traction. The
@@ -232,7 +245,7 @@ contains
     good = result%converged .and. .not. unstable(balance%n, result%last, elastic_stiffness(joint))
     ! with the guard, damage that was prevented earlier may grow by any amount in one step
     if (good) good = joint%material%guard .or. &
-      most_growth_of(balance%old%state, trial%state) <= most_growth
+      most_growth_of(joint, balance%old%state, trial%state) <= most_growth
     if (good) call move_point(trial, balance%old)
   end subroutine take_step
 
@@ -268,7 +281,7 @@ contains
     call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
-    dead = count(state(n_point_statev + 1:joint%n_statev:n_plane_statev) >= 1.0_wp)
+    dead = count([(state(plane_statev(i)) >= 1.0_wp, i=1, joint%pattern%n)])
     allocate (character(len=0) :: reason)
     if (.not. endless) then
       reason = "no equilibrium was found"

@@ -7,10 +7,10 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
-  use asperity_contract, only: damage_row, divisor_props, integral_props, min_inclined, n_fixed_props, &
-    n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, &
-    prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
-    stiffness_ratio_limit, v_offset, weight_tolerance
+  use asperity_contract, only: damage_row, divisor_props, height_ratio_limit, integral_props, min_inclined, &
+    n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, &
+    p_height, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, &
+    status_ok, status_props, stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, to_text
   implicit none
   private
@@ -106,11 +106,20 @@ contains
     real(wp), intent(in) :: energy   !! largest energy, stress*length
     real(wp), intent(in) :: slip     !! largest slip and offset, length
     real(wp) :: bound
-    bound = merge(1.0_wp, merge(energy, slip, row < v_offset), row == damage_row)
+    bound = merge(1.0_wp, merge(energy, slip, row < v_offset .or. row == wear_work_row), &
+      row == damage_row .or. row == worn_row)
   end function row_bound
 
+  !> Whether a state variable may be negative.
+  elemental function row_signed(row) result(yes)
+    integer, intent(in) :: row   !! row of statev_table
+    logical :: yes
+    yes = .not. (row == damage_row .or. row == worn_row .or. row == wear_work_row)
+  end function row_signed
+
   !> Whether every state variable of a point is in its range.
-  pure function state_bounded(n_statev, state, energy, slip) result(yes)
+  pure function state_bounded(n_planes, n_statev, state, energy, slip) result(yes)
+    integer, intent(in) :: n_planes             !! planes
     integer, intent(in) :: n_statev             !! state variables the law needs
     real(wp), intent(in) :: state(n_statev)     !! STATEV, any bits
     real(wp), intent(in) :: energy              !! largest energy, stress*length
@@ -122,16 +131,22 @@ contains
     do row = 1, n_point_statev
       beyond = ior(beyond, outside(state(row), row_bound(row, energy, slip), .true.))
     end do
-    do i = 0, n_statev - damage_row, n_plane_statev
-      do row = damage_row, damage_row + n_plane_statev - 1
-        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row /= damage_row))
+    do i = 0, n_plane_statev*(n_planes - 1), n_plane_statev
+      do row = damage_row, worn_row - 1
+        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row_signed(row)))
+      end do
+    end do
+    do i = n_plane_statev*(n_planes - 1), n_statev - wear_work_row, n_facet_statev
+      do row = worn_row, wear_work_row
+        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row_signed(row)))
       end do
     end do
     yes = beyond >= 0_int64
   end function state_bounded
 
   !> Append one line for each state variable of a point that is not in its range.
-  pure subroutine review_state(n_statev, state, energy, slip, message)
+  pure subroutine review_state(n_planes, n_statev, state, energy, slip, message)
+    integer, intent(in) :: n_planes                           !! planes
     integer, intent(in) :: n_statev                           !! state variables the law needs
     real(wp), intent(in) :: state(n_statev)                   !! STATEV, any bits
     real(wp), intent(in) :: energy                            !! largest energy, stress*length
@@ -139,22 +154,22 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     integer :: i, row
     do i = 1, n_statev
-      row = statev_row(i)
+      row = statev_row(i, n_planes)
       call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), state(i), &
-        row_bound(row, energy, slip), row /= damage_row)
+        row_bound(row, energy, slip), row_signed(row))
     end do
   end subroutine review_state
 
   !> Whether points of a VUMAT's block are admissible, in double precision.
-  pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
-    good)
+  pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_planes, n_statev, &
+    state, energy, slip, good)
     integer, parameter :: wp = real64, ik = int64
     include "asperity_check_block.inc"
   end subroutine check_block_double
 
   !> Whether points of a VUMAT's block are admissible, in single precision.
-  pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
-    good)
+  pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_planes, n_statev, &
+    state, energy, slip, good)
     integer, parameter :: wp = real32, ik = int32
     include "asperity_check_block.inc"
   end subroutine check_block_single
@@ -174,7 +189,9 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (mode_ratio_admissible(fixed)) status = status_ok
+      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. within(height_ratio(fixed), height_ratio_limit)) then
+        status = status_ok
+      end if
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -209,11 +226,8 @@ contains
         to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
     end do
     if (status == status_ok) then
-      if (.not. mode_ratio_admissible(fixed)) then
-        status = status_props
-        call append(message, "sigma02^2 Gc/(sigma0^2 Gc2) = " // to_text(mode_ratio(fixed)) // ": expected " // &
-          to_text(1.0_wp/stiffness_ratio_limit) // " to " // to_text(stiffness_ratio_limit))
-      end if
+      call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
+      call review_ratio("height sigma0/(2 Gc)", height_ratio(fixed), height_ratio_limit, status, message)
     end if
     if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
@@ -305,14 +319,32 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> Whether the ratio of the stiffnesses of the two modes is admissible.
-  pure function mode_ratio_admissible(fixed) result(yes)
+  !> Height of the asperities over s_f; 1 if there is none.
+  pure function height_ratio(fixed) result(ratio)
     real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
-    logical :: yes
     real(wp) :: ratio
-    ratio = mode_ratio(fixed)
-    yes = ratio <= stiffness_ratio_limit .and. ratio*stiffness_ratio_limit >= 1.0_wp
-  end function mode_ratio_admissible
+    ratio = 1.0_wp
+    if (fixed(p_height) > 0.0_wp) ratio = fixed(p_height)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
+  end function height_ratio
+
+  !> Whether a ratio is at most `limit` and at least 1/limit.
+  pure function within(ratio, limit) result(yes)
+    real(wp), intent(in) :: ratio, limit   !! > 0
+    logical :: yes
+    yes = ratio <= limit .and. ratio*limit >= 1.0_wp
+  end function within
+
+  !> Append a line if a ratio of PROPS is not admissible.
+  pure subroutine review_ratio(name, ratio, limit, status, message)
+    character(len=*), intent(in) :: name                      !! what it is the ratio of
+    real(wp), intent(in) :: ratio, limit                      !! > 0
+    integer, intent(inout) :: status                          !! -> status_props if it is not admissible
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    if (within(ratio, limit)) return
+    status = status_props
+    call append(message, name // " = " // to_text(ratio) // ": expected " // to_text(1.0_wp/limit) // " to " // &
+      to_text(limit))
+  end subroutine review_ratio
 
   !> Whether a value is admissible as number j of a listed plane (n_N, n_Tx, n_Ty, gamma).
   pure function listed_admissible(j, value) result(yes)
