@@ -18,7 +18,7 @@ S_F = 2 * GC / SIGMA0
 ESTIMATE = 1.5
 
 
-def scene(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
+def random_slip_test(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
     """Random interface, direction, reversals and normal traction."""
     rng = np.random.default_rng(seed)
     eta, mu, kc = rng.uniform(0.5, 0.95), rng.uniform(0.0, 0.8), float(rng.choice([1, 10]))
@@ -65,7 +65,7 @@ def curve_error(
 @pytest.mark.parametrize("seed", range(12))
 def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
     """Lines between the rows and energies are within the tolerance; without the middle rows they are not."""
-    interface, direction, turns, sigma_N = scene(seed)
+    interface, direction, turns, sigma_N = random_slip_test(seed)
     reference = dense(interface, direction, turns, sigma_N)
     for tolerance in (1e-2, 1e-3):
         rows = interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
@@ -89,7 +89,7 @@ def test_fracture_energy_of_rp_4(direction: float, converged: float):
 
 def test_turning_points_are_rows():
     """Along the axes every reversal is a row, exactly."""
-    interface, _, turns, sigma_N = scene(4)
+    interface, _, turns, sigma_N = random_slip_test(4)
     history = interface.confined_slip(0.0, turns, sigma_N, tolerance=1e-2)
     for turn in turns:
         assert turn in history.separation[:, 1]
@@ -98,7 +98,7 @@ def test_turning_points_are_rows():
 
 def test_more_rows_than_expected_are_kept():
     """A fine tolerance needs more rows than are allocated at first."""
-    interface, direction, turns, sigma_N = scene(4)
+    interface, direction, turns, sigma_N = random_slip_test(4)
     history = interface.confined_slip(direction, turns, sigma_N, tolerance=1e-6)
     assert len(history.damage) > 512
     assert np.all(history.state[:, asperity.contract.statev_index("status")] == 1.0)
@@ -107,7 +107,7 @@ def test_more_rows_than_expected_are_kept():
 @pytest.mark.parametrize("tolerance", [0.0, -1e-3, 0.2, 1e-9, float("nan")])
 def test_bad_tolerance_in_python(tolerance: float):
     """A tolerance out of range or not finite is an error."""
-    interface, direction, turns, sigma_N = scene(4)
+    interface, direction, turns, sigma_N = random_slip_test(4)
     with pytest.raises(ValueError, match=r"tolerance = .*: expected 1e-8 to 0\.1"):
         interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
 
