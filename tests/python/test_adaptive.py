@@ -7,7 +7,7 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from test_driver import MATERIAL, RP_4, S_0, driver, run  # noqa: F401  (fixtures)
+from support_driver import MATERIAL, RP_4, S_0
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 
@@ -122,7 +122,7 @@ def test_lost_equilibrium_in_python():
         flat.confined_slip(0.0, [0.6], 4.0, tolerance=1e-3)
 
 
-def test_driver_takes_a_tolerance(run):  # noqa: F811
+def test_driver_takes_a_tolerance(run):
     """Targets and switches have rows, and the history is that of Python."""
     steps = "&step t_N = -5.0, tolerance = 1e-3 /\n&step slip = 0.4, -0.2, tolerance = 1e-3, time = 2.0 /\n"
     result = run(MATERIAL + RP_4 + steps)
@@ -137,14 +137,14 @@ def test_driver_takes_a_tolerance(run):  # noqa: F811
     assert len(history.damage) == pytest.approx(np.sum(slip), rel=0.2)
 
 
-def test_driver_lands_on_the_onset(run):  # noqa: F811
+def test_driver_lands_on_the_onset(run):
     """The first damaged row is just beyond s0 and has the event onset."""
     result = run(MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25, tolerance = 1e-4 /\n")
     onset = next(i for i, events in enumerate(result.events) if "onset" in events)
     assert S_0 < result["s_Tx"][onset] < S_0 + 1e-4 * S_F
 
 
-def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
+def test_driver_ends_where_equilibrium_does(run):
     """The last row is the last converged state."""
     steps = "&step t_N = 2.0, tolerance = 1e-3 /\n&step slip = 0.6, tolerance = 1e-3 /\n"
     result = run(MATERIAL + "&pattern sides = 0 /\n" + steps + "&expect end = 'lost' /\n")
@@ -153,7 +153,7 @@ def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
 
 
 @pytest.mark.parametrize("tolerance", ["0.0", "0.3", "-1e-3"])
-def test_bad_tolerance_in_a_case(run, tolerance: str):  # noqa: F811
+def test_bad_tolerance_in_a_case(run, tolerance: str):
     """The message has file, line, group, value and range."""
     result = run(MATERIAL + RP_4 + f"&step slip = 0.4, tolerance = {tolerance} /\n", code=1)
     assert f"case.nml:3: &step: tolerance = {tolerance}: expected 1e-8 to 0.1" in result.messages
