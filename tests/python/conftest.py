@@ -27,7 +27,7 @@ def driver() -> Path:
 
 @pytest.fixture
 def run(driver: Path, tmp_path: Path):
-    """Run a case given by its text; the exit code must be the expected one."""
+    """Return a function that runs a case given by its text and asserts the exit code."""
 
     def run_text(text: str | bytes, *options: str, code: int = 0) -> Result:
         case = tmp_path / "case.nml"
@@ -43,7 +43,10 @@ def run(driver: Path, tmp_path: Path):
 
 @pytest.fixture(scope="session")
 def shipped(driver: Path, tmp_path_factory: pytest.TempPathFactory):
-    """Run a shipped case once; return its results by the value of the sweep ("" without a sweep)."""
+    """Return a function that runs a shipped case once and returns its results by the value of the sweep.
+
+    Without a sweep the only key is "".
+    """
     done: dict[str, dict[str, Result]] = {}
 
     def run_case(name: str) -> dict[str, Result]:

@@ -30,7 +30,7 @@ TRACTION_TOLERANCE = 1.1e-10
 
 EVENTS = "onset damaged open close slip snap substeps cut lost".split()
 
-# sub-increments of the load path to an initial traction, as in docs/solver.md
+# Sub-increments of the load path to an initial traction, as in docs/solver.md.
 PARTS = 32
 
 
@@ -38,27 +38,27 @@ class Result:
     """Results of a run of the driver: exit code, messages and rows."""
 
     def __init__(self, process: subprocess.CompletedProcess[str], output: Path):
-        """Read the CSV if there is one."""
+        """Read the CSV if the run has written one."""
         self.code, self.messages, self.stdout = process.returncode, process.stderr, process.stdout
         self.header, self.rows = read_csv(output.read_text()) if output.exists() else ([], [])
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column as numbers."""
+        """Return a column as numbers."""
         return np.array([float(row[self.header.index(name)]) for row in self.rows])
 
     @property
     def events(self) -> list[set[str]]:
-        """Events of every row."""
+        """The events of each row."""
         column = self.header.index("event")
         return [set(row[column].split("+")) - {""} for row in self.rows]
 
     def vector(self, prefix: str) -> np.ndarray:
-        """(T, 3): components N, Tx, Ty of `s` or `t`."""
+        """Return the components N, Tx, Ty of the separation (prefix `s`) or traction (`t`), shape (T, 3)."""
         return np.stack([self[f"{prefix}_{c}"] for c in ("N", "Tx", "Ty")], axis=1)
 
 
 def read_csv(text: str) -> tuple[list[str], list[list[str]]]:
-    """Return header and rows; every row must be complete."""
+    """Return header and rows of a CSV; every row must be complete."""
     assert text.endswith("\n")
     lines = [line.split(",") for line in text.splitlines()]
     assert {len(line) for line in lines} == {len(lines[0])}
@@ -92,7 +92,7 @@ def tension_limit(eta: float, sigma: float) -> float:
 
 
 def carried_by_reference(pattern, traction: np.ndarray, damage: np.ndarray, s: np.ndarray, slips: np.ndarray):
-    """Offset and state at which the independent law carries a traction: in proportion, by Newton's method."""
+    """Apply a traction in equal steps to the independent law; return law, separation and state."""
     law = reference.Parameters(SIGMA0, GC, ETA, MU)
     state = reference.virgin(pattern)
     state[reference.HEADER :] = np.column_stack([damage, slips]).ravel()

@@ -38,7 +38,7 @@ PLAIN = (
     ids="crlf no-newline comments case tabs inner-comments repeats exponents bom one-line".split(),
 )
 def test_ways_to_write_a_case(run, text: str) -> None:
-    """Line ends, comments, blanks, case, repeat counts and exponents change nothing."""
+    """Line ends, comments, blanks, upper case, repeat counts and exponents do not change the meaning."""
     assert run(text).rows == run(PLAIN).rows
 
 
@@ -108,7 +108,7 @@ PATTERN = "sides = 4, theta = 30.0"
 def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments: list[str]) -> None:
     """A bad case gives exit code 1 and no output file.
 
-    The message has file, line, group, name, value and the expected value.
+    The message names file, line, group, name, value and what was expected.
     """
     assert old in PLAIN
     messages = run(PLAIN.replace(old, new, 1), code=1).messages
@@ -130,7 +130,7 @@ def test_all_bad_values_at_once(run) -> None:
 
 
 def test_separations_are_checked_once(run) -> None:
-    """One line per bad value, not per cycle; of very many the first ones and their number."""
+    """A bad value has one line, not one for each cycle; the message lists 20 values and counts the rest."""
     step = "&step s_N = 1e60, 0, increments = 1, cycles = 20000 /\n"
     messages = run(MATERIAL + FLAT + step, code=1).messages
     assert messages.count("\n") == messages.count("expected a magnitude up to") == 1
@@ -165,7 +165,7 @@ def test_no_file(driver: Path, tmp_path: Path) -> None:
 
 
 def test_truncated_case(run) -> None:
-    """A case file that is truncated anywhere is rejected, or is a shorter case of complete groups."""
+    """A truncated case file is rejected, unless the groups that are left are complete."""
     for cut in range(1, len(PLAIN), 7):
         groups = PLAIN[:cut].count("/")
         whole = groups >= 3 and PLAIN[:cut].count("&") == groups
@@ -173,7 +173,7 @@ def test_truncated_case(run) -> None:
 
 
 def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
-    """Random damage (seeded): exit 0, 1 or 2, a message with every 1 and 2, whole rows, no crash."""
+    """A randomly changed case ends with exit code 0, 1 or 2, complete rows, and a message unless it is 0."""
     rng = random.Random(5)
     base = PLAIN + (
         "&expect end = 'complete', t_N = -5.0, tolerance = 1e-6 /\n&sweep name = 'x', values = 1.0, 2.0 /\n"

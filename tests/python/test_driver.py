@@ -28,29 +28,30 @@ from support_driver import (
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in CASES.glob("*.nml")))
 def test_shipped_cases_end_as_expected(shipped, name: str) -> None:
-    """Every shipped case ends with 0, needs few Newton iterations in a row, and balances its energies."""
+    """Every shipped case ends with exit code 0, few Newton iterations in a row and balanced energies."""
     for result in shipped(name).values():
         assert result.header == COLUMNS
         regular = [i for i, event in enumerate(result.events) if not event & {"lost", "substeps"}]
         assert len(regular) >= len(result.rows) - 1
         iterations = result["iterations"][regular]
-        assert (iterations <= 6).sum() >= 0.9 * len(iterations)  # quadratic convergence, a switch or two
+        assert (iterations <= 6).sum() >= 0.9 * len(iterations)  # quadratic convergence with some switches
         assert iterations.max() <= 100  # where the branch has to be followed in smaller steps
         ledger = result["stored"] + result["rupture"] + result["friction"]
-        # second order in the step of 0.0025 mm = s_0/8 (1.25 s_0 for eta = 0.99); the largest is 0.0043 N/mm
+        # The error is of second order in the step of 0.0025 mm = s_0/8 (1.25 s_0 for eta = 0.99). The largest
+        # is 0.0043 N/mm.
         assert np.abs(result["work"] - ledger).max() < 0.005
         assert (np.diff(result["friction"]) >= 0).all()
 
 
 def test_every_figure_has_its_case() -> None:
-    """There is a case for every figure that the project promises."""
+    """Each listed figure of the paper has a case."""
     names = " ".join(path.stem for path in CASES.glob("*.nml"))
     wanted = "02 04a 04b 05a 05b 07a 07b 08a 08b 09a 09b 10a 10b 11 12 13a 13b".split()
     assert [figure for figure in wanted if not re.search(rf"(figure|_){figure}(_| |$)", names)] == []
 
 
 def test_figure_2_is_the_triangle(shipped) -> None:
-    """In mode I the slope is K up to sigma0, then a straight line leads to s_f; area and work are Gc."""
+    """In mode I the traction rises with slope K to sigma0 and falls on a line to s_f; the work is Gc."""
     result = shipped("figure02")[""]
     s, t = result["s_N"], result["t_N"]
     law = np.where(s <= S_0, K * s, np.maximum(0.0, SIGMA0 * (S_F - s) / (S_F - S_0)))
@@ -58,8 +59,8 @@ def test_figure_2_is_the_triangle(shipped) -> None:
     area = np.trapezoid(np.append(0.0, t), np.append(0.0, s))
     assert area == pytest.approx(GC, rel=1e-12)
     assert result["work"][-1] == pytest.approx(GC, rel=1e-12)
-    assert result["rupture"][-1] == pytest.approx(GC, rel=2e-3)  # the trapezoid of Y is second order
-    # onset in the first row beyond s_0, full damage in the first at s_f
+    assert result["rupture"][-1] == pytest.approx(GC, rel=2e-3)  # the rule for Y has an error of second order
+    # The event onset is in the first row beyond s_0, the event damaged in the first row at s_f.
     onset = next(i for i, event in enumerate(result.events) if "onset" in event)
     assert s[onset - 1] <= S_0 * (1 + 1e-12) < s[onset] * (1 + 1e-9)
     broken = next(i for i, event in enumerate(result.events) if "damaged" in event)
@@ -70,28 +71,28 @@ def test_figure_2_is_the_triangle(shipped) -> None:
     ("name", "eta"), [("figure04a", 0.9), ("figure07a_08a_10a", 0.99), ("figure07b_08b_10a", 0.99)]
 )
 def test_tension_loses_equilibrium_where_the_law_does(shipped, name: str, eta: float) -> None:
-    """sigma_N = +2: the last row is the last equilibrium, where the closed form has its maximum."""
+    """Under a tension of 2 the last row is the last equilibrium, where the closed form has its maximum."""
     result = shipped(name)["2"]
     assert "lost" in result.events[-1] and not any("lost" in event for event in result.events[:-1])
     slip = np.hypot(result["s_Tx"], result["s_Ty"])[-1]
-    # 2**-20 of a step, and the grid of the closed form
+    # The solver finds the place within 2**-20 of an increment; the grid of the closed form adds an error.
     assert slip == pytest.approx(tension_limit(eta, 2.0), abs=1e-6)
     assert_traction(result["t_N"][-11:], 2.0)
 
 
 def test_flat_residual_is_the_friction_strength(shipped) -> None:
-    """Figure 4(a): under constant sigma_N the fully damaged flat plane slides at mu |sigma_N|."""
+    """Figure 4(a): under a constant sigma_N the fully damaged flat plane slides at mu |sigma_N|."""
     for value, result in shipped("figure04a").items():
         if float(value) > 0:
             continue
-        dead = result["damage"] == 1.0
-        assert dead.sum() > 100
-        assert_traction(result["t_Tx"][dead], MU * abs(float(value)))
+        damaged = result["damage"] == 1.0
+        assert damaged.sum() > 100
+        assert_traction(result["t_Tx"][damaged], MU * abs(float(value)))
         assert_traction(result["t_N"][result["step"] == 2], float(value))
 
 
 def test_residual_up_the_slope(shipped) -> None:
-    """Figure 5(a): sliding straight up one facing plane, (mu + tan theta)/(1 - mu tan theta)."""
+    """Figure 5(a): for slip straight up one plane tau/|sigma_N| is (mu + tan theta)/(1 - mu tan theta)."""
     slope = math.tan(math.radians(35.0))
     for value, result in shipped("figure05a").items():
         expected = abs(float(value)) * (MU + slope) / (1 - MU * slope)
@@ -99,7 +100,7 @@ def test_residual_up_the_slope(shipped) -> None:
 
 
 def test_direction_symmetry(shipped) -> None:
-    """Figure 11: theta_L and 90 - theta_L mirror each other at 45 degrees, Tx and Ty exchanged."""
+    """Figure 11: slip along theta_L and along 90 - theta_L differs only by an exchange of Tx and Ty."""
     results = shipped("figure11")
     for a, b in (("0", "90"), ("15", "75"), ("30", "60")):
         s, t = results[a].vector("s"), results[b].vector("s")
@@ -109,7 +110,7 @@ def test_direction_symmetry(shipped) -> None:
 
 
 def test_frictionless_energy_is_gc_to_second_order(run) -> None:
-    """Figure 13(b): without friction G_T = Gc whatever the slope; the error of the work is second order."""
+    """Figure 13(b): without friction the work is Gc for every slope, with an error of second order."""
     for theta in (0.0, 30.0, 45.0):
         errors = []
         for increments in (240, 1920):
@@ -120,18 +121,18 @@ def test_frictionless_energy_is_gc_to_second_order(run) -> None:
             )
             errors.append(abs(result["work"][-1] - GC))
         assert errors[0] < 1e-4
-        assert errors[1] < errors[0] / 32 or errors[1] < 1e-12  # 64 but for kinks between the points
+        assert errors[1] < errors[0] / 32 or errors[1] < 1e-12  # 64 without the kinks between the points
 
 
 def test_known_point(run) -> None:
-    """RP-4, 30 degrees, direction 0, sigma_N = -10: |tau| = 10.5781, s_N = -0.053572 at s_L = 0.6."""
+    """A slip of 0.6 on RP-4 under sigma_N = -10 ends at tau = 10.5781 and s_N = -0.053572."""
     result = run(MATERIAL + RP_4 + "&step t_N = -10.0 /\n&step slip = 0.6, increments = 2400 /\n")
     assert result["t_Tx"][-1] == pytest.approx(10.5781, abs=5e-5)
     assert result["s_N"][-1] == pytest.approx(-0.053572, abs=5e-7)
 
 
 def test_rows_and_targets(run) -> None:
-    """Lists, increments by target, cycles and time: one row per increment, targets hit exactly."""
+    """Each increment of lists, cycles and steps has a row with its time, and the targets are met exactly."""
     result = run(
         MATERIAL + FLAT + "&step s_N = 0.001, time = 3.0 /\n"
         "&step s_Tx = 0.4, -0.4, increments = 10, 20, cycles = 2, time = 6.0 /\n"
@@ -148,7 +149,7 @@ def test_rows_and_targets(run) -> None:
 
 
 def test_slip_along_a_direction(run) -> None:
-    """A slip step follows its direction, exactly along the axes; the next step has the same direction."""
+    """A slip follows its direction, without any error along the axes, and so does the next step."""
     for degrees in (0.0, 30.0, 90.0, 180.0, 270.0, -90.0, 450.0):
         result = run(MATERIAL + RP_4 + f"&step slip = 0.01, direction = {degrees} /\n&step slip = 0.02 /\n")
         slip = np.repeat([0.01, 0.02], 100) * 0.01 * np.tile(np.arange(1, 101), 2)
@@ -161,7 +162,7 @@ def test_slip_along_a_direction(run) -> None:
 
 
 def test_steps_go_on(run) -> None:
-    """Two steps equal one step; a component that is not named keeps its condition and value."""
+    """Two steps give the rows of one step; a component that is not named keeps its condition and value."""
     whole = run(MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.4, increments = 160 /\n")
     parts = run(
         MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_Tx = 0.1, increments = 40 /\n"
@@ -173,7 +174,7 @@ def test_steps_go_on(run) -> None:
 
 
 def test_normal_stiffness(run) -> None:
-    """CNS: t_N = t_N0 - k (s_N - s_N0) from the start of the step on, until it is switched off."""
+    """With a spring t_N = t_N0 - k (s_N - s_N0), where 0 is the start of the step, until k_N is set to 0."""
     k = 20.0
     result = run(
         MATERIAL + RP_4 + f"&step t_N = -1.0 /\n&step k_N = {k}, slip = 0.3, 0.6 /\n&step slip = 0.5 /\n"
@@ -182,7 +183,7 @@ def test_normal_stiffness(run) -> None:
     s, t, step = result["s_N"], result["t_N"], result["step"]
     springy = (step == 2) | (step == 3)
     assert_traction(t[springy], -1.0 - k * (s[springy] - s[99]))
-    assert t[step == 2][-1] < -3.0  # the dilation built up pressure
+    assert t[step == 2][-1] < -3.0  # the dilation has raised the pressure
     before = t[step == 3][-1]
     assert_traction(t[step == 4], before)
     s_start = s[step == 4][-1]
@@ -191,7 +192,7 @@ def test_normal_stiffness(run) -> None:
 
 
 def test_free_transverse_traction(run) -> None:
-    """s_Tx given, t_Ty = 0 on a turned pattern: the point moves aside."""
+    """With prescribed s_Tx and t_Ty = 0 the point on a rotated pattern also moves along Ty."""
     result = run(
         MATERIAL + "&pattern sides = 2, theta = 30.0, turn = 20.0 /\n&step t_N = -2.0, t_Ty = 0.0 /\n"
         "&step s_Tx = 0.3 /\n"
@@ -201,7 +202,7 @@ def test_free_transverse_traction(run) -> None:
 
 
 def test_traction_control_of_all_components(run) -> None:
-    """Below the onset of damage and without inclined planes s = t/K."""
+    """Without inclined planes and below the onset of damage s is t/K."""
     result = run(MATERIAL + FLAT + "&step t_N = 1.5, t_Tx = 1.0, -2.0, t_Ty = -0.5 /\n")
     np.testing.assert_allclose(result.vector("s"), result.vector("t") / K, rtol=1e-12, atol=1e-17)
     assert list(np.round(result.vector("t")[-1], 12)) == [1.5, -2.0, -0.5]
@@ -209,7 +210,7 @@ def test_traction_control_of_all_components(run) -> None:
 
 
 def test_control_may_change(run) -> None:
-    """Control changes from traction to separation and back; the point continues from its state."""
+    """The point continues from its state if a step prescribes the separation after the traction, and back."""
     result = run(
         MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_N = -0.05 /\n&step s_Tx = 0.1 /\n&step t_N = -5.0 /\n"
         "&step s_Tx = 0.12, s_Ty = 0.05 /\n"
@@ -222,7 +223,7 @@ def test_control_may_change(run) -> None:
 
 
 def test_listed_planes_are_the_regular_pattern(run) -> None:
-    """Table 1 as listed planes gives what the trapezoidal pattern gives; normals need not be of length 1."""
+    """Table 1 as listed planes gives the results of RT; normals need not have the length 1."""
     path = "&step t_N = -5.0 /\n&step slip = 0.3, direction = 25.0 /\n"
     slope = math.tan(math.radians(30.0))
     regular = run(MATERIAL + "&pattern sides = 2, theta = 30.0 /\n" + path)
@@ -236,7 +237,7 @@ def test_listed_planes_are_the_regular_pattern(run) -> None:
 
 
 def test_columns_per_plane(run) -> None:
-    """--planes and &case planes: alpha_k, s_dit_k, s_dih_k, whose weighted sum is the damage."""
+    """--planes and `planes = .true.` add columns of each plane; the weighted alphas sum to the damage."""
     path = MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.1, direction = 10.0 /\n"
     result = run(path, "--planes")
     names = [f"{name}_{k}" for k in range(1, 6) for name in ("alpha", "s_dit", "s_dih")]
@@ -250,7 +251,7 @@ def test_columns_per_plane(run) -> None:
 
 
 def test_events(run) -> None:
-    """Each event at the row where the columns show it."""
+    """Each event stands in the row in which the other columns show it."""
     result = run(
         MATERIAL + FLAT + "&step s_N = 0.03, increments = 30 /\n&step s_N = -0.02, increments = 50 /\n"
         "&step s_Tx = 0.05, increments = 50 /\n&step s_N = 0.25, increments = 27 /\n",
@@ -262,7 +263,7 @@ def test_events(run) -> None:
     assert rows["damaged"] == [int(np.argmax(alpha >= 1))]
     assert rows["close"] == [int(np.argmax((s < 0) & (np.arange(len(s)) > 30)))]
     assert rows["open"] == [int(np.argmax((s > 0) & (np.arange(len(s)) > 100)))]
-    # the slip starts where the elastic shear of the damaged part reaches mu p: s_Tx = mu |s_N|
+    # The slip starts where the elastic shear of the damaged part reaches mu p, at s_Tx = mu |s_N|.
     start = int(np.argmax(np.abs(result["s_dit_1"]) > 0))
     assert rows["slip"] == [start]
     assert result["s_Tx"][start] == pytest.approx(MU * 0.02, abs=0.05 / 50 + 1e-12)
@@ -270,7 +271,7 @@ def test_events(run) -> None:
 
 
 def test_numbers_come_back_exactly(run) -> None:
-    """17 digits: a value reads back as it was; also in very small and very large units."""
+    """A value that is read back has the same bits; very small and very large units give equal results."""
     result = run(MATERIAL + FLAT + "&step s_N = 0.1234567890123456789 /\n")
     assert result["s_N"][-1] == 0.1234567890123456789
     opening = FLAT + "&step s_N = 0.25 /\n"

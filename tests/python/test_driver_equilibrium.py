@@ -25,8 +25,8 @@ from support_driver import (
 SLOPE = math.tan(math.radians(30.0))
 
 
-def test_dead_interface_closes(run) -> None:
-    """A fully damaged, open point closes under pressure, and the jump is an event."""
+def test_fully_damaged_joint_closes(run) -> None:
+    """A fully damaged, open point closes under pressure, and the row has the event snap."""
     for pattern in (FLAT, RP_4):
         result = run(MATERIAL + pattern + "&step s_N = 0.5 /\n&step t_N = -5.0 /\n")
         assert_traction(result["t_N"][100:], -0.05 * np.arange(1, 101))
@@ -37,20 +37,20 @@ def test_dead_interface_closes(run) -> None:
             np.testing.assert_allclose(result["s_N"][100:], result["t_N"][100:] / K, rtol=1e-9)
 
 
-def test_dead_states_take_the_smallest_opening(run, shipped) -> None:
-    """Figure 9(a), sigma_N = 0: after full damage s_N = |s_L| tan(theta), up and down."""
+def test_fully_damaged_joint_has_the_smallest_opening(run, shipped) -> None:
+    """Figure 9(a), sigma_N = 0: after full damage s_N = |s_L| tan(theta) in both directions of slip."""
     result = run(
         MATERIAL + "&pattern sides = 2, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
         "&step slip = 0.4, -0.4, 0.0, increments = 40 /\n"
     )
-    dead = result["damage"] >= 1.0 - 1e-15
-    assert dead.sum() > 60 and result["s_Tx"][-1] == 0.0
+    damaged = result["damage"] >= 1.0 - 1e-15
+    assert damaged.sum() > 60 and result["s_Tx"][-1] == 0.0
     np.testing.assert_allclose(
-        result["s_N"][dead], SLOPE * np.abs(result["s_Tx"][dead]), rtol=0, atol=1e-11 * S_F
+        result["s_N"][damaged], SLOPE * np.abs(result["s_Tx"][damaged]), rtol=0, atol=1e-11 * S_F
     )
     figure = shipped("figure09a_10b")["0"]
-    rest = (figure["damage"] >= 1.0 - 1e-15) & (figure["s_Tx"] == 0.0)
-    assert rest.any() and np.all(np.abs(figure["s_N"][rest]) <= 1e-11 * S_F)
+    back = (figure["damage"] >= 1.0 - 1e-15) & (figure["s_Tx"] == 0.0)
+    assert back.any() and np.all(np.abs(figure["s_N"][back]) <= 1e-11 * S_F)
 
 
 @pytest.mark.parametrize("steps", [20, 200, 20000])
@@ -62,23 +62,23 @@ def test_dead_states_take_the_smallest_opening(run, shipped) -> None:
 def test_fold_is_noticed(
     run, sides: int, slip: float | None, before: float, after: float, steps: int
 ) -> None:
-    """RP-13 and finer snap to s_N = s_L tan(theta), fully damaged, at one slip for any increment."""
+    """RP-13 and finer patterns snap to s_N = s_L tan(theta), at the same slip for all increments."""
     result = run(
         MATERIAL + f"&pattern sides = {sides}, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
         f"&step slip = 0.2, increments = {steps} /\n"
     )
     jumps = [i for i, event in enumerate(result.events) if "snap" in event]
     assert len(jumps) == (slip is not None)
-    told = re.findall(
+    reported = re.findall(
         r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) released",
         result.messages,
     )
-    assert len(told) == len(jumps)
-    for row, (increment, *values) in zip(jumps, told, strict=True):
+    assert len(reported) == len(jumps)
+    for row, (increment, *values) in zip(jumps, reported, strict=True):
         assert int(increment) == row  # row 0 is the preload
         s_n, s_l, s_n_after, released = map(float, values)
         assert s_l == pytest.approx(slip, abs=6e-5)
-        # the last equilibrium is 2^-20 of an increment away from the fold, s_N by the root of that
+        # The last equilibrium is 2^-20 of an increment away from the fold, its s_N the square root of that.
         assert s_n == pytest.approx(before, abs=2e-4) and s_n_after == pytest.approx(after, abs=6e-5)
         assert 0.0 < released < 1e-5
         assert result["s_N"][row] == pytest.approx(SLOPE * result["s_Tx"][row], abs=1e-11)
@@ -140,7 +140,7 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, f
     assert process.returncode == 2 and fragment.split(" held")[0] in process.stderr
     again = Result(process, tmp_path / "again.csv")
     assert len(again.rows) == 1 and "lost" in again.events[0]
-    # the same state but for rounding; s_N at a fold by its root
+    # The states are equal to rounding; at a fold s_N has the square root of this error.
     for name in ("s", "t"):
         np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
     for name in ("damage", "stored", "rupture", "friction", "work"):
@@ -169,7 +169,7 @@ def test_state(run) -> None:
     rest = run(MATERIAL + RP_4 + state + "&step t_N = -5.0, slip = 0.1, increments = 10 /\n", "--planes")
     for name in [*COLUMNS[3:14], *planes]:
         np.testing.assert_allclose(rest[name], whole[name][row + 1 :], rtol=1e-9, atol=1e-12, err_msg=name)
-    assert rest.events[1:] == whole.events[row + 2 :]  # that a plane slides is not in the state
+    assert rest.events[1:] == whole.events[row + 2 :]  # the state does not say whether a plane slides
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_bad_state(run, state: str, fragment: str) -> None:
 
 
 def test_expected_end_that_does_not_come(run) -> None:
-    """A run that completes where a loss is expected, or with other values, is exit 2 with all rows."""
+    """Exit code 2, with all rows, if a run completes where a loss was expected, or with other values."""
     completes = MATERIAL + FLAT + "&step s_N = 0.1, increments = 7 /\n"
     result = run(completes + "&expect end = 'lost' /\n", code=2)
     assert "loss of equilibrium was expected" in result.messages and len(result.rows) == 7

@@ -24,8 +24,8 @@ from support_driver import (
 )
 
 
-def test_dead_joint_at_rest(run) -> None:
-    """A cracked flat joint, pressed and sheared below friction, is in equilibrium, sticks, slides at mu p."""
+def test_fully_damaged_joint_in_equilibrium(run) -> None:
+    """A flat crack that is sheared below its friction is in equilibrium; it sticks, then slides at mu p."""
     p, tau = 10.0, 4.0
     result = run(
         MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1 /\n&step increments = 3 /\n"
@@ -46,7 +46,7 @@ def test_dead_joint_at_rest(run) -> None:
 
 @pytest.mark.parametrize("s", [[0.0, 0.0, 0.0], [0.0, 0.03, -0.01]])
 def test_initial_state_is_the_reference(run, s: list[float]) -> None:
-    """With the offset added the independent law has the tractions and energies of the rows."""
+    """The independent law, at the separation plus the offset, has the tractions and energies of the rows."""
     pattern = reference.regular_pattern(4, 30.0)
     traction, damage = np.array([-5.0, 1.0, 0.5]), np.array([0.5, 0.25, 0.0, 0.75, 1.0])
     # The slips are compatible with one separation, at which the load path to the traction starts.
@@ -88,7 +88,7 @@ VISCOUS, GUARDED = ", tau_v = 0.5 /", ", guard = .true. /"
     ],
 )
 def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, steps: str) -> None:
-    """Every kind of path goes on as from a run that applied the traction, shifted by its separation."""
+    """A path from an initial state is that of a run that applied the traction first, less its separation."""
     head = MATERIAL.replace(" /", extra or " /") + pattern
     planes = 5 if pattern == RP_4 else 3
     traction = {"t_N": -4.0, "t_Tx": 0.8, "t_Ty": -0.4}
@@ -133,8 +133,8 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
         )
 
 
-def test_contact_is_told_by_the_planes(run) -> None:
-    """A pressed crack opens at the separation that cancels its offset, where the traction is zero."""
+def test_contact_opens_where_the_offset_is_cancelled(run) -> None:
+    """A pressed crack opens at the separation that cancels its offset. There the traction is zero."""
     head = MATERIAL + FLAT + "&initial traction = -10, 0, 0, damage = 1 /\n"
     closure = 10.0 / K
     opens = run(head + "&step s_N = 0.1, increments = 40 /\n")
@@ -142,7 +142,7 @@ def test_contact_is_told_by_the_planes(run) -> None:
     assert opens.events[row] == {"open"} and opens["s_N"][row - 1] < closure < opens["s_N"][row]
     adaptive = run(head + "&step s_N = 0.1, tolerance = 1e-4 /\n")
     kink = np.interp(closure, adaptive["s_N"], adaptive["t_N"])
-    assert abs(kink) < 1e-3  # the opening has its row
+    assert abs(kink) < 1e-3  # the adaptive run has a row where the crack opens
     free = run(head + "&step t_N = 0.0, increments = 10 /\n")
     np.testing.assert_allclose(free["s_N"], closure * np.arange(1, 11) / 10, rtol=1e-12)
     assert abs(free["t_N"][-1]) < 1e-12
@@ -163,7 +163,7 @@ def test_far_slipped_joint(run) -> None:
 
 
 def test_cracked_without_traction(run) -> None:
-    """With `damage` alone a run starts as from &state at separation zero, without the event onset."""
+    """A run with only `damage` in &initial is that from &state at separation zero, without an onset."""
     path = "&step t_N = -1, increments = 5 /\n&step slip = 0.3, increments = 30 /\n"
     damage = [1.0, 0.2, 0.4, 0.6, 0.8]
     cracked = run(MATERIAL + RP_4 + f"&initial damage = {str(damage)[1:-1]} /\n" + path, "--planes")
@@ -187,7 +187,7 @@ def test_cracked_without_traction(run) -> None:
 def test_failed_increment_from_an_initial_state(
     run, driver: Path, tmp_path: Path, start: str, steps: str
 ) -> None:
-    """The file of the failed increment has the offset in its &state, and fails as the run did."""
+    """The case file of the failed increment has the offset in its &state, and fails as the run did."""
     result = run(MATERIAL + RP_4 + f"&initial {start} /\n" + steps, code=2)
     assert "lost" in result.events[-1]
     text = (tmp_path / "case.failed.nml").read_text()
@@ -242,7 +242,7 @@ def test_failed_increment_from_an_initial_state(
     ],
 )
 def test_bad_initial_state(run, tmp_path: Path, pattern: str, initial: str, fragments: list[str]) -> None:
-    """Exit 1 with file, line, group, name and value; what the planes cannot carry says what they do carry."""
+    """The message names file, line, group, name and value, and the traction that the planes can carry."""
     messages = run(MATERIAL + pattern + f"&initial {initial} /\n&step s_N = 0.1 /\n", code=1).messages
     assert "case.nml:3: &initial: " in messages or "case.nml:4: &initial: " in messages
     for fragment in fragments:

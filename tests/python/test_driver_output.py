@@ -22,7 +22,7 @@ from support_driver import (
 
 
 def test_sweep(run, tmp_path: Path) -> None:
-    """A sweep writes one CSV per value, equal to that of a case file with this value."""
+    """A sweep writes one CSV for each value, equal to that of a case file with this value."""
     text = (
         MATERIAL + "&pattern sides = 2, theta = THETA /\n&sweep name = 'Theta', values = 0.0, 30.0, 12.5 /\n"
         "&step t_N = -5.0 /\n&step slip = 0.1 /\n"
@@ -40,7 +40,7 @@ def test_sweep(run, tmp_path: Path) -> None:
 
 
 def test_output(run, driver: Path, tmp_path: Path) -> None:
-    """-o FILE, -o - on standard output; the default is the name of the case in the current directory."""
+    """-o names the output, `-` is standard output; the default is a file in the current folder."""
     text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
     default = run(text)
     assert "written to case.csv" in default.messages and len(default.messages.splitlines()) == 1
@@ -62,7 +62,7 @@ def test_output(run, driver: Path, tmp_path: Path) -> None:
 
 
 def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
-    """Neither the case nor the record can be the output, by whatever name."""
+    """The output replaces neither the case nor the recorded strains, also if a link or path names them."""
     text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
     (tmp_path / "link.nml").symlink_to("case.nml")
     (tmp_path / "sub").mkdir()
@@ -86,14 +86,14 @@ def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
 
 
 def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
-    """A long run shows its progress on a terminal; killed, its CSV holds whole rows."""
+    """A long run shows its progress on a terminal; the CSV of a killed run has only complete rows."""
     (tmp_path / "long.nml").write_text(
         MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
     )
     screen, terminal = os.openpty()
     with subprocess.Popen([driver, "long.nml", "--planes"], cwd=tmp_path, stderr=terminal) as process:
         os.close(terminal)
-        # the first progress line, after two seconds
+        # The first progress line comes after two seconds.
         line = os.read(screen, 200).decode()
         process.kill()
         process.wait()
@@ -124,14 +124,14 @@ def test_no_progress(options: list[str], driver: Path, tmp_path: Path) -> None:
     os.set_blocking(screen, False)
     try:
         written = os.read(screen, 200)
-    except OSError:  # the terminal has gone with its last user
+    except OSError:  # the terminal closes with its last user
         written = b""
     os.close(screen)
     assert written == b""
 
 
 def test_commands(driver: Path, tmp_path: Path) -> None:
-    """--help and --version; a wrong command line is exit 1."""
+    """--help and --version print their text; a wrong command line gives exit code 1."""
 
     version = re.search(r'version = "(.*)"', (ROOT / "src" / "law" / "asperity_contract.f90").read_text())
     assert version is not None
@@ -143,7 +143,7 @@ def test_commands(driver: Path, tmp_path: Path) -> None:
 
 
 def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
-    """The example that --help prints runs."""
+    """The example that --help prints is a case that runs."""
     text = call(driver, "--help", folder=tmp_path).stdout
     example = text[text.index("example:") : text.index("rows:")].partition("\n")[2]
     result = run(example)
@@ -152,7 +152,7 @@ def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
 
 
 def test_warnings(run) -> None:
-    """Different mode II values and a contact as soft as the bond give a warning."""
+    """Other values in mode II give a warning, and so does a contact that is too soft for the pressure."""
     path = RP_4 + "&step t_N = -10.0 /\n"
     assert "warning: the contact is soft" in run(MATERIAL + path).messages
     stiff = MATERIAL.replace("/", ", kc = 1000.0 /")

@@ -38,7 +38,7 @@ CYCLE = (
     ],
 )
 def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: str) -> None:
-    """The separations of a direct run through umat, with trial calls in every increment, give its rows."""
+    """The separations of a direct run, replayed through the UMAT with trial calls, give its rows."""
     path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
     direct = run(MATERIAL + pattern + path, "--planes")
     (tmp_path / "case.csv").rename(tmp_path / "record.csv")
@@ -48,7 +48,7 @@ def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: st
     for name in direct.header:
         if name in ("step", "increment", "iterations", "event"):
             continue
-        # strain = separation/h and the sum of the increments round: some units in the last place of K |s|
+        # Strain = separation/h and the sum of increments cause rounding errors of some units of K |s|.
         np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
     assert replay.events == direct.events
     assert set(replay["iterations"]) == {4.0}
@@ -65,7 +65,7 @@ def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: st
     ],
 )
 def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: str, block: int) -> None:
-    """A record through vumat, in blocks of points that follow each other, gives the rows of umat."""
+    """Recorded strains through the VUMAT, in blocks of delayed points, give the rows of the UMAT."""
     path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
     direct = run(MATERIAL + pattern + path)
     (tmp_path / "case.csv").rename(tmp_path / "record.csv")
@@ -76,7 +76,7 @@ def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: st
     for name in umat.header:
         if name in ("iterations", "event"):
             continue
-        # sums of increments and totals: an ulp of K |s| an increment
+        # A sum of increments differs from the total by one rounding error of K |s| for each increment.
         np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
     assert vumat.events == umat.events
     assert set(vumat["iterations"]) == {1.0}
@@ -100,7 +100,7 @@ def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: st
     ["traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0", "damage = 0.5", "traction = -5, 0.1, 0.0"],
 )
 def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
-    """Initial planes in STATEV, the traction in STRESS: both routines start where the driver does."""
+    """UMAT and VUMAT start where the driver does, with planes in STATEV and the traction as stress."""
     plane = "ntens = 2" in options
     head = MATERIAL.replace(" /", extra + " /") + (
         RP_4 if not plane else "&pattern sides = 2, theta = 30.0 /\n"
@@ -118,9 +118,9 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
     for name in direct.header:
         if name in ("step", "increment", "iterations", "event"):
             continue
-        # sums of increments and totals: an ulp of K |s| an increment
+        # A sum of increments differs from the total by one rounding error of K |s| for each increment.
         np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
-    # the event slip may be due to a rounding error in equilibrium
+    # In equilibrium a rounding error may cause the event slip.
     events = [[event - {"slip"} for event in result.events] for result in (replay, direct)]
     assert events[0] == events[1]
 
@@ -128,7 +128,7 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("h", [1.0, 0.01])
 def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> None:
-    """UMAT and VUMAT agree on random increments from a random stress, and are the independent law."""
+    """On random increments from a random stress UMAT, VUMAT and the independent law agree."""
     draw = np.random.default_rng(seed)
     pattern = reference.regular_pattern(4, 30.0)
     traction = np.array([-3.0, 0.6, 0.6]) + draw.uniform(-0.5, 0.5, 3)
@@ -150,7 +150,7 @@ def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> 
     assert len(umat.rows) == len(vumat.rows) == len(steps)
     for name in umat.header:
         if name not in ("iterations", "event"):
-            # sums of increments and totals: an ulp of K |s| an increment
+            # A sum of increments differs from the total by one rounding error of K |s| for each increment.
             np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
     np.testing.assert_allclose(umat.vector("t")[0], traction, rtol=0, atol=1e-10 * SIGMA0)
     s_old, t_old, work = offset, np.asarray(traction), state[1:4].sum()
@@ -186,7 +186,7 @@ def test_bad_replay_of_an_initial_state(
 
 
 def test_vumat_strains(run, tmp_path: Path) -> None:
-    """Strains for vumat: normal, 23 and 13, tensor shears; a sticking plane is elastic along each of them."""
+    """The strains of a VUMAT are normal, 23 and 13 as tensor shears; a virgin plane is elastic along each."""
     (tmp_path / "record.csv").write_text("e_1,e_2,e_3\n0,0.0002,-0.0001\n0,0.0003,0.0\n")
     rows = run(MATERIAL + FLAT + "&replay file = 'record.csv', through = 'vumat', h = 2.0 /\n")
     s = 2 * 2.0 * np.array([[0, -0.0001, 0.0002], [0, 0, 0.0003]])
@@ -195,7 +195,7 @@ def test_vumat_strains(run, tmp_path: Path) -> None:
 
 
 def test_replay_of_strains(run, tmp_path: Path) -> None:
-    """Strains without a header, or with e_1.. and time in any order, other columns, blank lines, comments."""
+    """Strains may have no header, or columns in any order, other columns, blank lines and comments."""
     rows = [(0.001 * i, 0.002 * i, -0.0005 * i) for i in range(1, 60)]
     (tmp_path / "plain.csv").write_text("".join(f"{a}, {b},{c}\n" for a, b, c in rows))
     (tmp_path / "named.csv").write_text(
@@ -212,7 +212,7 @@ def test_replay_of_strains(run, tmp_path: Path) -> None:
 
 
 def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
-    """A relative file name of a record is relative to the folder of the case."""
+    """The name of the file of recorded strains is relative to the folder of the case."""
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "record.csv").write_text("0.01,0,0\n")
     (tmp_path / "a" / "r.nml").write_text(MATERIAL + FLAT + "&replay file = 'record.csv' /\n")
@@ -262,7 +262,7 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
     ],
 )
 def test_bad_replay(run, tmp_path: Path, options: str, record: str | None, fragments: list[str]) -> None:
-    """A bad replay gives exit code 1 and the line of the record or of the case."""
+    """A bad replay gives exit code 1; the message names the line of the recorded file or of the case."""
     if record is not None:
         (tmp_path / "record.csv").write_text(record)
     messages = run(MATERIAL + FLAT + f"&replay {options} file = 'record.csv' /\n", code=1).messages
