@@ -132,7 +132,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "run": ("run a case by the driver and draw it", _run_arguments),
     "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
-    "paper": ("recompute the figures and tables of the paper", _imported("studies.paper")),
+    "paper": ("recompute the figures and tables of the paper", _imported("studies.paper.command")),
     "card": ("print the material block for the input of a host program", _imported("cards.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
