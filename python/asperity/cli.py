@@ -14,13 +14,13 @@ from .installed import cases, driver
 from .results import read_rows, results_of
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
-"""Exit codes; the last one is that of the driver after a lost equilibrium."""
+"""Exit codes; the last one is the exit code of the driver after a lost equilibrium."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return the exit code, 0 for success."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    # the matrices of the commands are small: more threads of BLAS only wait, 6 % of the time of a fit
+    # The matrices are small, so further threads of BLAS would only wait, which costs a fit 6 % of its time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
     try:
@@ -194,7 +194,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _speed(options: argparse.Namespace) -> int:
-    """Read the CSV of the benchmark or run the benchmark, then draw."""
+    """Read the CSV of the benchmark, or run the benchmark, then draw."""
     from .studies.speed_charts import draw_speed, measure, read_timings, table
 
     if options.csv is not None and options.quick:

@@ -15,10 +15,10 @@ from .material import Material, ModelWarning
 from .pattern import Pattern
 
 SMALL_CLOSURE = 0.1
-"""Closure of the facing planes under a normal traction over s_f, above which a warning is given."""
+"""Closure of a plane that carries the normal traction alone, over s_f, above which a warning is given."""
 
 FEWEST_ELEMENTS = 3
-"""Elements in the cohesive zone below which the softening is not resolved (Turon et al. 2007, Section 3)."""
+"""Smallest number of elements in the cohesive zone that resolves the softening (Turon et al. 2007)."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float
 
 
 def warn_if_soft(material: Material, pattern: Pattern, sigma_N: float) -> None:
-    """Issue a ModelWarning where sigma_N, carried by one inclined plane alone, closes this plane visibly."""
+    """Issue a ModelWarning if sigma_N, carried by one inclined plane alone, closes this plane visibly."""
     if not (sigma_N < 0.0 and _slopes(pattern).any()):
         return
     share, gamma = closure(material, pattern, sigma_N)

@@ -11,15 +11,15 @@ from .. import contract
 from ..installed import library
 
 PER_LINE = 8
-"""Constants on a line of an Abaqus or CalculiX input."""
+"""Largest number of constants on a line of an Abaqus or CalculiX input."""
 
 CALCULIX_MAX_CONSTANTS = 21
-"""CalculiX takes no more constants, and does not check."""
+"""Largest number of constants that CalculiX accepts; it does not check their number."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """What a material block says; props and statev as the library has them."""
+    """Contents of a material block; props and statev are in the order of the library."""
 
     name: str
     props: contract.Floats
@@ -34,12 +34,12 @@ class Block:
         return float(self.props[contract.index(name)])
 
     def thickness(self) -> float:
-        """Thickness the host divides by; 0 means 1."""
+        """Thickness by which the host divides; 0 stands for 1."""
         return self.prop("h") or 1.0
 
 
 def card(host: str, block: Block) -> str:
-    """Text for the input of a host; raises ValueError for what it cannot take."""
+    """Text for the input of a host; raises ValueError for a value that the host cannot take."""
     writers = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos}
     if host not in writers:
         raise ValueError(f"host = {host!r}: expected one of {', '.join(writers)}")
@@ -57,7 +57,7 @@ def card(host: str, block: Block) -> str:
 
 
 def _abaqus(block: Block) -> str:
-    """Abaqus: friction needs the unsymmetric solver; the names of the state variables show in the output."""
+    """Block for Abaqus with the unsymmetric solver, which friction needs, and names of the state variables."""
     if block.explicit:
         run = "abaqus job=NAME user=asperity_abaqus.f90 double=both"
         solver = ""
@@ -66,7 +66,7 @@ def _abaqus(block: Block) -> str:
         solver = ", unsymm"
     if block.explicit and block.density is None:
         raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
-    # a VUMAT keeps the separation there, as the host passes none
+    # A VUMAT stores the separation there, because the host passes none.
     names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
     density = [] if block.density is None else ["*Density", f"{block.density!r},"]
@@ -90,7 +90,7 @@ def _abaqus(block: Block) -> str:
 
 
 def _calculix(block: Block) -> str:
-    """CalculiX: a material whose name begins with ABAQUS goes to the UMAT; SDV names are comments."""
+    """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
     if len(block.props) > CALCULIX_MAX_CONSTANTS:
         raise ValueError(
             f"{len(block.props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
@@ -122,7 +122,7 @@ def _calculix(block: Block) -> str:
 
 
 def _kratos(block: Block) -> str:
-    """Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
+    """Block for Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
     _only("kratos' interface laws (1 is for its older elements)", "map", block.prop("map"), 0.0)
     _only("kratos, whose interface elements pass separations", "h", block.thickness(), 1.0)
     if block.dimension == 3:
@@ -139,8 +139,8 @@ def _kratos(block: Block) -> str:
             "Variables": {
                 "UDSM_NAME": str(library()),
                 "IS_FORTRAN_UDSM": True,
-                "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else 0/0 in the rows of the water pressure
-                "BIOT_COEFFICIENT": 0.0,  # the water pressure is coupled with nothing
+                "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else the rows of the water pressure are 0/0
+                "BIOT_COEFFICIENT": 0.0,  # the water pressure is not coupled with the displacements
                 "UMAT_PARAMETERS": block.props.tolist(),
                 "STATE_VARIABLES": [0.0] * len(block.statev),
             },
@@ -160,13 +160,13 @@ def _kratos(block: Block) -> str:
 
 
 def _only(host: str, name: str, value: float, expected: float) -> None:
-    """Refuse a value that a host cannot take."""
+    """Raise ValueError for a value that a host cannot take."""
     if value != expected:
         raise ValueError(f"{name} = {value:g}: expected {expected:g} for {host}")
 
 
 def _comments(block: Block, run: str) -> str:
-    """Head of a block: who wrote it, the entries of PROPS, how to run it, what to respect."""
+    """Head of a block: its origin, the entries of PROPS, how to run it, and the remarks."""
     names = ", ".join(row.name for row in contract.props_table() if row.name != "reserved")
     lines = [
         f"asperity {contract.library_version()}: {names}",
@@ -178,11 +178,11 @@ def _comments(block: Block, run: str) -> str:
 
 
 def _text(*lines: str) -> str:
-    """Lines, the last one ended."""
+    """Text of lines, each with its line end."""
     return "\n".join(lines) + "\n"
 
 
 def _constants(props: contract.Floats) -> list[str]:
-    """Constants in full precision, eight a line."""
+    """Text of constants with all digits, eight on a line."""
     texts = [repr(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]

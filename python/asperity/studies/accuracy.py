@@ -35,7 +35,7 @@ PRELOAD = 4
 """Increments of the preload. Each plane slides in one direction only, so a few increments are exact."""
 
 Tick = Callable[[], object]
-"""Called after each piece of work, for a progress bar."""
+"""Function that is called after each piece of work, for a progress bar."""
 
 
 def material(mu: float = 0.5) -> Material:
@@ -91,10 +91,10 @@ def largest(error: Floats, reference: Floats) -> float:
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one curve: largest of tau_L and s_N over its rows, and of the work, over the largest value.
+    """Errors of one curve in tau_L, s_N and work, each relative to the largest value of the curve.
 
-    line: error of tau_L with straight lines between the rows.  seconds: time for the curve.  tolerance: of
-    adaptive increments, 0 for fixed increments.
+    line: error of tau_L with straight lines between the rows. seconds: time for the curve. tolerance:
+    tolerance of adaptive increments, 0 for fixed increments.
     """
 
     path: str
@@ -249,7 +249,7 @@ def regular(sides: int, theta: float) -> Candidate:
 
 
 def two_rings(sides: int, theta: float, difference: float) -> Candidate:
-    """m planes at theta + difference and m at theta - difference, rotated by 180/m; they cost as RP-2m."""
+    """m planes at theta + difference and m at theta - difference, rotated by 180/m; costs as RP-2m."""
     normals, weights = [(1.0, 0.0, 0.0)], [FLAT]
     for k in range(2 * sides):
         angle = np.pi * k / sides
@@ -275,9 +275,9 @@ def residual_spread(sides: int, theta: float, mu: float) -> float:
 class PlaneError:
     """Errors of a pattern against RP-64 of the same flat weight in the worst direction, and spreads.
 
-    tau_L, across, s_N: L2 over the monotonic path relative to the reference's tau_L and s_N.  work: spread
-    (largest over smallest, minus 1) of the work of that path, G_T at sigma_N = 0; loop: that of a closed
-    loop of a cycle.  seconds: for one curve.
+    tau_L, across, s_N: L2 norms over the monotonic path, relative to tau_L and s_N of the reference. work:
+    spread (largest over smallest, minus 1) over the directions of the work of that path, which is G_T at
+    sigma_N = 0. loop: the same for the work of a closed loop of a cycle. seconds: time for one curve.
     """
 
     family: str
@@ -445,7 +445,7 @@ WAYS = {
     2: "increments, added up (VUMAT)",
     3: "increments, compensated sums",
 }
-"""Ways in which the single-precision law receives the separation."""
+"""Forms in which the single-precision law receives the separation."""
 
 CYCLE_ROWS = 20000
 """Increments of a cycle of the long path."""
@@ -456,9 +456,9 @@ REPLAY = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """Error of the single-precision law over the number of increments (R,); each is the largest so far.
+    """Errors of the single-precision law over the number of increments (R,); each is the largest so far.
 
-    traction: over the largest traction of the path; friction and work: relative errors of the sums.
+    traction: relative to the largest traction of the path; friction and work: relative errors of the sums.
     """
 
     pattern: str
@@ -498,7 +498,7 @@ def drifts(
     increments: int = REPLAY, rows: int = CYCLE_ROWS, sigma_N: float = -1.0, tick: Tick = lambda: None
 ) -> Iterator[Drift]:
     """Single against double precision along cycles, for the flat plane and RP-4."""
-    # not a divisor of the increments of a cycle, so that the rows lie all over the cycle
+    # The stride does not divide the increments of a cycle, so the rows lie at all stages of the cycle.
     stride = max(1, increments // 1000 - 3)
     for name, pattern in (("flat", Pattern.regular(0, 0.0)), ("RP-4", Pattern.regular(4, 30.0))):
         interface = Interface(material(), pattern)

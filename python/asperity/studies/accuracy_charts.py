@@ -429,7 +429,7 @@ def _percent(value: float) -> str:
 
 
 def _filled(row: Sequence[str], length: int) -> list[str]:
-    """Row with empty cells at its end."""
+    """Extend a row by empty cells."""
     return [*row, *[""] * (length - len(row))]
 
 

@@ -182,6 +182,6 @@ def _ratios(ax: Axes, timings: Sequence[Timing]) -> None:
 
 
 def _rows(timings: Sequence[Timing], kernel: str, precision: str, tangent: bool) -> Iterator[Timing]:
-    """Rows of a kernel, all points slipping."""
+    """Rows of a kernel whose points all slip."""
     wanted = (kernel, precision, tangent, "slip")
     return (t for t in timings if (t.kernel, t.precision, t.tangent, t.states) == wanted)

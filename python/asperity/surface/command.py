@@ -30,13 +30,13 @@ REQUIRED = tuple(row.name for row in contract.props_table() if row.default is No
 """Constants of a material that have no default."""
 
 PLAUSIBLE = (3.0e-3, 3.0)
-"""Rms slopes beyond these are told: z may be in another unit than x."""
+"""Rms slopes beyond these give a remark, because z may be in another unit than x."""
 
 GROWTH = 1.1
-"""The slopes depend on the scale, and it is told, where half the sampling length raises their rms by this."""
+"""A remark is printed if half the sampling length raises the rms slope by this factor."""
 
 UNLIKE = 1.5
-"""Ratio of the largest to the smallest spacing from which on it is told: slopes depend on the spacing."""
+"""Ratio of the largest to the smallest spacing that gives a remark, because slopes depend on the spacing."""
 
 PATIENCE = 2.0
 """Seconds before progress is shown."""
@@ -49,7 +49,7 @@ ROUNDING = 1.0e-9
 """Errors and angles (degrees) below this are shown as 0."""
 
 PERCENT = (50, 90, 99, 100)
-"""Percentiles of the inclination that are told."""
+"""Percentiles of the inclination that are printed."""
 
 _COMMA = re.compile(r"^[-+]?\d*,\d+$")
 """A number with a decimal comma."""
@@ -130,10 +130,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
-    """Profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
+    """Read the profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
 
-    Separators are commas, semicolons or blanks; lines from # on are left out.  Lengths are turned into the
-    unit of x; `unit` is that of a file that names none.  Raises ValueError that names line and value.
+    Separators are commas, semicolons or blanks; lines from # on are left out. Lengths are converted to the
+    unit of x; `unit` is that of a file that names none. Raises ValueError with line and value.
     """
     header, rows = _cells(path)
     if spacing is not None:
@@ -154,7 +154,7 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
 
 
 def case_lines(pattern: Pattern) -> str:
-    """Group &pattern of a case file, a plane a line."""
+    """Group &pattern of a case file, with a line for each plane."""
     if pattern.m >= 0:
         text = f"&pattern sides = {pattern.m}"
         if pattern.m > 0:
@@ -168,7 +168,10 @@ def case_lines(pattern: Pattern) -> str:
 
 
 def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str:
-    """PROPS of a pattern, up to the last value that is not its default; names for a material not given."""
+    """PROPS of a pattern, up to the last value that is not its default.
+
+    Without a material the names of its constants stand for their values.
+    """
     defaults = [row.default for row in contract.props_table()]
     props = contract.pack(pattern.values())
     last = contract.N_FIXED_PROPS
@@ -183,7 +186,7 @@ def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Read, level, bin, compare, write."""
+    """Read a scan, find the planes of its average and their classes, compare patterns, write the results."""
     _check(options)
     table, png, case = _outputs(options)
     template = None if options.case is None else read_case(options.case)
@@ -239,7 +242,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Options that need no scan."""
+    """Check the options that do not depend on the scan."""
     listing = (options.bins, options.planes, options.directions, options.flat)
     if options.regular and any(value is not None for value in listing):
         raise ValueError(
@@ -258,7 +261,10 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
-    """Table, picture and case; never the scan or the case that is read, and in a folder that is there."""
+    """Names of table, picture and case.
+
+    Raises ValueError if one of them is the scan or the case that is read, or if the folder does not exist.
+    """
     stem = options.output or Path(f"{options.scan.stem}_planes")
     if stem.suffix in (".csv", ".png", ".nml"):
         stem = stem.with_suffix("")
@@ -275,7 +281,7 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
 
 
 def _shown(error: float) -> str:
-    """An error in the table."""
+    """Text of an error in the table."""
     if np.isinf(error):
         return "locks"
     return f"{error:.1e}" if error > ROUNDING else "0"
@@ -294,7 +300,7 @@ def _scales(
 
 
 def _remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
-    """Doubts about units and scale."""
+    """Remarks on units and scale."""
     rms, unit = found.rms_slope, scan.unit
     if rms > slopes.FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
         yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
@@ -318,7 +324,7 @@ def _report(
     slips: Slips,
     options: argparse.Namespace,
 ) -> list[str]:
-    """What the scan is like."""
+    """Lines that describe the scan."""
     unit = scan.unit
     points = (
         f"{len(original.x)} points" if original.y is None else f"{len(original.x)} x {len(original.y)} points"
@@ -351,13 +357,13 @@ def _report(
 
 
 def _apart(scan: Scan) -> str:
-    """Spacing of the points."""
+    """Text of the spacing of the points."""
     low, high = scan.steps()
     return f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"
 
 
 def _directions(options: argparse.Namespace, found: Facets) -> int:
-    """Sectors of azimuth."""
+    """Number of sectors of azimuth."""
     if found.profile:
         if options.directions not in (None, 2):
             raise ValueError(f"--directions {options.directions}: expected 2 for a profile")
@@ -368,7 +374,7 @@ def _directions(options: argparse.Namespace, found: Facets) -> int:
 
 
 def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tuple[Pattern, np.ndarray]:
-    """Listed planes by the options."""
+    """Listed planes according to the options."""
     for name in ("bins", "planes"):
         value = getattr(options, name)
         if value is not None and not 1 <= value <= contract.MAX_INCLINED:
@@ -448,7 +454,7 @@ def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 
 def _columns(path: Path, header: list[str], count: int) -> tuple[list[str], list[str]]:
-    """Names and units of the columns."""
+    """Read the names and units of the columns."""
     if not header:
         if count not in (2, 3):
             raise ValueError(f"{path}: {count} columns without names: {EXPECTED}")
@@ -464,7 +470,7 @@ def _columns(path: Path, header: list[str], count: int) -> tuple[list[str], list
 
 
 def _table(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """Numbers of the rows."""
+    """Read the numbers of the rows."""
     if not rows:
         raise ValueError(f"{path}: expected rows of numbers")
     width = len(rows[0][1])
@@ -479,7 +485,7 @@ def _table(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
 
 
 def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Profile with x increasing; one that decreases throughout is turned round."""
+    """Profile with increasing x; a profile with decreasing x is reversed."""
     x, z = data["x"], data["z"]
     _enough(path, "points", len(x))
     steps = np.diff(x)
@@ -495,13 +501,13 @@ def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -
 
 
 def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Map on the grid of its points, which may come in any order."""
+    """Map on the grid of its points, whose order in the file does not matter."""
     axes, places = [], []
     for name in ("x", "y"):
         given = data[name]
         order = np.argsort(given, kind="stable")
         sizes = np.diff(given[order])
-        # values of a grid line may differ by rounding
+        # The values of a grid line may differ by rounding.
         new = sizes > EVEN * max(sizes.max(initial=0.0), 0.0)
         place = np.empty(len(given), dtype=int)
         place[order] = np.concatenate([[0], np.cumsum(new)])
@@ -551,7 +557,7 @@ def _metres(path: Path, unit: str) -> float:
 
 
 def _rounded(values: Floats) -> Floats:
-    """Values to the digits that are printed, without -0."""
+    """Values rounded to the digits that are printed, without -0."""
     found: Floats = np.round(values, 9) + 0.0
     return found
 
@@ -565,7 +571,7 @@ def _is_number(text: str) -> bool:
 
 
 def _lengths(text: str) -> tuple[float, ...]:
-    """Spacings of the option."""
+    """Read the spacings of the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -576,7 +582,7 @@ def _lengths(text: str) -> tuple[float, ...]:
 
 
 def _material(text: str) -> tuple[float, ...]:
-    """Constants of the option."""
+    """Read the constants of the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
         if len(found) != contract.N_REQUIRED_PROPS:

@@ -21,7 +21,8 @@ LEAST_POINTS = 8
 """Smallest number of points along a direction of a scan."""
 
 LEAST_SHARE = 0.005
-"""Fraction of the nominal area below which a bin joins the nearest one: a plane has to carry the load."""
+"""Smallest fraction of the nominal area of a bin; a smaller one joins the nearest bin, as planes carry load.
+"""
 
 FLATNESS = 1.0e-6
 """Slope (tangent) that counts as a rounding error of the heights."""
@@ -36,7 +37,7 @@ EVEN = 0.05
 """Points count as evenly spaced if they deviate by at most this fraction of the spacing (rounded files)."""
 
 AS_GOOD = 0.01
-"""The smallest number of sides is chosen whose error exceeds the smallest error by at most this."""
+"""Error, above the smallest one, up to which the smallest number of sides is chosen."""
 
 GAUSS = float(np.sqrt(np.log(2.0) / np.pi))
 """Constant alpha of the Gaussian filter: a wave of the cut-off length is halved (ISO 16610-21)."""
@@ -47,7 +48,7 @@ Tick = Callable[[], object]
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Heights z (ny, nx) over x (nx,) and y (ny,), all of one unit; a profile has no y and ny = 1."""
+    """Heights z (ny, nx) over x (nx,) and y (ny,) in the same unit; a profile has no y, and ny is 1."""
 
     x: Floats
     y: Floats | None
@@ -107,7 +108,7 @@ class Scan:
         return Scan(self.x, self.y, z + plane, self.unit)
 
     def heights(self) -> Floats:
-        """Distances (ny, nx) from the average plane, perpendicular to it, mean 0."""
+        """Distances (ny, nx) from the average plane, perpendicular to it; their mean is 0."""
         z = self.z - _mean_plane(self)
         levelled: Floats = (z - z.mean()) / np.hypot(1.0, np.hypot(*_mean_gradient(self)))
         return levelled
@@ -377,7 +378,7 @@ def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
 
 
 def even(axis: Floats) -> Floats:
-    """The same number of evenly spaced positions from the first to the last."""
+    """Evenly spaced positions from the first to the last; their number is the same."""
     places: Floats = np.linspace(axis[0], axis[-1], len(axis))
     return places
 
@@ -395,7 +396,7 @@ def lengths_of(scan: Scan) -> Floats:
 
 
 def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
-    """Rotation (degrees) that agrees best with the azimuths, for increasing numbers of sides."""
+    """Rotation (degrees) that agrees best with the azimuths, for each number of sides in increasing order."""
     share = found.nominal * found.slopes**2
     once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
     wave, power = np.ones_like(once), 0
@@ -404,14 +405,14 @@ def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
         wave *= once ** (sides - power) if sides - power > 1 else once
         power = sides
         total = share @ wave
-        # without a preferred azimuth rounding errors must not determine one
+        # Without a preferred azimuth rounding errors must not choose one.
         turn = np.degrees(np.angle(total)) / sides if abs(total) > TIE * share.sum() else 0.0
         turns[sides] = 0.0 if abs(turn) < TIE else float(turn)
     return turns
 
 
 def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
-    """Regular pattern with the mean and mean square slope of the facets; for two sides, along itself."""
+    """Regular pattern with the mean and mean square slope of the facets (2 sides: along their direction)."""
     slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
     mean, square = found.nominal @ slopes, found.nominal @ slopes**2
     if mean <= FLATNESS:
@@ -488,7 +489,7 @@ def _rotation(n: Floats) -> Floats:
 
 
 def _place(scan: Scan, facet: int) -> str:
-    """Text with the position at which a facet begins."""
+    """Text of the position at which a facet begins."""
     if scan.y is None:
         return f"x = {scan.x[facet]:g}"
     j, i = divmod(facet // 4, len(scan.x) - 1)
@@ -525,7 +526,7 @@ def _mean(x: Floats, values: Floats) -> float:
 
 
 def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
-    """Points `length` apart and the heights (..., n) there."""
+    """Points at the distance `length` from each other, and the heights (..., n) there."""
     at = x[0] + length * np.arange(int(np.floor((x[-1] - x[0]) / length + 1.0e-9)) + 1)
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     w = np.clip((at - x[i]) / (x[i + 1] - x[i]), 0.0, 1.0)
@@ -533,7 +534,7 @@ def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
 
 
 def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
-    """Gaussian mean along the rows; at the ends only over existing points."""
+    """Gaussian mean along the rows; at the ends it is the mean of the existing points."""
     steps = np.diff(x)
     if np.abs(x - even(x)).max() > EVEN * steps.mean():
         raise ValueError(

@@ -164,10 +164,10 @@ LOCKING = Edge(
 def clamped_reversal(
     flat: Interface, clamp: ArrayLike, back: ArrayLike, slip: float, steps: int = 400
 ) -> Floats:
-    """Decrease of the rupture energy, stress*length, of a flat plane slid to `slip`, closed, and slid back.
+    """Decrease of the rupture energy, stress*length, if a flat plane slips, is closed, and slips back.
 
-    clamp, back (n,): closure and slip at the end of each path, both positive, length.  The result (n,) is the
-    largest fall of the rupture energy below an earlier value, >= 0.
+    slip: first slip; clamp, back (n,): closure and slip at the end of each path, all positive, length. The
+    result (n,) is the largest fall of the rupture energy below an earlier value, >= 0.
     """
     clamp, back = np.asarray(clamp, dtype=float), np.asarray(back, dtype=float)
     zero = np.zeros(len(clamp))
@@ -190,7 +190,7 @@ def clamped_reversal(
 
 
 def second_law() -> list[Trial]:
-    """Damage with clamped slip: the law of the paper, the closed-form region, the guard."""
+    """Damage while a slipped joint is pressed: the law of the paper, the closed-form region, the guard."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
     state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
@@ -409,7 +409,7 @@ def explicit() -> list[Trial]:
         start = np.array([velocity, 0.0, 0.0])
         flight = fly(bond, mass, share * 2.0 / omega, 400, start, np.zeros(3))
         judge(f"bond, dt = {share:g} x 2/omega", flight, energy, share, survives)
-    # an initial closure and a velocity: the mass oscillates about its closure and never opens
+    # With an initial closure and a velocity the mass oscillates about its closure and never opens.
     kc, pressure = 100.0, 0.3
     stiff = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
     closed, push = -pressure / (kc * K), 0.05 * pressure / np.sqrt(kc * K * mass)

@@ -24,7 +24,7 @@ def ramp(*corners: float, steps: int) -> Floats:
 
 
 def period(residuals: Floats, most: int = 6) -> int:
-    """Period of the last residuals, 0 if they do not repeat."""
+    """Number of iterations after which the last residuals repeat, 0 if they do not."""
     tail = residuals[-2 * most :]
     for n in range(1, most + 1):
         if len(tail) == 2 * most and np.allclose(tail[n:], tail[:-n], rtol=1e-6, atol=0.0):
