@@ -126,7 +126,7 @@ def default(name: str) -> float:
 
 
 def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
-    """Vector PROPS from values by name, defaults for the other entries, and the values of the listed planes."""
+    """Vector PROPS from values by name, with defaults for the others, and the values of the listed planes."""
     props = np.array([0.0 if row.default is None else row.default for row in props_table()])
     for name, value in values.items():
         props[index(name)] = number(name, value, _PROPS[name].admissible)
@@ -153,7 +153,7 @@ def whole(name: str, value: int) -> int:
 
 
 def array(name: str, value: ArrayLike) -> Floats:
-    """Convert an array to contiguous doubles; raises ValueError with its name and the value that is not one."""
+    """Convert an array to contiguous doubles; raises ValueError with its name and the value that is wrong."""
     try:
         return np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:

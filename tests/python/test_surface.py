@@ -66,7 +66,7 @@ def egg_box(amplitude: float, n: int, periods: int = 1) -> tuple[slopes.Facets, 
 
 @pytest.mark.parametrize("flat", [0.0, 0.25])
 def test_ridge_is_the_trapezoid(flat: float) -> None:
-    """Period 2: theta is that of the sides, the flat share that of the true length."""
+    """A trapezoidal profile gives the inclination of its sides and the flat fraction of its true length."""
     x = np.arange(401) / 40
     found = profile(x, trapezoid(x, 2.0, flat, T, T))
     share = 2.0 * flat / (2.0 * flat + (2.0 - 2.0 * flat) / np.cos(np.radians(THETA)))
@@ -93,9 +93,10 @@ def test_tilted_ridge() -> None:
 
 
 def test_unequal_sides() -> None:
-    """Slopes of 20 and 40 degrees give two planes in balance, with a residual strength for each."""
+    """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for each direction.
+    """
     rise, fall = np.tan(np.radians([20.0, 40.0]))
-    # five points up and five down, four times
+    # five points up and five down, repeated four times
     period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
     x = np.concatenate([[0.0], np.cumsum(np.tile(period, 4))])
     z = np.tile(np.concatenate([np.arange(5), 5 - np.arange(5)]) / 5, 4)
@@ -178,7 +179,7 @@ def test_plane_is_flat(tilt: tuple[float, float]) -> None:
 
 
 def test_pyramids_with_ridges_along_the_axes() -> None:
-    """z = tent(x) + tent(y): slopes (+-t, +-t), RP-4 turned by 45 degrees, exactly."""
+    """z = tent(x) + tent(y) has the slopes (+-t, +-t) and gives RP-4 rotated by 45 degrees exactly."""
     a, x, y = grid(12, 2)
     found = slopes.facets(Scan(a, a, T * (np.abs(x % 1.0 - 0.5) + np.abs(y % 1.0 - 0.5))))
     pattern = regular(found)
@@ -457,7 +458,7 @@ def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, 
     ],
 )
 def test_bad_options(folder: Path, capsys: pytest.CaptureFixture[str], options: str, message: str) -> None:
-    """Likewise."""
+    """The message of a wrong option has its value and what was expected."""
     write(GRID.replace("4,4,0\n", "4,4,1\n"))
     assert main(["surface", "scan.csv", *options.split()]) == 1
     assert re.search(message, capsys.readouterr().err)

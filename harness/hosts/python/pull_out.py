@@ -146,7 +146,7 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
 
 
 def main() -> None:
-    """Run with the whole tangent and with its symmetric part, print and draw."""
+    """Run with the whole tangent and with its symmetric part, then print and draw the results."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -57,7 +57,7 @@ def card(host: str, block: Block) -> str:
 
 
 def _abaqus(block: Block) -> str:
-    """Block for Abaqus with the unsymmetric solver, which friction needs, and names of the state variables."""
+    """Block for Abaqus, with the unsymmetric solver that friction needs and names of the state variables."""
     if block.explicit:
         run = "abaqus job=NAME user=asperity_abaqus.f90 double=both"
         solver = ""
