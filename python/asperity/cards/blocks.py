@@ -76,13 +76,15 @@ def _abaqus(block: Block) -> str:
         *density,
         f"*User Material, constants={len(block.props)}{solver}",
         *_constants(block.props),
-        "** no DELETE: contact survives rupture, no point is ever deleted; status is 1 once it was called",
-        "** zero state variables are the virgin interface: no initial conditions are needed",
-        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION",
+        "** There is no DELETE, because contact survives rupture. status is 1 after the first call of a "
+        "point.",
+        "** Zero state variables are a virgin interface, so no initial conditions are needed.",
+        "** The first call of a point reads an initial stress (TYPE=STRESS); TYPE=SOLUTION gives cracked "
+        "planes.",
         "*Depvar",
         f"{len(block.statev)},",
         *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),
-        f"** elements {element}; Tx is their first shear direction (an orientation turns it)",
+        f"** Elements: {element}. Tx is their first shear direction, which an orientation rotates.",
         f"*Cohesive Section, elset={block.name}, material={block.name}, response=TRACTION SEPARATION, "
         "thickness=SPECIFIED",
         f"{block.thickness()!r},",
@@ -107,16 +109,19 @@ def _calculix(block: Block) -> str:
         _comments(block, "ccx with the UMAT of asperity linked in"),
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
         f"*MATERIAL, NAME=ABAQUS{name}",
-        "** all constants in full: a count of 8 or 16 would need one more line, for the temperature",
+        "** All constants are given, because 8 or 16 of them would need a further line, with the "
+        "temperature.",
         f"*USER MATERIAL, CONSTANTS={len(block.props)}",
         *_constants(block.props),
-        "** zero state variables are the virgin interface: no initial conditions are needed",
-        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION, USER",
+        "** Zero state variables are a virgin interface, so no initial conditions are needed.",
+        "** The first call of a point reads an initial stress (TYPE=STRESS).",
+        "** TYPE=SOLUTION, USER gives cracked planes.",
         "*DEPVAR",
         f"{len(block.statev)}",
-        "** one layer of C3D8 (not C3D8R, C3D8I), its normal along z, without NLGEOM, "
-        f"of thickness h = {block.thickness()!r}",
-        f"** r = {block.prop('r')!r}: 0 for a layer bonded on both faces, 1e-9 cures free stretching",
+        "** The section is one layer of C3D8 (not C3D8R or C3D8I) with its normal along z, without NLGEOM, "
+        f"of the thickness h = {block.thickness()!r}.",
+        f"** r = {block.prop('r')!r}: 0 suits a layer that is bonded on both faces, 1e-9 a face that can "
+        "stretch freely.",
         f"*SOLID SECTION, ELSET={name}, MATERIAL=ABAQUS{name}",
     )
 
@@ -149,11 +154,13 @@ def _kratos(block: Block) -> str:
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
     history = (
         "UDSM_NAME: expected the commit adapter libasperity_kratos.so (-DASPERITY_HOSTS=ON) in place of this "
-        "library, which runs, but these elements commit no step: damage would heal on unloading"
+        "library. An analysis with this library runs, but these elements commit no step, so damage would "
+        "heal "
+        "on unloading"
     )
     initial = (
-        "zero STATE_VARIABLES are the virgin interface; the host passes no initial stress to a UMAT here: "
-        "give a state of Interface.initial instead of the zeros"
+        "Zero STATE_VARIABLES are a virgin interface. Kratos passes no initial stress to a UMAT; a state of "
+        "Interface.initial in place of the zeros has an initial stress"
     )
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
@@ -170,7 +177,7 @@ def _comments(block: Block, run: str) -> str:
     names = ", ".join(row.name for row in contract.props_table() if row.name != "reserved")
     lines = [
         f"asperity {contract.library_version()}: {names}",
-        "units: one consistent set, as mm, N, MPa, N/mm; theta and turn in degrees",
+        "units: one consistent set, such as mm, N, MPa, N/mm; theta and turn in degrees",
         run,
         *block.remarks,
     ]
