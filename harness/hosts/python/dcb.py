@@ -134,17 +134,21 @@ def draw(curve: Curve, path: Path) -> None:
     figure, (force, energy, shape) = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
     force.plot(curve.opening, curve.force, color="#0072B2", label="scikit-fem with asperity")
     force.plot(
-        curve.opening, growth(np.maximum(curve.opening, 1e-9)), "--", color="#D55E00", label="beam, G = Gc"
+        curve.opening,
+        growth(np.maximum(curve.opening, 1e-9)),
+        "--",
+        color="#D55E00",
+        label="beam theory, G = Gc",
     )
     force.plot(
         curve.opening,
         beam(curve.opening, np.array(CRACK)),
         ":",
         color="black",
-        label="beam, first crack, rigid joint",
+        label="beam theory, initial crack, rigid joint",
     )
     force.set(
-        xlabel="opening of the ends [mm]", ylabel="force over width [N/mm]", ylim=(0, 1.3 * curve.force.max())
+        xlabel="opening of the ends [mm]", ylabel="force per width [N/mm]", ylim=(0, 1.3 * curve.force.max())
     )
     force.legend()
     energy.plot(curve.opening, curve.j_integral / MATERIAL.Gc, color="#0072B2")
