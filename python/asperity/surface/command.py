@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scan",
         type=Path,
         metavar="SCAN.csv",
-        help="columns x, z (profile) or x, y, z (map), with units in the header as x [mm]; or --spacing",
+        help="columns x, z (profile) or x, y, z (map), with units in the header, or a matrix (--spacing)",
     )
     parser.add_argument(
         "--spacing",
@@ -75,56 +75,56 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit",
         default="mm",
-        help="of the lengths, where the header names none (default: %(default)s)",
+        help="unit of lengths whose header names none (default: %(default)s)",
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
-    scale.add_argument("--smooth", type=float, metavar="L", help="Gaussian filter of this cut-off first")
+    scale.add_argument("--smooth", type=float, metavar="L", help="cut-off length of a Gaussian filter")
     scale.add_argument(
-        "--sampling", type=float, metavar="L", help="facets of this length (default: the points')"
+        "--sampling", type=float, metavar="L", help="length of the facets (default: that of the scan)"
     )
     planes = parser.add_argument_group("planes")
     planes.add_argument(
         "--regular", action="store_true", help="the nearest regular pattern, not listed planes"
     )
-    planes.add_argument("--sides", type=int, metavar="M", help="of the regular pattern (default: looked for)")
+    planes.add_argument("--sides", type=int, metavar="M", help="sides of the regular pattern (default: best)")
     planes.add_argument(
         "--directions", type=int, metavar="D", help="sectors of azimuth of the listed planes (default: 8)"
     )
     planes.add_argument("--bins", type=int, metavar="B", help="classes of inclination in each (default: 3)")
     planes.add_argument(
-        "--planes", type=int, metavar="N", help="at most so many listed planes: as many bins as that allows"
+        "--planes", type=int, metavar="N", help="largest number of listed planes; it sets the bins"
     )
     planes.add_argument(
         "--flat",
         type=float,
         metavar="DEG",
-        help="facets up to this are the flat plane (default: 0)",
+        help="facets inclined by at most this form the flat plane (default: 0)",
     )
     planes.add_argument(
         "--direction",
         type=float,
         default=0.0,
         metavar="DEG",
-        help="of the profile, or of the first sector, from Tx towards Ty (default: 0)",
+        help="direction of the profile, or of the first sector, from Tx towards Ty (default: 0)",
     )
     planes.add_argument(
         "--material",
         type=_material,
         metavar="SIGMA0,GC,ETA,MU",
-        help=f"for the PROPS line and the residual strength (default: names, mu = {MU:g})",
+        help=f"constants for PROPS and the residual strength (default: names only, and mu = {MU:g})",
     )
     parser.add_argument(
         "--case",
         type=Path,
         metavar="CASE.nml",
-        help="a case of the driver: STEM.nml is written, the same with this pattern, for run, card, select",
+        help="case of the driver; STEM.nml is the same case with the pattern found, for run, card and select",
     )
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="STEM",
-        help="of STEM.csv, STEM.png and STEM.nml (default: the name of the scan with _planes, here)",
+        help="writes STEM.csv, STEM.png and STEM.nml (default: the name of the scan with _planes, here)",
     )
     parser.set_defaults(action=_run)
 
@@ -290,7 +290,7 @@ def _shown(error: float) -> str:
 def _scales(
     scan: Scan, lengths: Floats, regular: Pattern, direction: float, tick: slopes.Tick
 ) -> Iterator[tuple[float, ...]]:
-    """Sampling length, mean and rms slope, theta and flat share of the regular pattern of the same sides."""
+    """Sampling length, mean and rms slope, theta and flat weight of the regular pattern of the same sides."""
     for length in lengths:
         found = slopes.facets(scan.sampled(length), direction)
         pattern = slopes.nearest_regular(found, None, regular.m or 2, direction)
@@ -306,14 +306,15 @@ def _remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
         yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
     low, high = scan.steps()
     if high > UNLIKE * low:
-        yield f"points are {low:g} to {high:g} {unit} apart, not one scale: --sampling {high:g} makes it one"
+        yield f"points are {low:g} to {high:g} {unit} apart; --sampling {high:g} gives them one scale"
     length = 2.0 * scan.spacing
     if rms > slopes.FLATNESS and length <= slopes.longest(scan):
         coarse = slopes.facets(scan.sampled(length), direction).rms_slope
         if rms > GROWTH * coarse:
             yield (
                 f"the rms slope at {scan.spacing:g} {unit} is {rms / coarse - 1.0:.0%} above that at "
-                f"{length:g}: no plateau, the planes are those of this scale; --sampling, --smooth choose it"
+                f"{length:g}: there is no plateau, so the planes depend on the scale, which --sampling and "
+                "--smooth set"
             )
 
 
@@ -345,12 +346,12 @@ def _report(
     filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
     return [
         f"scan        {'profile' if scan.is_profile else 'map'}, {points}, {extent}{filtered}",
-        f"level       average plane tilted by {tilt:.4g} degrees, turned away; "
-        f"{lean:.3g} degrees from that of least squares",
+        f"level       average plane inclined by {tilt:.4g} degrees, rotated to level; "
+        f"{lean:.3g} degrees from the least-squares plane",
         f"facets      {len(found.gamma)} at {_apart(scan)} {unit}; true/nominal area {found.ratio:.4f}",
         f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
         f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
-        f"inclined    {steep} degrees (share of the nominal area)",
+        f"inclined    {steep} degrees (fraction of the nominal area)",
         f"residual    {shown[0]} to {shown[1]} |sigma_N| over {len(slips.angles)} directions, "
         f"mu = {slips.mu:g}: set by the steepest facet along the slip",
     ]

@@ -237,7 +237,7 @@ SECOND_LAW = FailureMode(
     "Damage of a joint that is closed between two slips",
     "A plane slips to s_1, is closed to s_N and slips back to -r. Beyond r = s_1 its damage grows again. "
     "The elastic slip of its contact is then up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2, and "
-    "growing damage releases energy where q > r. This happens for mu |s_N| > s_1.",
+    "growing damage has a negative dissipation where q > r. This happens for mu |s_N| > s_1.",
     "Look at STATEV 3 (rupture): if it decreases, the law is outside its range of validity (CNS, seismic "
     "paths). The guard (PROPS 17) prevents this growth of damage.",
     second_law,
