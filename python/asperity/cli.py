@@ -113,7 +113,7 @@ def _chart_arguments(chart: argparse.ArgumentParser) -> None:
     speed.add_argument("--table", action="store_true", help="also print a table in Markdown")
     speed.set_defaults(action=_speed)
     accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
-    _imported("studies.accuracy_charts")(charts.add_parser("accuracy", help=accuracy))
+    _imported("studies.accuracy.command")(charts.add_parser("accuracy", help=accuracy))
     explain = "pictures that explain the law and the solver"
     _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
