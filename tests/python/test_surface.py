@@ -14,8 +14,10 @@ from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.surface import slopes
-from asperity.surface.command import case_lines, props_line, read_scan
-from asperity.surface.slopes import Planes, Scan, Slips
+from asperity.surface.command import case_lines, props_line
+from asperity.surface.scan import Scan
+from asperity.surface.scan_files import read_scan
+from asperity.surface.slopes import Planes, Slips
 from refresh import follow
 
 EXACT = 1.0e-9

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -18,44 +17,16 @@ from ..contract import Floats
 from ..interface import Interface
 from ..pattern import Pattern
 from . import slopes
-from .slopes import EVEN, Facets, Planes, Scan, Slips
-
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "in": 0.0254}
-"""Units of length that a header may name, in metres."""
+from .report import ROUNDING, remarks, report
+from .scan import Scan, lengths_of
+from .scan_files import PATIENCE, UNITS, read_scan
+from .slopes import Facets, Planes, Slips
 
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
 
 REQUIRED = tuple(row.name for row in contract.props_table() if row.default is None)
 """Constants of a material that have no default."""
-
-PLAUSIBLE = (3.0e-3, 3.0)
-"""Rms slopes beyond these give a remark, because z may be in another unit than x."""
-
-GROWTH = 1.1
-"""A remark is printed if half the sampling length raises the rms slope by this factor."""
-
-UNLIKE = 1.5
-"""Ratio of the largest to the smallest spacing that gives a remark, because slopes depend on the spacing."""
-
-PATIENCE = 2.0
-"""Seconds before progress is shown."""
-
-EXPECTED = (
-    "expected columns x, z (profile) or x, y, z (map), as x [mm],z [um]; --spacing for a matrix of heights"
-)
-
-ROUNDING = 1.0e-9
-"""Errors and angles (degrees) below this are shown as 0."""
-
-PERCENT = (50, 90, 99, 100)
-"""Percentiles of the inclination that are printed."""
-
-_COMMA = re.compile(r"^[-+]?\d*,\d+$")
-"""A number with a decimal comma."""
-
-_CELL = re.compile(r"^\W*([A-Za-z]\w*)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\W*$")
-"""Name of a column and its unit in brackets."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,30 +100,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(action=_run)
 
 
-def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
-    """Read the profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
-
-    Separators are commas, semicolons or blanks; lines from # on are left out. Lengths are converted to the
-    unit of x; `unit` is that of a file that names none. Raises ValueError with line and value.
-    """
-    header, rows = _cells(path)
-    if spacing is not None:
-        if header:
-            raise ValueError(f"{path}: {', '.join(header)}: expected a matrix of numbers, as --spacing says")
-        z = _table(path, rows)
-        dx, dy = spacing[0], spacing[-1]
-        _enough(path, "columns", z.shape[1])
-        _enough(path, "rows", z.shape[0])
-        return Scan(dx * np.arange(z.shape[1]), dy * np.arange(z.shape[0]), z, unit)
-    names, units = _columns(path, header, len(rows[0][1]) if rows else 0)
-    table = _table(path, rows)
-    unit = units[names.index("x")] or unit
-    data = {n: table[:, i] * (_metres(path, u) / _metres(path, unit) if u else 1.0)
-            for i, (n, u) in enumerate(zip(names, units, strict=True))}  # fmt: skip
-    lines = [line for line, _ in rows]
-    return _profile(path, data, lines, unit) if len(names) == 2 else _map(path, data, lines, unit)
-
-
 def case_lines(pattern: Pattern) -> str:
     """Group &pattern of a case file, with a line for each plane."""
     if pattern.m >= 0:
@@ -205,13 +152,13 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
     listed, label = _listed(options, found, _directions(options, found))
     angles = slopes.directions_of(found, options.direction)
-    lengths = slopes.lengths_of(smooth)
+    lengths = lengths_of(smooth)
     total = 2 * len(angles) + len(lengths)
     with tqdm(total=total, unit="step", disable=None, delay=PATIENCE, leave=False) as bar:
         slips = Slips.of(found, angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
         scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))
-    print("\n".join(_report(original, scan, found, slips, options)))
+    print("\n".join(report(original, scan, found, slips, options)))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
     of_listed = Planes.of(listed).residual(angles, slips.mu)
     for pattern in (listed, regular):
@@ -222,8 +169,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
     for length, mean, rms, theta, flat in scales:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    remarks = [f"remark      {text}" for text in _remarks(scan, found, options.direction)]
-    print("\n".join(["", *remarks, ""]) if remarks else "")
+    doubts = [f"remark      {text}" for text in remarks(scan, found, options.direction)]
+    print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
     written = [table, png]
     props = props_line(chosen, options.material)
@@ -299,70 +246,6 @@ def _scales(
         tick()
 
 
-def _remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
-    """Remarks on units and scale."""
-    rms, unit = found.rms_slope, scan.unit
-    if rms > slopes.FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
-        yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
-    low, high = scan.steps()
-    if high > UNLIKE * low:
-        yield f"points are {low:g} to {high:g} {unit} apart; --sampling {high:g} gives them one scale"
-    length = 2.0 * scan.spacing
-    if rms > slopes.FLATNESS and length <= slopes.longest(scan):
-        coarse = slopes.facets(scan.sampled(length), direction).rms_slope
-        if rms > GROWTH * coarse:
-            yield (
-                f"the rms slope at {scan.spacing:g} {unit} is {rms / coarse - 1.0:.0%} above that at "
-                f"{length:g}: there is no plateau, so the planes depend on the scale, which --sampling and "
-                "--smooth set"
-            )
-
-
-def _report(
-    original: Scan,
-    scan: Scan,
-    found: Facets,
-    slips: Slips,
-    options: argparse.Namespace,
-) -> list[str]:
-    """Lines that describe the scan."""
-    unit = scan.unit
-    points = (
-        f"{len(original.x)} points" if original.y is None else f"{len(original.x)} x {len(original.y)} points"
-    )
-    extent = f"{np.ptp(original.x):g} {unit}" if original.y is None else (
-        f"{np.ptp(original.x):g} x {np.ptp(original.y):g} {unit}")  # fmt: skip
-    order = np.argsort(found.slopes)
-    below = np.cumsum(found.nominal[order])
-    at = [
-        found.slopes[order][min(np.searchsorted(below, p / 100 * below[-1]), len(order) - 1)] for p in PERCENT
-    ]
-    steep = ", ".join(f"{p} %: {np.degrees(np.arctan(t)):.2f}" for p, t in zip(PERCENT, at, strict=True))
-    heights = scan.heights()
-    tilt = found.tilt if found.tilt > ROUNDING else 0.0
-    lean = lean if (lean := scan.lean()) > ROUNDING else 0.0
-    low, high = slips.residual.min(), slips.residual.max()
-    shown = ["locks" if np.isinf(value) else f"{value:.4f}" for value in (low, high)]
-    filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
-    return [
-        f"scan        {'profile' if scan.is_profile else 'map'}, {points}, {extent}{filtered}",
-        f"level       average plane inclined by {tilt:.4g} degrees, rotated to level; "
-        f"{lean:.3g} degrees from the least-squares plane",
-        f"facets      {len(found.gamma)} at {_apart(scan)} {unit}; true/nominal area {found.ratio:.4f}",
-        f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
-        f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
-        f"inclined    {steep} degrees (fraction of the nominal area)",
-        f"residual    {shown[0]} to {shown[1]} |sigma_N| over {len(slips.angles)} directions, "
-        f"mu = {slips.mu:g}: set by the steepest facet along the slip",
-    ]
-
-
-def _apart(scan: Scan) -> str:
-    """Text of the spacing of the points."""
-    low, high = scan.steps()
-    return f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"
-
-
 def _directions(options: argparse.Namespace, found: Facets) -> int:
     """Number of sectors of azimuth."""
     if found.profile:
@@ -428,147 +311,10 @@ def _write(path: Path, pattern: Pattern) -> None:
             writer.writerow([k, *(f"{value:.9f}" for value in row)])
 
 
-def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Header (empty without one) and the rows with their line numbers."""
-    header: list[str] = []
-    rows: list[tuple[int, list[str]]] = []
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise ValueError(f"{path}: {error.strerror}: expected a CSV with a profile or a height map") from None
-    except UnicodeDecodeError as error:
-        raise ValueError(
-            f"{path}: byte {error.start} is no text in UTF-8: expected a CSV with a profile or a height map"
-        ) from None
-    shown = tqdm(lines, unit="line", desc="read", disable=None, delay=PATIENCE, leave=False)
-    for line, text in enumerate(shown, start=1):
-        text = text.split("#")[0].strip()
-        if not text:
-            continue
-        mark = next((mark for mark in ";,\t" if mark in text), None)
-        cells = [cell.strip().strip('"') for cell in text.split(mark)]
-        if not rows and not header and not any(_is_number(cell) or _COMMA.match(cell) for cell in cells):
-            header = cells if mark else re.findall(r"\w+\s*(?:[\[(][^\])]*[\])])?", text)
-        else:
-            rows.append((line, cells))
-    return header, rows
-
-
-def _columns(path: Path, header: list[str], count: int) -> tuple[list[str], list[str]]:
-    """Read the names and units of the columns."""
-    if not header:
-        if count not in (2, 3):
-            raise ValueError(f"{path}: {count} columns without names: {EXPECTED}")
-        return ["x", "z"] if count == 2 else ["x", "y", "z"], [""] * count
-    found = [_CELL.match(cell) for cell in header]
-    names = ["" if m is None else m[1].lower() for m in found]
-    if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
-        raise ValueError(f"{path}: columns {', '.join(header)}: {EXPECTED}")
-    units = ["" if m is None else m[2] or "" for m in found]
-    if any(units) and not all(units):
-        raise ValueError(f"{path}: columns {', '.join(header)}: expected a unit for all or none, as x [mm]")
-    return names, units
-
-
-def _table(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """Read the numbers of the rows."""
-    if not rows:
-        raise ValueError(f"{path}: expected rows of numbers")
-    width = len(rows[0][1])
-    for line, cells in rows:
-        if len(cells) != width:
-            raise ValueError(f"{path}, line {line}: {len(cells)} values: expected {width}")
-        for cell in cells:
-            if not _is_number(cell) or not np.isfinite(float(cell)):
-                point = " with a decimal point" if _COMMA.match(cell) else ""
-                raise ValueError(f"{path}, line {line}: {cell or 'nothing'}: expected a finite number{point}")
-    return np.array([cells for _, cells in rows], dtype=float)
-
-
-def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Profile with increasing x; a profile with decreasing x is reversed."""
-    x, z = data["x"], data["z"]
-    _enough(path, "points", len(x))
-    steps = np.diff(x)
-    if (steps < 0.0).all():
-        x, z, lines, steps = x[::-1], z[::-1], lines[::-1], -steps[::-1]
-    if not (steps > 0.0).all():
-        i = int((steps <= 0.0).argmax())
-        what = "vertical" if steps[i] == 0.0 else "overhang, or the points are not in order"
-        raise ValueError(
-            f"{path}, line {lines[i + 1]}: x = {x[i + 1]:g} after {x[i]:g}: expected x to increase ({what})"
-        )
-    return Scan(x.copy(), None, z[None, ::1].copy(), unit)
-
-
-def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Map on the grid of its points, whose order in the file does not matter."""
-    axes, places = [], []
-    for name in ("x", "y"):
-        given = data[name]
-        order = np.argsort(given, kind="stable")
-        sizes = np.diff(given[order])
-        # The values of a grid line may differ by rounding.
-        new = sizes > EVEN * max(sizes.max(initial=0.0), 0.0)
-        place = np.empty(len(given), dtype=int)
-        place[order] = np.concatenate([[0], np.cumsum(new)])
-        axis = np.bincount(place, given) / np.bincount(place)
-        if len(axis) == 1:
-            raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
-        _enough(path, f"different {name}", len(axis))
-        steps = np.diff(axis)
-        if np.abs(axis - slopes.even(axis)).max() > EVEN * steps.mean():
-            i = int((np.abs(steps - np.median(steps)) > EVEN * np.median(steps)).argmax())
-            raise ValueError(
-                f"{path}: {name} = {axis[i]:g} and {axis[i + 1]:g}, {len(axis)} different {name}: expected a "
-                f"regular grid along x and y, here of spacing {np.median(steps):g}; interpolate points that "
-                "lie elsewhere onto one"
-            )
-        axes.append(slopes.even(axis))
-        places.append(place)
-    x, y = axes
-    count = np.zeros((len(y), len(x)), dtype=int)
-    np.add.at(count, (places[1], places[0]), 1)
-    if (count > 1).any():
-        j, i = np.argwhere(count > 1)[0]
-        second = lines[np.flatnonzero((places[0] == i) & (places[1] == j))[1]]
-        raise ValueError(
-            f"{path}, line {second}: x = {x[i]:g}, y = {y[j]:g} again: expected one height a point"
-        )
-    if (count == 0).any():
-        j, i = np.argwhere(count == 0)[0]
-        raise ValueError(
-            f"{path}: {np.count_nonzero(count == 0)} points of the grid are missing, the first at "
-            f"x = {x[i]:g}, y = {y[j]:g}: expected a regular grid of {len(x)} x {len(y)} points"
-        )
-    z = np.empty((len(y), len(x)))
-    z[places[1], places[0]] = data["z"]
-    return Scan(x, y, z, unit)
-
-
-def _enough(path: Path, what: str, count: int) -> None:
-    if count < slopes.LEAST_POINTS:
-        raise ValueError(f"{path}: {count} {what}: expected at least {slopes.LEAST_POINTS}")
-
-
-def _metres(path: Path, unit: str) -> float:
-    if unit not in UNITS:
-        raise ValueError(f"{path}: unit {unit}: expected one of {', '.join(UNITS)}")
-    return UNITS[unit]
-
-
 def _rounded(values: Floats) -> Floats:
     """Values rounded to the digits that are printed, without -0."""
     found: Floats = np.round(values, 9) + 0.0
     return found
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _lengths(text: str) -> tuple[float, ...]:

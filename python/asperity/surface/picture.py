@@ -13,7 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from ..contract import Floats
 from ..pattern import Pattern, unit_vector
 from ..plots import COLOURS, plt
-from .slopes import Facets, Planes, Scan, Slips
+from .scan import Scan
+from .slopes import Facets, Planes, Slips
 
 MOST_CELLS = 600
 """Largest number of drawn cells along a side of a map."""
