@@ -496,7 +496,7 @@ def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (np.sin(x), ""),
         (1e-4 * np.sin(x), "an rms slope of 7e-05 is unusual: are x and z in the same unit?"),
         (5.0 * np.sin(x), "an rms slope of 3.9 is unusual"),
-        (noise, r"the rms slope at 0.1 mm is \d+% above that at 0.2: no plateau"),
+        (noise, r"the rms slope at 0.1 mm is \d+% above that at 0.2: there is no plateau"),
     ):
         write(rows(x, z, header="x [mm],z [mm]"))
         assert main(["surface", "scan.csv"]) == 0
