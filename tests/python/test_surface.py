@@ -506,7 +506,7 @@ def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(rows(a.ravel(), b.ravel(), np.sin(a).ravel(), header="x [mm],y [mm],z [mm]"))
     assert main(["surface", "scan.csv"]) == 0
     out = capsys.readouterr().out
-    assert "\nremark      points are 0.1 to 0.2 mm apart, not one scale: --sampling 0.2 makes it one\n" in out
+    assert "\nremark      points are 0.1 to 0.2 mm apart; --sampling 0.2 gives them one scale\n" in out
     assert "facets      2964 at 0.1 to 0.2 mm" in out
 
 
