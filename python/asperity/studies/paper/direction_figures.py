@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ...plots import COLOURS
 from ..fracture_energy import (
@@ -26,13 +27,18 @@ from .outcome import (
 )
 
 
-def figure_7(case_0: Case, case_45: Case) -> Outcome:
-    """Tractions in two directions."""
+def _two_panels(case_0: Case, case_45: Case, column: str, label: str) -> Figure:
+    """Draw a column of the curves of two cases over the slip: slip along 0 degrees left, 45 degrees right."""
     figure, axes = new_figure(8.8, 3.8, ncols=2, sharey=True)
     for ax, case, part in zip(axes, (case_0, case_45), ("(a) 0°", "(b) 45°"), strict=True):
-        lines = [(signed(c.test.value), c.s_L, c.tau_L, c.lost) for c in case.curves]
-        curves(ax, lines, SLIP, TRACTION, r"$\sigma_N$ [MPa]" if ax is axes[-1] else "")
+        lines = [(signed(c.test.value), c.s_L, getattr(c, column), c.lost) for c in case.curves]
+        curves(ax, lines, SLIP, label, r"$\sigma_N$ [MPa]" if ax is axes[-1] else "")
         ax.set_title(rf"{part[:3]} $\theta_L$ = {part[4:]}", fontsize="small")
+    return figure
+
+
+def figure_7(case_0: Case, case_45: Case) -> Outcome:
+    """Tractions in two directions."""
     came_out = [
         f"Along {direction}° $\\tau_L$ at 0.6 mm is "
         + listed([f"{c.tau_L[-1]:.3f}" for c in case.curves if not c.lost])
@@ -42,7 +48,7 @@ def figure_7(case_0: Case, case_45: Case) -> Outcome:
     ]
     zero = max(abs(case.at(0.0).tau_L[-1]) for case in (case_0, case_45))
     return Outcome(
-        figure,
+        _two_panels(case_0, case_45, "tau_L", TRACTION),
         (*came_out, f"At $\\sigma_N$ = 0 the traction left at 0.6 mm is {small(zero)} MPa (Remark 4)."),
         "None in the text. Remark 4 refers to Figure 9(a) but describes this one.",
         *two_directions(case_0, case_45),
@@ -57,11 +63,6 @@ def two_directions(case_0: Case, case_45: Case) -> tuple[str, tuple[str, ...]]:
 
 def figure_8(case_0: Case, case_45: Case) -> Outcome:
     """Dilation in two directions."""
-    figure, axes = new_figure(8.8, 3.8, ncols=2, sharey=True)
-    for ax, case, part in zip(axes, (case_0, case_45), ("(a) 0°", "(b) 45°"), strict=True):
-        lines = [(signed(c.test.value), c.s_L, c.s_N, c.lost) for c in case.curves]
-        curves(ax, lines, SLIP, DILATION, r"$\sigma_N$ [MPa]" if ax is axes[-1] else "")
-        ax.set_title(rf"{part[:3]} $\theta_L$ = {part[4:]}", fontsize="small")
     slope = np.tan(np.radians(30.0))
     came_out = []
     for direction, case, limit in ((0, case_0, slope), (45, case_45, slope * np.cos(np.pi / 4.0))):
@@ -71,7 +72,7 @@ def figure_8(case_0: Case, case_45: Case) -> Outcome:
             f"for $\\sigma_N$ = 0 to −20 MPa. For slip up the facing planes it would be {limit:.4f}."
         )
     return Outcome(
-        figure,
+        _two_panels(case_0, case_45, "s_N", DILATION),
         tuple(came_out),
         "None: every curve still rises at the end, because the dilation is unbounded, as the paper says.",
         *two_directions(case_0, case_45),
@@ -80,25 +81,20 @@ def figure_8(case_0: Case, case_45: Case) -> Outcome:
 
 def figure_9(case_0: Case, case_45: Case) -> Outcome:
     """Cycles in two directions."""
-    figure, axes = new_figure(8.8, 3.8, ncols=2, sharey=True)
     came_out = []
-    for ax, case, part in zip(axes, (case_0, case_45), ("(a) 0°", "(b) 45°"), strict=True):
-        lines = [(signed(c.test.value), c.s_L, c.tau_L, c.lost) for c in case.curves]
-        curves(ax, lines, SLIP, TRACTION, r"$\sigma_N$ [MPa]" if ax is axes[-1] else "")
-        ax.set_title(rf"{part[:3]} $\theta_L$ = {part[4:]}", fontsize="small")
+    for direction, case in ((0, case_0), (45, case_45)):
         for c in case.curves[1:]:
             ends = listed([f"{c.tau_L[i]:.3f}" for i in ends_of_strokes(c)])
             came_out.append(
-                f"Along {part[4:]} under $\\sigma_N$ = {signed(c.test.value)} MPa, $\\tau_L$ at the ends of "
-                "the strokes "
-                f"is {ends} MPa, and the work of the last loop is {loop_work(c):.3f} N/mm."
+                f"Along {direction}° under $\\sigma_N$ = {signed(c.test.value)} MPa, $\\tau_L$ at the ends "
+                "of the "
+                f"strokes is {ends} MPa, and the work of the last loop is {loop_work(c):.3f} N/mm."
             )
     return Outcome(
-        figure,
+        _two_panels(case_0, case_45, "tau_L", TRACTION),
         tuple(came_out),
         "None in the text. The text mentions one constant $\\sigma_N$ and gives no value, nor does the "
-        "caption; "
-        "the values here are assumed.",
+        "caption; the values here are assumed.",
         *two_directions(case_0, case_45),
     )
 
@@ -125,8 +121,7 @@ def figure_10(mono_0: Case, mono_45: Case, cyclic_0: Case, cyclic_45: Case) -> O
         ratios = [f"{signed(v)}: {pair[0].at(v).tau_L.max() / pair[1].at(v).tau_L.max():.3f}" for v in values]
         came_out.append(
             f"{part}: the largest $\\tau_L$ along 0°, divided by that along 45°, is for each $\\sigma_N$ in "
-            "MPa: "
-            f"{listed(ratios)}."
+            f"MPa: {listed(ratios)}."
         )
     names = f"cyclic,theta_L,{mono_0.name}"
     parts = [
@@ -154,11 +149,9 @@ def figure_11(case: Case) -> Outcome:
         figure,
         (
             f"$\\tau_L$ at 0.6 mm in MPa is {listed([f'{t:.3f} ({a:g}°)' for a, t in ends.items()])}. The "
-            "largest "
-            f"value divided by the smallest is {max(ends.values()) / min(ends.values()):.3f}.",
+            f"largest value divided by the smallest is {max(ends.values()) / min(ends.values()):.3f}.",
             "Directions that the symmetry maps to each other (0° and 90°, 15° and 75°, 30° and 60°) give "
-            "the same; the difference is "
-            f"{small(mirrored)} MPa.",
+            f"the same; the difference is {small(mirrored)} MPa.",
         ),
         "None in the text.",
         *table,
@@ -203,8 +196,7 @@ def figure_13(case_0: Case, case_45: Case) -> Outcome:
         came_out.append(
             f"Along {direction:g}° $G_T$ is {listed([f'{c.energy:.6f}' for c in case.curves])} N/mm for "
             f"$\\theta_m$ = {listed([f'{c.test.value:g}°' for c in case.curves])} with steps of 0.0025 mm "
-            "and all "
-            f"points; converged it is {listed([f'{e.largest:.6f}' for e in converged])} N/mm."
+            f"and all points; converged it is {listed([f'{e.largest:.6f}' for e in converged])} N/mm."
         )
     without = case_0.curves[0].test.material.mu == 0.0
     worst = max(abs(c.energy - c.test.material.Gc) for case in (case_0, case_45) for c in case.curves)
@@ -214,8 +206,7 @@ def figure_13(case_0: Case, case_45: Case) -> Outcome:
     else:
         differs = (
             "The numbers in the legend of the paper are not known, because its picture was not at hand. The "
-            "energy "
-            "grows with the inclination and depends on the direction, as the paper says."
+            "energy grows with the inclination and depends on the direction, as the paper says."
         )
     parts = [((d, c.test.value), c) for d, case in ((0, case_0), (45, case_45)) for c in case.curves]
     return Outcome(figure, tuple(came_out), differs, *curves_csv(parts, f"theta_L,{case_0.name}"))

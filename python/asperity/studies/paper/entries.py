@@ -26,8 +26,7 @@ ENTRIES = (
         "Mode I law of one plane",
         ("figure02",),
         "The law is bilinear: the traction rises to $\\sigma_0$ at $s_0$ and falls to zero at $s_f$. The "
-        "area is "
-        "$G_c$.",
+        "area is $G_c$.",
         "",
         figure_2,
     ),
@@ -154,8 +153,7 @@ ENTRIES = (
         "Sensitivity to the direction: RT, RP-3, RP-4",
         ("figure15a", "figure15b", "figure15c"),
         "The curves coincide for small slip and differ more and more later. With more sides they overlap, "
-        "and "
-        "the polar graph becomes a circle.",
+        "and the polar graph becomes a circle.",
         f"{ASSUMED_SLIP}; $\\theta_L$ every 15°.",
         figure_15,
     ),

@@ -134,17 +134,14 @@ def table_5() -> Outcome:
     came_out += [
         f"\n{markdown(['', *PATTERNS], rows, numbers=True)}\n",
         "The inferred sampling has steps of 0.0025 mm, 64 directions, and the trapezoidal rule over $s_L$ = "
-        "0 "
-        f"and every tenth point from 0.0225 mm on. It gives {equal} of the 15 printed numbers to the last "
+        f"0 and every tenth point from 0.0225 mm on. It gives {equal} of the 15 printed numbers to the last "
         "digit.",
         "For the converged values the steps are halved until no energy changes by more than 3e-7 N/mm (1e-6 "
         "of $G_c$). The error estimate is the last change.",
         "If every tenth point is used, ten choices of the first point are possible. For "
         f"{len(wrong)} of them (first point {listed([str(k) for k in wrong])}), among them that of Table 5, "
-        "RP-4 "
-        "spreads less than RP-6. For the others RP-6 spreads less. It also spreads less for every first "
-        "point "
-        f"at intervals of {listed([str(k) for k in safe])} steps, and in the converged values.",
+        "RP-4 spreads less than RP-6. For the others RP-6 spreads less. It also spreads less for every first "
+        f"point at intervals of {listed([str(k) for k in safe])} steps, and in the converged values.",
     ]
     return Outcome(
         figure,
@@ -152,8 +149,7 @@ def table_5() -> Outcome:
         f"The order of RP-4 and RP-6 differs. The printed ratios are {TABLE_5['RP-4'][2]} and "
         f"{TABLE_5['RP-6'][2]}, the converged ones {found['RP-4'].spread + 1.0:.4f} and "
         f"{found['RP-6'].spread + 1.0:.4f}. The spread below 0.2 % of RP-4 is an artefact of the sampling. "
-        "The "
-        "sampling is inferred; the paper says Simpson's rule with 0.0025 mm.",
+        "The sampling is inferred; the paper says Simpson's rule with 0.0025 mm.",
         "pattern,paper_max,paper_min,paper_ratio,sampled_max,sampled_min,sampled_ratio,G_T_max,G_T_min,ratio,error",
         tuple(lines),
     )

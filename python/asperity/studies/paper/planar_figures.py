@@ -40,8 +40,7 @@ def figure_2(case: Case) -> Outcome:
         figure,
         (
             f"The largest traction is {t.max():.6g} MPa and the area {area:.6g} N/mm. The largest "
-            "difference from "
-            f"the triangle is {small(float(np.abs(t - triangle).max()))} MPa.",
+            f"difference from the triangle is {small(float(np.abs(t - triangle).max()))} MPa.",
         ),
         "None. The figure of the paper has symbols; the numbers here are those of Table 2.",
         "s_N,t_N",
@@ -77,8 +76,7 @@ def figure_4a(case: Case) -> Outcome:
             "The slope of the first increment is $K$; the relative difference is "
             f"{small(max(abs(s - 1.0) for s in slopes))}.",
             f"The curves end at $\\tau_L$ = {ends} MPa. These are the values $\\mu |\\sigma_N|$; the "
-            "difference "
-            f"is {small(max(residual))} MPa.",
+            f"difference is {small(max(residual))} MPa.",
             f"Under $\\sigma_N$ = {signed(lost.test.sigma_N)} MPa there is no equilibrium beyond $s_L$ = "
             f"{lost.s_L[-1]:.4f} mm (cross).",
             f"The largest difference from the 2D law along the same path is {_planar_difference(case)} MPa.",
@@ -143,8 +141,7 @@ def figure_5b(case: Case) -> Outcome:
         figure,
         (
             "At the ends of the three strokes $\\tau_L$ is "
-            f"{listed([f'{curve.tau_L[i]:.3f}' for i in ends])} "
-            "MPa, "
+            f"{listed([f'{curve.tau_L[i]:.3f}' for i in ends])} MPa, "
             f"the dilation {listed([f'{curve.s_N[i]:.4f}' for i in ends])} mm.",
             f"The work of the last two strokes, which make a closed loop, is {loop_work(curve):.3f} N/mm.",
             f"The largest difference from the 2D law along the same path is {_planar_difference(case)} MPa.",
