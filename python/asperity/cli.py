@@ -23,6 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # the matrices of the commands are small: more threads of BLAS only wait, 6 % of the time of a fit
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
+    options.arguments = list(arguments)
     try:
         return int(options.action(options))
     except (OSError, ValueError) as error:

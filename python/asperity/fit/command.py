@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,24 +12,23 @@ from pathlib import Path
 from tqdm import tqdm
 
 from ..remarks import shown_warnings
-from .fitting import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
+from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, NoScipyError, fit
 from .model import INCREMENTS, SCALES, SIDES
-from .records import read_records, unit_name
+from .records import ShearTest, read_records
+from .units import DEFAULT, NONE, check_target
+from .verdict import MOVED, Change, outliers, propose, refusals
 
 PATIENCE = 2.0
 """Seconds before progress is shown."""
 
-BAD_INPUT = 1
+BAD_INPUT, NO_RESULT = 1, 3
+"""Exit codes: wrong input, and a fit whose parameters must not be used."""
 
 HOSTS = ("abaqus", "calculix", "kratos")
-
-DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
-"""Units where neither the files nor the user give any."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    known = ", ".join(f"{name}={value:.4g}" for name, value in DEFAULT_FIXED.items())
     parser.add_argument(
         "records",
         nargs="+",
@@ -38,16 +38,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--free",
-        default=",".join(DEFAULT_FREE),
         metavar="NAMES",
-        help=f"parameters to identify, of {','.join(SCALES)} (default: %(default)s)",
+        help=f"parameters to identify, of {','.join(SCALES)}; the others must be set (default: all of "
+        f"{','.join(DEFAULT_FREE)} that are not set)",
     )
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help=f"fixed parameters (default: {known})",
+        help="parameters that are known",
     )
     parser.add_argument(
         "--start", action="append", default=[], metavar="NAME=VALUE", help="additional start of the search"
@@ -58,8 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sides",
         type=int,
-        default=SIDES,
-        help="inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: %(default)s)",
+        help=f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES})",
     )
     parser.add_argument(
         "--direction", type=float, default=0.0, metavar="DEGREES", help="direction of the slip, from Tx"
@@ -92,6 +91,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--confidence", type=float, default=0.95, help="confidence of the intervals (default: %(default)s)"
     )
+    parser.add_argument(
+        "--model-error",
+        type=float,
+        default=0.0,
+        metavar="FRACTION",
+        help="accept a model that differs from the tests by more than noise, with a scatter of up to this "
+        "fraction of the range; the intervals are widened (default: none)",
+    )
     parser.add_argument("--plot", type=Path, metavar="FILE", help="plot of tests and fit, .png or .pdf")
     parser.add_argument(
         "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
@@ -100,7 +107,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--units",
         metavar="LENGTH,STRESS",
-        help=f"for labels (default: those of the record, or {','.join(DEFAULT_UNITS.values())})",
+        help="units of the results; numbers whose header has units are converted to them (default: "
+        f"{','.join(DEFAULT)}, without units in the header none)",
+    )
+    parser.description = (
+        "Identify parameters from shear-box tests. Where the tests do not give the parameters, the exit code "
+        "is 3 and no PROPS, case or card is written; the report says why, and which command to run next."
     )
     parser.set_defaults(action=_run)
 
@@ -113,45 +125,146 @@ def _run(options: argparse.Namespace) -> int:
         _check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
+    fitting = _Fitting(options)
+    target = DEFAULT if options.units is None else check_target(options.units.split(","))
     with shown_warnings():
-        tests = read_records(options.records, options.k_N, options.compression_positive)
-    units = _units(options.units, {kind: unit for test in tests for kind, unit in test.units.items()})
+        tests = read_records(options.records, options.k_N, options.compression_positive, target)
+    if options.units is not None and not tests[0].units:
+        raise ValueError(
+            f"--units {options.units}: expected units in the header of {options.records[0]}, such as slip "
+            "[mm], tau [MPa], from which the numbers are converted"
+        )
+    units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
     with tqdm(unit="evaluation", delay=PATIENCE, disable=None, leave=False) as bar:
-
-        def tick(label: str) -> None:
-            bar.set_description(label, refresh=False)
-            bar.update()
-
+        fitting.tests, fitting.bar = tests, bar
         try:
-            found = fit(
-                tests,
-                [name.strip() for name in options.free.split(",") if name.strip()],
-                {name: one for name, (one,) in _numbers("--set", options.set, 1).items()},
-                {name: one for name, (one,) in _numbers("--start", options.start, 1).items()},
-                {name: (low, high) for name, (low, high) in _numbers("--bounds", options.bounds, 2).items()},
-                options.sides,
-                options.direction,
-                options.increments,
-                options.starts,
-                options.seed,
-                options.confidence,
-                tick,
-            )
+            found = fitting(Change(_sides(options), {}, options.model_error))
         except NoScipyError as error:
             print(f"asperity: {error}", file=sys.stderr)
             return BAD_INPUT
-    from .report import case_text, draw, report
+        reasons = refusals(found)
+        given = options.sides is not None, bool(fitting.fixed)
+        proposal = propose(found, fitting, *given) if reasons else None
+    from .report import case_text, draw, props_line, report
 
     print(report(found, units))
-    if options.card is not None:
+    for one in outliers(found):
+        print(one.text)
+    if reasons:
+        print(f"\nno result: {'; '.join(reasons)}")
+        print(_next(options, found, proposal))
+    else:
+        print(f"\n{props_line(found)}")
+    if options.card is not None and not reasons:
         print("\n" + found.interface.card(options.card), end="")
     if options.plot is not None:
         draw(found, options.plot, units)
         print(options.plot)
-    if options.case is not None:
+    if options.case is not None and not reasons:
         options.case.write_text(case_text(found), encoding="utf-8")
         print(options.case)
-    return 0
+    return NO_RESULT if reasons else 0
+
+
+def _sides(options: argparse.Namespace) -> int:
+    return SIDES if options.sides is None else int(options.sides)
+
+
+class _Fitting:
+    """Fit of the tests with the options of the command and changed arguments."""
+
+    tests: list[ShearTest]
+    bar: tqdm
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        """Parse the options that contain numbers."""
+        self.options = options
+        self.fixed = {name: one for name, (one,) in _numbers("--set", options.set, 1).items()}
+        self.start = {name: one for name, (one,) in _numbers("--start", options.start, 1).items()}
+        bounds = _numbers("--bounds", options.bounds, 2).items()
+        self.bounds = {name: (low, high) for name, (low, high) in bounds}
+        self.free = None
+        if options.free is not None:
+            self.free = [name.strip() for name in options.free.split(",") if name.strip()]
+            needed = FLAT_FREE if options.sides == 0 else DEFAULT_FREE
+            missing = [name for name in needed if name not in {*self.free, *self.fixed}]
+            if missing:
+                raise ValueError(
+                    f"--free {options.free}: {', '.join(missing)}: expected each parameter free or set, as "
+                    f"by --set {missing[0]}=VALUE"
+                )
+
+    def __call__(self, change: Change) -> Fit:
+        """Fit with these changes."""
+        options, fixed = self.options, ({} if change.freed else self.fixed) | dict(change.fixed)
+        free = self.free and [name for name in self.free if name not in change.fixed]
+        free = None if change.freed else free
+        return fit(
+            self.tests,
+            free,
+            fixed,
+            {name: value for name, value in self.start.items() if name not in change.fixed},
+            {name: ends for name, ends in self.bounds.items() if name not in change.fixed},
+            change.sides,
+            options.direction,
+            options.increments,
+            options.starts,
+            options.seed,
+            options.confidence,
+            self._tick,
+            change.model_error,
+        )
+
+    def _tick(self, label: str) -> None:
+        self.bar.set_description(label, refresh=False)
+        self.bar.update()
+
+
+def _next(options: argparse.Namespace, found: Fit, proposal: tuple[Change, Fit] | None) -> str:
+    """Text with the command to run next."""
+    command = ["asperity", *options.arguments]
+    if proposal is not None:
+        change, better = proposal
+        if change.freed:
+            command = _without(command, "--set", "--free")
+        if change.sides != found.problem.sides:
+            command += ["--sides", str(change.sides)]
+        if change.model_error > found.model_error:
+            command += ["--model-error", f"{change.model_error:g}"]
+        for name, value in change.fixed.items():
+            command += ["--set", f"{name}={value:.4g}"]
+        if options.free is not None and change.fixed and not change.freed:
+            command += ["--free", ",".join(better.problem.free)]
+        sums = f"{better.costs[0]:.4g} after {found.costs[0]:.4g}"
+        return f"next: {shlex.join(command)}\n      it has a result (sum of squares {sums})"
+    moving = [one.place for one in outliers(found) if one.moves > MOVED]
+    if moving:
+        return (
+            f"next: put # before these lines if they are errors of reading: {', '.join(moving)}\n"
+            f"      {shlex.join(command)}"
+        )
+    unknown = ["theta"] if found.inseparable else []
+    unknown += [name for name in found.undetermined if name not in found.at_bounds]
+    if unknown and not found.dependent:
+        return (
+            f"next: {shlex.join([*command, '--set', f'{unknown[0]}=VALUE'])}\n      with the value of "
+            f"{unknown[0]} from another test: these tests do not contain it"
+        )
+    plot = [] if options.plot is not None else ["--plot", "fit.png"]
+    return (
+        f"next: {shlex.join([*command, *plot])}\n      and look where record and fit differ: units, signs, "
+        "pattern (--sides), rows to leave out"
+    )
+
+
+def _without(command: list[str], *names: str) -> list[str]:
+    """Command without these options, each of which has a value."""
+    kept, skip = [], False
+    for text in command:
+        if not skip and text not in names and text.partition("=")[0] not in names:
+            kept.append(text)
+        skip = not skip and text in names
+    return kept
 
 
 def _check_output(option: str, path: Path | None) -> None:
@@ -162,19 +275,6 @@ def _check_output(option: str, path: Path | None) -> None:
         raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
     if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
         raise ValueError(f"{option} {path}: expected a file that can be written")
-
-
-def _units(option: str | None, of_record: dict[str, str]) -> tuple[str, str]:
-    """Units of length and stress for labels."""
-    texts = [unit_name(text) for text in option.split(",")] if option is not None else []
-    if option is not None and (len(texts) != len(DEFAULT_UNITS) or not all(texts)):
-        raise ValueError(f"--units {option}: expected LENGTH,STRESS")
-    given = dict(zip(DEFAULT_UNITS, texts, strict=False))
-    for kind, unit in given.items():
-        if of_record.get(kind, unit) != unit:
-            raise ValueError(f"--units {option}: expected {of_record[kind]}, the {kind} of the record")
-    known = DEFAULT_UNITS | of_record | given
-    return known["length"], known["stress"]
 
 
 def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
