@@ -35,6 +35,20 @@ def cases() -> list[Path]:
     return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
 
 
+def all_cases() -> dict[str, Path]:
+    """Case files by name: the file name without suffix, with its folder where it has one."""
+    folder = _installed("cases/figure05b.nml").parent
+    return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.nml"))}
+
+
+def named_case(name: str) -> Path:
+    """Case file of a name, with or without folder; raises ValueError for an unknown one."""
+    for known, path in all_cases().items():
+        if name in (known, path.stem):
+            return path
+    raise ValueError(f"{name}: expected a case file, or a name that `asperity cases` lists")
+
+
 def stability_case(name: str) -> Path:
     """Case file of the catalogue of failures."""
     return _installed(f"cases/stability/{name}.nml")

@@ -99,9 +99,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="accept a model that differs from the tests by more than noise, with a scatter of up to this "
         "fraction of the range; the intervals are widened (default: none)",
     )
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="plot of tests and fit, .png or .pdf")
     parser.add_argument(
-        "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
+        "--plot",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help="plot of tests and fit, .png or .pdf (default: the name of the first file with _fit.png, here)",
+    )
+    parser.add_argument(
+        "-o", "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
     )
     parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
     parser.add_argument(
@@ -119,6 +126,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     """Read the tests, fit the parameters, report them."""
+    if options.plot == Path():
+        options.plot = Path(f"{options.records[0].stem}_fit.png")
     if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
     for option, path in (("--plot", options.plot), ("--case", options.case)):

@@ -16,6 +16,7 @@ from tqdm import tqdm
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
+from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_if_soft
 from ..studies.speed_charts import Timing, measure, read_timings
 from .search import (
@@ -89,7 +90,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="picture of the map, .png or .pdf; a CSV is written beside it",
+        help="the case with the selected pattern, for run and card; with --map the picture, .png or .pdf, "
+        "beside which a CSV is written",
     )
     parser.set_defaults(action=_run)
 
@@ -177,8 +179,8 @@ def _run(options: argparse.Namespace) -> int:
         return _map(options.output or Path("select.png"))
     if options.case is None:
         raise ValueError("expected CASE.nml or --map")
-    if options.output is not None:
-        raise ValueError(f"-o {options.output}: expected with --map only")
+    if options.output is not None and options.output.resolve() == options.case.resolve():
+        raise ValueError(f"-o {options.output}: expected another name than that of the case that is read")
     with shown_warnings():
         scene = read_scene(options.case, options.planar)
     with warnings.catch_warnings():
@@ -194,7 +196,18 @@ def _run(options: argparse.Namespace) -> int:
                 print(f"asperity: {options.case}: {error}", file=sys.stderr)
                 return BAD_INPUT
     print(report(answer, costs))
+    if options.output is not None:
+        write_case(options.case, answer.pattern, options.output)
+        print(options.output)
     return 0
+
+
+def write_case(source: Path, pattern: Pattern, output: Path) -> None:
+    """Write the case of a file with another pattern."""
+    from ..surface.command import case_lines
+
+    case = read_case(source)
+    output.write_bytes(case.before + case_lines(pattern).encode() + case.after)
 
 
 def report(answer: Selection, costs: Costs) -> str:
