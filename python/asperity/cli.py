@@ -96,9 +96,8 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
     run.add_argument("--quiet", action="store_true", help="no progress and no summary")
     run.add_argument(
         "--units",
-        default="mm,MPa",
         metavar="LENGTH,STRESS",
-        help="units for the labels (default: %(default)s)",
+        help="units for the labels of the plot (default: mm,MPa)",
     )
     run.set_defaults(action=_run)
 
@@ -172,7 +171,9 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
 
 def _run(options: argparse.Namespace) -> int:
     """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
-    units = options.units.split(",")
+    if options.units is not None and options.plot is None:
+        raise ValueError(f"--units {options.units}: expected with --plot, whose labels have units")
+    units = (options.units or "mm,MPa").split(",")
     if len(units) != 2:
         raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
     path = Path(options.case)

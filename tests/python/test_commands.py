@@ -150,3 +150,20 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "chosen.nml", "--quiet"]) == 0
     assert main(["card", "--host", "abaqus", "chosen.nml", "--sigma-N", "-0.5", "-o", "card.inp"]) == 0
     assert "*User Material" in Path("card.inp").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "figure05b", "--units", "m,Pa"], "--units m,Pa: expected with --plot"),
+        (["select", "--map", "--tolerance", "0.1"], "--map: expected without --planar, --tolerance and --bench"),
+        (["select", "--map", "--planar"], "--map: expected without --planar"),
+    ],
+)
+def test_options_that_would_do_nothing(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An option that has no effect is refused, before any work."""
+    assert main(arguments) == 1
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())

@@ -144,7 +144,8 @@ def _run(options: argparse.Namespace) -> int:
             "[mm], tau [MPa], from which the numbers are converted"
         )
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
-    with tqdm(unit="evaluation", delay=PATIENCE, disable=None, leave=False) as bar:
+    stages = options.starts + len(("starts", "increments", "intervals"))
+    with tqdm(total=stages, unit="stage", delay=PATIENCE, disable=None, leave=False) as bar:
         fitting.tests, fitting.bar = tests, bar
         try:
             found = fitting(Change(_sides(options), {}, options.model_error))
@@ -184,6 +185,7 @@ class _Fitting:
 
     tests: list[ShearTest]
     bar: tqdm
+    stage: str = ""
 
     def __init__(self, options: argparse.Namespace) -> None:
         """Parse the options that contain numbers."""
@@ -225,8 +227,11 @@ class _Fitting:
         )
 
     def _tick(self, label: str) -> None:
-        self.bar.set_description(label, refresh=False)
-        self.bar.update()
+        """Count the stages of the fit, each of which takes many evaluations."""
+        if label != self.stage:
+            self.stage = label
+            self.bar.set_description(label, refresh=False)
+            self.bar.update()
 
 
 def _next(options: argparse.Namespace, found: Fit, proposal: tuple[Change, Fit] | None) -> str:

@@ -37,6 +37,9 @@ PATIENCE = 2.0
 
 BAD_INPUT = 1
 
+TOLERANCE = 0.01
+"""Largest error where none is given."""
+
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
 
@@ -65,9 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         type=float,
-        default=0.01,
         metavar="SHARE",
-        help="largest error of traction, dilation and residual strength (default: %(default)s)",
+        help=f"largest error of traction, dilation and residual strength (default: {TOLERANCE})",
     )
     parser.add_argument(
         "--planar",
@@ -176,6 +178,10 @@ def _run(options: argparse.Namespace) -> int:
     if options.map:
         if options.case is not None:
             raise ValueError(f"--map: expected without {options.case}")
+        if options.planar or options.tolerance is not None or options.bench is not None:
+            raise ValueError(
+                "--map: expected without --planar, --tolerance and --bench, which belong to a case"
+            )
         return _map(options.output or Path("select.png"))
     if options.case is None:
         raise ValueError("expected CASE.nml or --map")
@@ -189,7 +195,9 @@ def _run(options: argparse.Namespace) -> int:
         with _progress("pattern", REFERENCE_SIDES) as bar:
             try:
                 answer = select(
-                    scene, options.tolerance, lambda name: (bar.update(), bar.set_postfix_str(name))
+                    scene,
+                    TOLERANCE if options.tolerance is None else options.tolerance,
+                    lambda name: (bar.update(), bar.set_postfix_str(name)),
                 )
             except NoPatternError as error:
                 bar.close()
