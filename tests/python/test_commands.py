@@ -156,7 +156,7 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     ("arguments", "message"),
     [
         (["run", "figure05b", "--units", "m,Pa"], "--units m,Pa: expected with --plot"),
-        (["select", "--map", "--tolerance", "0.1"], "--map: expected without --planar, --tolerance and --bench"),
+        (["select", "--map", "--tolerance", "0.1"], "--map: expected without --planar, --tolerance"),
         (["select", "--map", "--planar"], "--map: expected without --planar"),
     ],
 )
