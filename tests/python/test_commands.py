@@ -138,7 +138,7 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     """The case that fit writes is read by select, whose case is read by run and card."""
     study.write_record(Path("record.csv"), study.synthetic(0.02, 31, sigma_N=(-0.2, -0.5)))
     assert main(["fit", "record.csv", "--plot", "-o", "joint.nml"]) == 0
-    assert Path("record_fit.png").exists()
+    assert Path("fit.png").exists()
     assert main(["select", "joint.nml", "--tolerance", "0.2", "-o", "joint.nml"]) == 1
     assert "expected another name" in capsys.readouterr().err
     assert main(["select", "joint.nml", "--tolerance", "0.2", "-o", "chosen.nml"]) == 0
