@@ -23,6 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     # the matrices of the commands are small: more threads of BLAS only wait, 6 % of the time of a fit
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # pictures are written to files, on machines without a display, too
+    os.environ.setdefault("MPLBACKEND", "Agg")
     options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
     options.arguments = list(arguments)
     try:

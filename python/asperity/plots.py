@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from .contract import Floats
 from .results import Rows
@@ -36,9 +33,17 @@ def slip_direction(separation: Floats) -> Floats:
 def draw(
     results: Mapping[float | None, Rows], png: Path, title: str, sweep: str, length: str, stress: str
 ) -> None:
-    """Draw traction, dilation and damage of the results over the slip, or over the opening without slip.
+    """Write the picture of `figure_of` to a file."""
+    figure = figure_of(results, title, sweep, length, stress)
+    figure.savefig(png, dpi=200)
 
-    results: by the value of the sweep.  name: of the sweep, for the legend.  length, stress: units of labels.
+
+def figure_of(
+    results: Mapping[float | None, Rows], title: str, sweep: str, length: str, stress: str
+) -> Figure:
+    """Figure of traction, dilation and damage of the results over the slip, or over the opening without slip.
+
+    results: by the value of the sweep.  sweep: its name, for the legend.  length, stress: units of labels.
     A cross marks a lost equilibrium.
     """
     slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())
@@ -46,7 +51,9 @@ def draw(
     labels = [rf"traction $\tau_L$ [{stress}]" if slips else rf"traction $\sigma_N$ [{stress}]"]
     labels += [f"dilation $s_N$ [{length}]"] if slips else []
     labels += ["damage [-]"]
-    figure, axes = plt.subplots(1, len(labels), figsize=(4.0 * len(labels), 3.5), layout="constrained")
+    # not by pyplot, which would keep the figure open and choose a window for it
+    figure = Figure(figsize=(4.0 * len(labels), 3.5), layout="constrained")
+    axes = figure.subplots(1, len(labels))
     for i, (value, rows) in enumerate(results.items()):
         colour = COLOURS[i] if len(results) <= len(COLOURS) else plt.cm.cividis(i / len(results))
         style = LINES[i % len(LINES)]
@@ -76,5 +83,4 @@ def draw(
             ncols=1 + len(texts) // 14,
         )
     figure.suptitle(title, fontsize="medium")
-    figure.savefig(png, dpi=200)
-    plt.close(figure)
+    return figure
