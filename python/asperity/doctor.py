@@ -60,6 +60,7 @@ def findings() -> Iterator[Finding]:
     yield Finding("asperity", f"{version} in {installed.library().parent}", True)
     yield _library(version)
     yield _driver(version)
+    yield Finding("sources", f"for Abaqus: {installed.abaqus()}")
     yield _law()
     yield Finding("python", f"{platform.python_version()}, {platform.platform()}")
     for name in PACKAGES:

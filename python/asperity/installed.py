@@ -20,6 +20,17 @@ def library() -> Path:
     return _installed(f"libasperity{suffix}")
 
 
+def abaqus() -> Path:
+    """Folder of the single source files for Abaqus, and of models of one element that use them."""
+    return _installed("abaqus/asperity_abaqus.f90").parent
+
+
+def run_driver() -> None:
+    """Program `rie_driver` on the search path: the driver of the package, with the same arguments."""
+    path = str(driver())
+    os.execv(path, [path, *sys.argv[1:]])
+
+
 def driver() -> Path:
     """Path of the driver rie_driver: the value of the variable ASPERITY_DRIVER, or the installed driver."""
     return _program("rie_driver", DRIVER_VARIABLE)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
+from importlib import metadata
 from pathlib import Path
 
+import asperity
 import pytest
-from asperity import doctor, results
+from asperity import doctor, installed, results
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import COMMANDS, MAINTAINERS, main
 from asperity.fit import study
@@ -167,3 +170,20 @@ def test_options_that_would_do_nothing(
     assert main(arguments) == 1
     assert message in capsys.readouterr().err
     assert not list(Path().iterdir())
+
+
+def test_driver_is_on_the_search_path() -> None:
+    """The program rie_driver beside the command is the driver of the package, with its exit codes."""
+    program = Path(sysconfig.get_path("scripts")) / "rie_driver"
+    done = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"rie_driver {asperity.__version__}\n"
+    assert subprocess.run([program, "none.nml"], capture_output=True, check=False).returncode == 1
+
+
+def test_package_has_what_hosts_need() -> None:
+    """The sources for Abaqus, models that use them, and the header are in the package; scipy is required."""
+    for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90", "standard.inp", "joint.nml"):
+        assert (installed.abaqus() / name).is_file(), name
+    assert installed.library().with_name("asperity.h").is_file()
+    required = [line for line in metadata.requires("asperity") or [] if "extra ==" not in line]
+    assert sorted(re.split(r"\W", line)[0] for line in required) == ["matplotlib", "numpy", "scipy", "tqdm"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import re
 import warnings
 from pathlib import Path
@@ -19,8 +18,6 @@ from asperity.fit.fitting import fit, residual_ratio
 from asperity.fit.records import ShearTest, read_records
 from asperity.fit.report import case_text, identifiability, report
 from asperity.oracle import reference
-
-pytest.importorskip("scipy")
 
 TRUTH = study.TRUTH
 SOME = study.SET
@@ -640,19 +637,3 @@ def test_units_of_the_results(
     assert re.search(r"^Gc .* stress length$", capsys.readouterr().out, re.MULTILINE)
     assert main(["fit", "record.csv", *options, "--units", "m,kPa"]) == 1
     assert "--units m,kPa: expected units in the header of record.csv" in capsys.readouterr().err
-
-
-def test_without_scipy(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The message names the package to install."""
-    load = builtins.__import__
-
-    def missing(name: str, *rest: Any) -> Any:
-        if name.startswith("scipy"):
-            raise ImportError(name)
-        return load(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
-    assert main(["fit", str(write(tmp_path, HEADER + ROWS))]) == 1
-    assert "fit needs scipy" in capsys.readouterr().err

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
 from pathlib import Path
 
 from ..remarks import shown_warnings
-from .fitting import Fit, NoScipyError
+from .fitting import Fit
 from .records import read_records
 from .search import Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
 
-BAD_INPUT, NO_RESULT = 1, 3
-"""Exit codes: wrong input, and a fit whose parameters must not be used."""
+NO_RESULT = 3
+"""Exit code of a fit whose parameters must not be used."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,15 +74,11 @@ def _run(options: argparse.Namespace) -> int:
             "[mm], tau [MPa], from which the numbers are converted"
         )
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
-    try:
-        with searching.shown() as fitted:
-            found = fitted(tests, searching.given)
-            reasons = refusals(found)
-            given = options.sides is not None, bool(searching.fixed)
-            proposal = propose(found, lambda change: fitted(tests, change), *given) if reasons else None
-    except NoScipyError as error:
-        print(f"asperity: {error}", file=sys.stderr)
-        return BAD_INPUT
+    with searching.shown() as fitted:
+        found = fitted(tests, searching.given)
+        reasons = refusals(found)
+        given = options.sides is not None, bool(searching.fixed)
+        proposal = propose(found, lambda change: fitted(tests, change), *given) if reasons else None
     from .report import draw, props_line, report
 
     print(report(found, units))

@@ -82,14 +82,6 @@ Tick = Callable[[str], object]
 """Function that is called after every evaluation of the model."""
 
 
-class NoScipyError(ImportError):
-    """scipy, which the extra `fit` brings, is not installed."""
-
-    def __init__(self) -> None:
-        """Message that names the package to install."""
-        super().__init__("fit needs scipy: expected it to be installed, as by pip install 'asperity[fit]'")
-
-
 BOUNDS = {
     "eta": (0.05, 0.995),
     "mu": (0.01, 2.0),
@@ -265,13 +257,11 @@ def fit(
     along a test at first; they are refined until the parameters converge.  tick: called after each
     evaluation.  model_error: accepted scatter, as a fraction of the range, of a model that differs from the
     record by more than noise; the intervals are then wider.  Raises ValueError for inadmissible names and
-    values and for fewer data than the free parameters need, NoScipyError without scipy.
+    values and for fewer data than the free parameters need.
     """
-    try:
-        from scipy.optimize import OptimizeResult, least_squares
-        from scipy.special import stdtrit
-    except ImportError as error:
-        raise NoScipyError from error
+    from scipy.optimize import OptimizeResult, least_squares
+    from scipy.special import stdtrit
+
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
         if not 1 <= value <= most:
             raise ValueError(f"{name} = {value}: expected 1 to {most}")
