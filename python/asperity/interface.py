@@ -14,7 +14,7 @@ from .contract import Floats
 from .history import History, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import remarks, warn_if_soft
+from .remarks import remarks, warn_of_physics
 
 
 class EquilibriumLost(RuntimeError):
@@ -156,7 +156,8 @@ class Interface:
         area under tau is the change of work less that of sigma_N s_N.
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
-        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f.
+        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f, where a
+        plane locks, where theta may be in radians, and where sigma_N is not below the strength.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -172,7 +173,7 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            warn_if_soft(self.material, self.pattern, sigma_N)
+            warn_of_physics(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
@@ -185,7 +186,7 @@ class Interface:
                 separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            warn_if_soft(self.material, self.pattern, sigma_N)
+            warn_of_physics(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:

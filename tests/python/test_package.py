@@ -961,3 +961,32 @@ def test_link_against_the_library(tmp_path: Path) -> None:
     environment = {k: v for k, v in os.environ.items() if k != "LD_LIBRARY_PATH"}
     done = subprocess.run([tmp_path / "program"], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == asperity.__version__ + "\n"
+
+
+@pytest.mark.parametrize(
+    ("mu", "theta", "sigma_N", "message"),
+    [
+        (0.5, 64.0, -0.001, r"mu tan\(theta\) = 1.03: expected < 1 for the steepest plane"),
+        (0.5, 0.5236, -0.001, r"theta = 0.5236 degrees is nearly flat: expected degrees, not radians"),
+        (0.5, 30.0, -10.0, "sigma_N = -10 closes an inclined plane"),
+    ],
+)
+def test_doubts_are_warnings(mu: float, theta: float, sigma_N: float, message: str) -> None:
+    """A slip test warns of what the law does and one may not expect."""
+    joint = Interface(Material(3.0, 0.3, 0.9, mu), Pattern.regular(4, theta))
+    with pytest.warns(ModelWarning, match=message):
+        joint.confined_slip(0.0, [0.001], sigma_N)
+
+
+def test_tension_above_the_strength() -> None:
+    """A tension above the strength gives a warning; a plane of finite height does not."""
+    flat = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0))
+    with (
+        pytest.warns(ModelWarning, match="sigma_N = 3.1 is not below the strength sigma0 = 3"),
+        pytest.raises(EquilibriumLost),
+    ):
+        flat.confined_slip(0.0, [0.1], 3.1)
+    steep = Interface(Material(3.0, 0.3, 0.9, 0.8, height=0.5, kc=100.0), Pattern.regular(4, 64.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        steep.confined_slip(0.0, [0.001], -0.001)

@@ -6,7 +6,7 @@ import argparse
 import shlex
 from pathlib import Path
 
-from ..remarks import shown_warnings
+from ..remarks import doubts, shown_warnings
 from .fitting import Fit
 from .records import read_records
 from .search import Search, add_search, check_search, write
@@ -84,6 +84,9 @@ def _run(options: argparse.Namespace) -> int:
     print(report(found, units))
     for one in outliers(found):
         print(one.text)
+    interface = found.interface
+    for text in doubts(interface.material, interface.pattern, min(test.sigma_N for test in tests)):
+        print(f"warning: {text}")
     if reasons:
         print(f"\nno result: {'; '.join(reasons)}")
         print(_next(options, found, proposal))
