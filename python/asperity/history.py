@@ -44,7 +44,7 @@ class _Named:
 
     @property
     def friction(self) -> Floats:
-        """Energy dissipated by friction per unit area, stress*length."""
+        """Energy dissipated by friction and wear per unit area, stress*length."""
         return self._column("friction")
 
     def alpha(self, plane: int) -> Floats:
@@ -55,6 +55,18 @@ class _Named:
         """Frictional slip of a plane, (s_dit, s_dih), (..., 2), length; planes count from 1."""
         first = self._place(plane) + 1
         return self.state[:, first : first + 2]
+
+    @property
+    def wears(self) -> bool:
+        """Whether the state has variables of wear (W0 > 0)."""
+        return self.state.shape[1] == contract.n_statev(self.planes, True)
+
+    def worn(self, plane: int) -> Floats:
+        """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
+        at = self._place(plane)
+        if not self.wears:
+            raise ValueError("worn: expected a material with W0 > 0")
+        return self.state[:, contract.statev_names(self.planes, True).index(f"worn_{plane}", at)]
 
     def _column(self, name: str) -> Floats:
         return self.state[:, contract.statev_index(name)]
@@ -154,7 +166,7 @@ class History(_Named):
         found |= {"damage": self.damage} | {name: getattr(self, name) for name in ENERGIES}
         found["event"] = self._events()
         if planes:
-            names = contract.statev_names(self.planes)
+            names = contract.statev_names(self.planes, self.wears)
             found |= {name: self.state[:, i] for i, name in enumerate(names) if i >= contract.N_POINT_STATEV}
         return found
 

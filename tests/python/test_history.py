@@ -136,3 +136,20 @@ def test_errors_have_the_words_of_the_caller(sides: Any) -> None:
         Pattern.planes([[1, 0, 0], [0, 1, 0]], [0.5, 0.5])
     with pytest.raises(ValueError, match=r"^mu = -1: expected >= 0"):
         Material(3.0, 0.3, 0.9, -1.0)
+
+
+def test_wear_has_a_name(tmp_path: Path) -> None:
+    """With W0 > 0 the worn share of a plane is a state variable; without it there is none."""
+    worn = Interface(
+        Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=0.5, W0=1.0), Pattern.regular(2, 30.0)
+    ).confined_slip(0.0, np.linspace(0.0, 0.4, 101), -1.0)
+    names = contract.statev_names(3, True)
+    assert worn.wears and worn.planes == 3
+    assert np.array_equal(worn.worn(2), worn.state[:, names.index("worn_2")])
+    assert max(worn.worn(k)[-1] for k in (1, 2, 3)) > 0.1 and np.all(np.diff(worn.worn(2)) >= 0.0)
+    worn.to_csv(tmp_path / "worn.csv", planes=True)
+    assert (tmp_path / "worn.csv").read_text(encoding="utf-8").splitlines()[0].endswith(names[-1])
+    plain = JOINT.replay([[0.01, 0.0, 0.0]])
+    assert not plain.wears
+    with pytest.raises(ValueError, match="worn: expected a material with W0 > 0"):
+        plain.worn(1)
