@@ -246,6 +246,21 @@ def test_picture_shows_the_rows() -> None:
     assert figure.axes[0].lines[0].get_linestyle() != figure.axes[0].lines[1].get_linestyle()
 
 
+def test_picture_of_a_loop_has_arrows() -> None:
+    """Each branch of a cycle has an arrow in its direction; a monotonic path and a long cycle have none."""
+
+    def arrows(slips: list[float]) -> list[float]:
+        x = np.array(slips)
+        s = np.column_stack([np.zeros_like(x), x, np.zeros_like(x)])
+        figure = plots.figure_of({None: rows(s, s)}, "Title", "", "mm", "MPa")
+        return [float(note.xy[0] - note.xyann[0]) for note in figure.axes[0].texts]
+
+    there, back = [0.1 * i for i in range(5)], [0.4 - 0.1 * i for i in range(1, 9)]
+    again = [-0.4 + 0.1 * i for i in range(1, 9)]
+    assert np.allclose(arrows([0.0, 0.0, *there, *back, *again]), [0.1, -0.1, 0.1], rtol=0, atol=1e-12)
+    assert arrows(there) == [] and arrows([0.0, 1.0] * 20) == []
+
+
 def test_picture_of_an_opening() -> None:
     """Without slip, normal traction and damage are drawn over the opening; many curves have many colours."""
     s, t = np.array([[0.0, 0, 0], [0.1, 0, 0]]), np.array([[0.0, 0, 0], [2.0, 0, 0]])
