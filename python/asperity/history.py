@@ -107,10 +107,10 @@ class Update(_Named):
 
 @dataclass(frozen=True)
 class Snap:
-    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after, length.
+    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
 
-    released: energy per unit area set free by the jump: the work of the prescribed tractions less the stored
-    and the dissipated energy.
+    released: energy per unit area that the jump sets free. It is the work of the prescribed tractions less
+    the change of the stored and dissipated energy.
     """
 
     row: int
