@@ -33,7 +33,7 @@ step "Library and adapter for the hosts" hosts sh -ec 'cmake --preset hosts
   cmake --build build/hosts --parallel "${JOBS:-2}" --target asperity_kratos_adapter; echo build/hosts'
 step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiphysics.GeoMechanicsApplication
 tests kratos
-step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem scipy
+step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
 tests python
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
 tests calculix

@@ -8,6 +8,7 @@ program rie_driver
   use case_file, only: case_type, interpret_case, print_format, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
+  use case_warnings, only: warn_of_cases
   use driver_messages, only: exit_input, exit_ok, finish, say, short
   use row_file, only: same_file
   use text_file, only: lower
@@ -138,8 +139,7 @@ contains
         ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
     end do
     call end_on_errors()
-    if (cases(1)%mode_2) call say(path // ": warning: sigma02 or Gc2 differ from mode I: the thermodynamic " // &
-      "argument of the law holds for equal values only (paper, Remark 2)")
+    call warn_of_cases(path, cases)
 
     if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
     worst = exit_ok

@@ -20,6 +20,17 @@ def library() -> Path:
     return _installed(f"libasperity{suffix}")
 
 
+def abaqus() -> Path:
+    """Folder of the single source files for Abaqus, and of models of one element that use them."""
+    return _installed("abaqus/asperity_abaqus.f90").parent
+
+
+def run_driver() -> None:
+    """Program `rie_driver` on the search path: the driver of the package, with the same arguments."""
+    path = str(driver())
+    os.execv(path, [path, *sys.argv[1:]])
+
+
 def driver() -> Path:
     """Path of the driver rie_driver: the value of the variable ASPERITY_DRIVER, or the installed driver."""
     return _program("rie_driver", DRIVER_VARIABLE)
@@ -33,6 +44,20 @@ def bench() -> Path:
 def cases() -> list[Path]:
     """Case files of the paper's figures."""
     return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
+
+
+def all_cases() -> dict[str, Path]:
+    """Case files by name: the file name without suffix, with its folder where it has one."""
+    folder = _installed("cases/figure05b.nml").parent
+    return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.nml"))}
+
+
+def named_case(name: str) -> Path:
+    """Case file of a name, with or without folder; raises ValueError for an unknown one."""
+    for known, path in all_cases().items():
+        if name in (known, path.stem):
+            return path
+    raise ValueError(f"{name}: expected a case file, or a name that `asperity cases` lists")
 
 
 def stability_case(name: str) -> Path:

@@ -11,62 +11,10 @@ from numpy.typing import ArrayLike
 from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats
+from .history import History, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import remarks, warn_if_soft
-
-
-@dataclass(frozen=True, eq=False)
-class Update:
-    """Points at the end of an increment; the first axis of every field is the point.
-
-    traction (n, 3): (N, Tx, Ty), stress.  state (n, nstatv): contract.statev_table().  tangent (n, 3, 3):
-    [i, j] = d traction_i / d s_j, stress/length, consistent and not symmetric.
-    """
-
-    traction: Floats
-    state: Floats
-    tangent: Floats
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        _freeze(self.traction, self.state, self.tangent)
-
-
-@dataclass(frozen=True)
-class Snap:
-    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
-
-    released: energy per unit area that the jump sets free. It is the work of the prescribed tractions less
-    the change of the stored and dissipated energy.
-    """
-
-    row: int
-    before: tuple[float, float, float]
-    after: tuple[float, float, float]
-    released: float
-
-
-@dataclass(frozen=True, eq=False)
-class History:
-    """One point along a load path; the first axis of every field is the row.
-
-    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); work (T,): of the
-    traction on the separation, the preload included, stress*length; events: (row, text), those of a preload
-    with row 0; snaps: the jumps among them, the longest of each row.
-    """
-
-    separation: Floats
-    traction: Floats
-    damage: Floats
-    state: Floats
-    work: Floats
-    events: tuple[tuple[int, str], ...] = ()
-    snaps: tuple[Snap, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        _freeze(self.separation, self.traction, self.damage, self.state, self.work)
+from .remarks import remarks, warn_of_physics
 
 
 class EquilibriumLost(RuntimeError):
@@ -141,7 +89,7 @@ class Interface:
                     self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
                 ),
             )
-        return Update(traction, new, tangent)
+        return Update(traction, new, tangent, self.n_planes)
 
     def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
@@ -209,7 +157,8 @@ class Interface:
         area under tau is the change of work less that of sigma_N s_N.
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
-        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f.
+        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f, where a
+        plane locks, where theta may be in radians, and where sigma_N is not below the strength.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -225,7 +174,7 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            warn_if_soft(self.material, self.pattern, sigma_N)
+            warn_of_physics(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
@@ -238,7 +187,7 @@ class Interface:
                 separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            warn_if_soft(self.material, self.pattern, sigma_N)
+            warn_of_physics(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:
@@ -397,7 +346,8 @@ class Interface:
         events = tuple((row, name) for row, name in happened if name)
         if lost:
             events += ((rows, lost),)
-        return History(separation, traction, state[:, damage].copy(), state, work, events, tuple(snaps))
+        parts = separation, traction, state[:, damage].copy(), state, work
+        return History(*parts, events, tuple(snaps), self.n_planes)
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:
@@ -405,12 +355,6 @@ def work_along(separation: Floats, traction: Floats) -> Floats:
     before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
     change = np.diff(separation, axis=0, prepend=0.0)
     return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))
-
-
-def _freeze(*arrays: Floats) -> None:
-    """Make arrays of a result read-only."""
-    for array in arrays:
-        array.flags.writeable = False
 
 
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:

@@ -227,7 +227,7 @@ def test_what_is_not_fine_is_a_warning() -> None:
 def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The block of Interface.card, on standard output or in a file; warnings go elsewhere."""
     path = write(CASE)
-    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--stress", "-10"]) == 0
+    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--sigma-N", "-10"]) == 0
     out, err = capsys.readouterr()
     with pytest.warns(ModelWarning):
         assert out == RT.card("abaqus", name="JOINT", stress=-10.0)

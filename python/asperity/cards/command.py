@@ -28,7 +28,8 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     card.add_argument("--density", type=float, metavar="RHO", help="mass over area and thickness h")
     checks = card.add_argument_group("checks", "given values are checked; remarks go into the block")
     checks.add_argument(
-        "--stress",
+        "--sigma-N",
+        dest="sigma_N",
         type=float,
         metavar="SIGMA_N",
         help="largest compression, < 0; checks the contact stiffness",
@@ -57,7 +58,7 @@ def _card(options: argparse.Namespace) -> int:
             dimension=options.dimension,
             explicit=options.explicit,
             density=options.density,
-            stress=options.stress,
+            stress=options.sigma_N,
             modulus=options.modulus,
             size=options.size,
             **of_host | {name: value for name, value in given.items() if value is not None},
