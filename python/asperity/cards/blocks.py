@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import contract
-from ..installed import library
+from ..installed import kratos_adapter
 
 PER_LINE = 8
 """Constants on a line of an Abaqus or CalculiX input."""
@@ -137,7 +137,7 @@ def _kratos(block: Block) -> str:
         "Material": {
             "constitutive_law": {"name": law},
             "Variables": {
-                "UDSM_NAME": str(library()),
+                "UDSM_NAME": str(kratos_adapter()),
                 "IS_FORTRAN_UDSM": True,
                 "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else 0/0 in the rows of the water pressure
                 "BIOT_COEFFICIENT": 0.0,  # the water pressure is coupled with nothing
@@ -148,8 +148,8 @@ def _kratos(block: Block) -> str:
     }
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
     history = (
-        "UDSM_NAME: expected the commit adapter libasperity_kratos.so (-DASPERITY_HOSTS=ON) in place of this "
-        "library, which runs, but these elements commit no step: damage would heal on unloading"
+        "UDSM_NAME is the commit adapter, as these elements commit no step: with libasperity.so in its place "
+        "they run, but damage heals on unloading"
     )
     initial = (
         "zero STATE_VARIABLES are the virgin interface; the host passes no initial stress to a UMAT here: "
