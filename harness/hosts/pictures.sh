@@ -1,5 +1,5 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: draws the structural results of docs/how-to (kratos, calculix, python-fe) into FOLDER.
+# pictures.sh PYTHON FOLDER: draws the structural results of docs/how-to (kratos, ogs, calculix, python-fe) into FOLDER.
 # A host that is not installed is left out.
 # Needs ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu
@@ -9,6 +9,10 @@ kratos=$("$python" -c "import KratosMultiphysics.GeoMechanicsApplication" >/dev/
 if [ "$kratos" ]; then
   "$python" "$here/kratos/triplet.py" -o "$folder/kratos-triplet.png"
   drawn="$drawn $folder/kratos-triplet.png"
+fi
+if "$python" -c "import ogs" >/dev/null 2>&1; then
+  "$python" "$here/ogs/ogs_triplet.py" -o "$folder/ogs-triplet.png"
+  drawn="$drawn $folder/ogs-triplet.png"
 fi
 if [ -f "$ASPERITY_CALCULIX/ready" ]; then
   "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ASPERITY_CALCULIX/ccx"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from .. import contract
 from ..installed import kratos_adapter
+from . import opengeosys
 
 PER_LINE = 8
 """Constants on a line of an Abaqus or CalculiX input."""
@@ -40,9 +41,8 @@ class Block:
 
 def card(host: str, block: Block) -> str:
     """Text for the input of a host; raises ValueError for what it cannot take."""
-    writers = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos}
-    if host not in writers:
-        raise ValueError(f"host = {host!r}: expected one of {', '.join(writers)}")
+    if host not in HOSTS:
+        raise ValueError(f"host = {host!r}: expected one of {', '.join(HOSTS)}")
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,39}", block.name):
         raise ValueError(
             f"name = {block.name!r}: expected a letter, then up to 39 letters, digits or underscores"
@@ -53,7 +53,7 @@ def card(host: str, block: Block) -> str:
         raise ValueError(f"explicit, density: expected for abaqus only, not for {host}")
     if block.density is not None and not 0.0 < block.density < float("inf"):
         raise ValueError(f"density = {block.density:g}: expected > 0")
-    return writers[host](block)
+    return HOSTS[host](block)
 
 
 def _abaqus(block: Block) -> str:
@@ -159,6 +159,23 @@ def _kratos(block: Block) -> str:
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
 
 
+def _ogs(block: Block) -> str:
+    """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
+    if block.prop("m") < 0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for ogs, not listed planes")
+    _only("ogs, whose axes are those of the layer", "map", block.prop("map"), 0.0)
+    _only("ogs, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
+    law = opengeosys.behaviour(contract.check(block.props), len(block.statev))
+    comments = [
+        *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
+        f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
+        "axes: N, Tx, Ty of the layer, here of a horizontal one; a project has one local_coordinate_system, "
+        "whose parameters may be of the type MeshElement",
+        "zero state variables are the virgin interface; cracked planes by initial_values",
+    ]
+    return opengeosys.patch(block.name, law, block.props, block.dimension, comments)
+
+
 def _only(host: str, name: str, value: float, expected: float) -> None:
     """Refuse a value that a host cannot take."""
     if value != expected:
@@ -168,13 +185,18 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
 def _comments(block: Block, run: str) -> str:
     """Head of a block: who wrote it, the entries of PROPS, how to run it, what to respect."""
     names = ", ".join(row.name for row in contract.props_table() if row.name != "reserved")
-    lines = [
-        f"asperity {contract.library_version()}: {names}",
+    head, *others = _remarks(block, run)
+    return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
+
+
+def _remarks(block: Block, run: str) -> list[str]:
+    """Lines at the head of a block: who wrote it, how to run it, what to respect."""
+    return [
+        f"asperity {contract.library_version()}",
         "units: one consistent set, as mm, N, MPa, N/mm; theta and turn in degrees",
         run,
         *block.remarks,
     ]
-    return "\n".join(f"** {line}" for line in lines)
 
 
 def _text(*lines: str) -> str:
@@ -186,3 +208,7 @@ def _constants(props: contract.Floats) -> list[str]:
     """Constants in full precision, eight a line."""
     texts = [repr(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
+
+
+HOSTS = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs}
+"""Writers of the blocks by host."""

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from ..cards.blocks import HOSTS
 from ..remarks import shown_warnings
 from .fitting import DEFAULT_FIXED, DEFAULT_FREE, STARTS_TRIED, NoScipyError, fit
 from .model import INCREMENTS, SCALES, SIDES
@@ -19,8 +20,6 @@ PATIENCE = 2.0
 """Seconds before progress is shown."""
 
 BAD_INPUT = 1
-
-HOSTS = ("abaqus", "calculix", "kratos")
 
 DEFAULT_UNITS = {"length": "mm", "stress": "MPa"}
 """Units where neither the files nor the user give any."""
@@ -96,7 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
     )
-    parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
+    parser.add_argument("--card", choices=tuple(HOSTS), help="also print the material block of a host")
     parser.add_argument(
         "--units",
         metavar="LENGTH,STRESS",

@@ -4,6 +4,7 @@
 !> and the functions that call the two procedures of this module.
 module asperity_generic
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use asperity_c, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, review, review_props
@@ -162,6 +163,8 @@ contains
       text = trim(behaviour_name(behaviour%layer, behaviour%n_planes)) // ": "
       call explain(status, props, joint, behaviour, request, point%dt, from, to, strain, initial, state, text)
       call put_text(text, point%message, message_size)
+      ! OpenGeoSys does not show the message of MGIS
+      write (error_unit, "(2a)") "asperity generic: ", text
       deallocate (text)   ! flang 16 does not deallocate it
       call request_cut(rejected_pnewdt, factor)
       done = -1
