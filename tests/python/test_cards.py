@@ -9,6 +9,7 @@ import subprocess
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -123,9 +124,33 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     assert "the host passes no initial stress to a UMAT here" in block["remarks"][-1]
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_ogs_patch(dimension: int) -> None:
+    """The patch has a library that exists, all properties of its behaviour and right-handed axes."""
+    joint = Interface(replace(TABLE_2, kc=20.0), Pattern.regular(5, 30.0, flat=0.25, turn=10.0))
+    root = ElementTree.fromstring(joint.card("ogs", name="JOINT", dimension=dimension, h=0.1, r=1e-9))
+    relation, frame, parameters = root.findall("add")
+    assert Path(relation.findtext("constitutive_relation/library", "")).is_file()
+    assert relation.findtext("constitutive_relation/behaviour") == "AsperityLayer6"
+    names = [row.name for row in contract.owned("law", "pattern", "host", "numerics") if row.name != "map"]
+    properties = {one.get("name"): one.get("parameter") for one in relation.iter("material_property")}
+    assert list(properties) == names
+    values = {one.findtext("name"): one.findtext("values", "") for one in parameters}
+    props = joint.props(h=0.1, r=1e-9)
+    for name, parameter in properties.items():
+        assert parameter == f"JOINT_{name}"
+        assert float(values[parameter]) == props[contract.index(name)]
+    axes = np.array([values[vector.text].split() for vector in frame[0]], dtype=float)
+    assert axes.shape == (dimension, dimension) and np.linalg.det(axes) == 1.0
+    assert axes[0].tolist() == [0.0, 0.0, 1.0][-dimension:]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (dict(host="ogs", map=1), "map = 1: expected 0 for ogs"),
+        (dict(host="ogs", dalpha=0.1), "dalpha = 0.1: expected 0 for ogs, which ignores a request"),
+        (dict(host="ogs", density=1.0), "explicit, density: expected for abaqus only, not for ogs"),
         (dict(host="kratos", map=1), r"map = 1: expected 0 for kratos' interface laws"),
         (dict(host="kratos", h=0.1), r"h = 0.1: expected 1 for kratos"),
         (dict(host="calculix", dimension=2), "dimension = 2: expected 3 for calculix"),
@@ -144,6 +169,23 @@ def test_refused(arguments: dict[str, object], message: str) -> None:
     """Values that a host cannot accept, and inadmissible checks, are errors."""
     with pytest.raises(ValueError, match=message):
         RT.card(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        (
+            Pattern.regular(33, 30.0),
+            "34 planes: expected fewer for ogs, whose library has no AsperityLayer34",
+        ),
+        (Pattern.planes([[1, 0, 0]], [1.0]), "m = -1: expected a regular pattern for ogs"),
+    ],
+)
+def test_patterns_that_ogs_refuses(pattern: Pattern, message: str) -> None:
+    """The library has behaviours for the planes of regular patterns of up to 32 sides with a flat plane."""
+    with pytest.raises(ValueError, match=message):
+        Interface(TABLE_2, pattern).card("ogs")
+    assert "AsperityLayer33" in Interface(TABLE_2, Pattern.regular(32, 30.0)).card("ogs")
 
 
 # --- checks ---------------------------------------------------------------

@@ -127,11 +127,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Masonry triplet in OpenGeoSys, drawn.")
     parser.add_argument("-o", "--output", type=Path, default=Path("ogs-triplet.png"), metavar="FILE.png")
     parser.add_argument("--folder", type=Path, help="keep meshes, patches and output (VTU, PVD) there")
+    parser.add_argument("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
     options = parser.parse_args()
+    if not 0.0 < options.thickness < HEIGHT:
+        parser.error(f"--thickness {options.thickness:g}: expected 0 < thickness < {HEIGHT:g}")
     with tempfile.TemporaryDirectory() as name:
         folder = options.folder or Path(name)
         folder.mkdir(parents=True, exist_ok=True)
-        result = run(folder)
+        result = run(folder, h=options.thickness)
         force, rise = prediction(result.slip)
         found = result.run.iterations
         print(f"{len(found)} steps, {sum(found)} iterations, at most {max(found)}")

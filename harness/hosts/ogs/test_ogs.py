@@ -35,7 +35,9 @@ EXACT = 1.0e-8
 STEPS = "/*/time_loop/processes/process/time_stepping"
 
 
-def box(folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN) -> Run:
+def box(
+    folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0
+) -> Run:
     """Run the layer of layer.prj, a square of the side WIDTH, with changes of the project."""
     square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
     points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
@@ -43,7 +45,7 @@ def box(folder: Path, interface: Interface, *changes: tuple[str, str, str], h: f
     ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], ogs_run.HEXAHEDRON, None, ids)
     for name, face in {"bottom": range(4), "top": range(4, 8)}.items():
         ogs_run.write_part(folder / f"{name}.vtu", points, [face], ogs_run.QUADRILATERAL)
-    return ogs_run.run(LAYER, folder, interface.card("ogs", h=h), changed(*changes))
+    return ogs_run.run(LAYER, folder, interface.card("ogs", h=h, r=r), changed(*changes))
 
 
 def path(run: Run) -> tuple[Floats, Floats, list[dict[str, Floats]]]:
@@ -191,6 +193,31 @@ def test_initial_stress(tmp_path: Path) -> None:
     separation, traction, _ = path(run)
     assert traction[0] == pytest.approx([-1.0, 0.3, 0.0], abs=1e-7)
     assert np.abs(separation[0]).max() < 1e-9
+
+
+def test_without_axes_the_normal_is_x(tmp_path: Path) -> None:
+    """Smallest case of a wrong project: without local_coordinate_system there is no message.
+
+    With r = 1 the other components have the stiffness of the bond.  The slip along x is then an opening and
+    a slip of a joint with the normal x, and the pressure is carried elastically.
+    """
+    h = 0.1
+    gone = ("remove", "/*/local_coordinate_system", "")
+    run = box(tmp_path, RT, gone, h=h, r=1.0)
+    separation, traction, _ = path(run)
+    right = path(box(tmp_path, RT, h=h, r=1.0))
+    assert separation[0, 0] == pytest.approx(-PRESSURE / MATERIAL.K, rel=1e-3)
+    assert np.abs(right[0][:, 0] - separation[:, 0]).max() > 0.1 * MATERIAL.s_f
+    assert np.abs(right[1][:, 1] - traction[:, 1]).max() > 0.1 * MATERIAL.sigma0
+
+
+def test_state_variables_need_material_0(tmp_path: Path) -> None:
+    """Smallest case of an error of OpenGeoSys: without a material 0 the output of state variables is 0."""
+    run = box(tmp_path, RT, ("remove", "/*/processes/process/constitutive_relation[@id='0']", ""))
+    _, traction, fields = path(run)
+    _, expected, right = path(box(tmp_path, RT))
+    assert np.array_equal(traction, expected)
+    assert np.all(fields[-1]["damage"] == 0.0) and right[-1]["damage"] == pytest.approx(1.0)
 
 
 # --- refused calls ----------------------------------------------------------
