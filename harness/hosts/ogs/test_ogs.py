@@ -16,6 +16,7 @@ from asperity.installed import generic_library
 
 pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
 
+import ogs_block
 import ogs_run
 import ogs_triplet
 from ogs_run import Floats, Run, changed, values
@@ -293,3 +294,18 @@ def test_triplet(tmp_path: Path) -> None:
     assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
     assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
     assert max(result.run.iterations) <= 8
+
+
+def test_block_in_space(tmp_path: Path) -> None:
+    """3D, slip oblique to the planes: the force is that of the law on the separations of every point."""
+    columns = 4
+    result = ogs_block.run(tmp_path, columns, 2, 1)
+    force = ogs_block.of_the_law(result)
+    largest = result.force.max()
+    worst = np.abs(result.force - force).max() / largest
+    print(f"difference from the law {worst:.1e} of the largest force {largest:.0f} N")
+    # the strain of a layer contains the slope of its faces, the separation of nodes does not
+    assert worst <= ogs_block.THICKNESS / (ogs_block.LENGTH / columns)
+    # both joints and both directions count, and all planes are broken at the end
+    assert result.force[-1, 1] > 0.02 * largest
+    assert result.fields[-1]["damage"][result.nodes[:, :, 1:5]].min() == pytest.approx(1.0)
