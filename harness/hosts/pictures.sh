@@ -12,7 +12,8 @@ if [ "$kratos" ]; then
 fi
 if "$python" -c "import ogs" >/dev/null 2>&1; then
   "$python" "$here/ogs/ogs_triplet.py" -o "$folder/ogs-triplet.png"
-  drawn="$drawn $folder/ogs-triplet.png"
+  "$python" "$here/ogs/ogs_block.py" -o "$folder/ogs-block.png"
+  drawn="$drawn $folder/ogs-triplet.png $folder/ogs-block.png"
 fi
 if [ -f "$ASPERITY_CALCULIX/ready" ]; then
   "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ASPERITY_CALCULIX/ccx"

@@ -22,8 +22,12 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 import structure_picture
 
 PROJECT = Path(__file__).parent / "triplet.prj"
+HYDRO = Path(__file__).parent / "hydro.xml"
 LENGTH, HEIGHT, THICKNESS = 210.0, 52.0, 0.1
 PRESSURE, SLIP = 0.5, 0.6
+WATER, VISCOSITY = 0.2, 1.0e-9
+"""Of hydro.xml: water pressure at the ends of the joints, MPa; viscosity, MPa s."""
+
 PRELOAD_STEPS = 4
 THETA = 10.0
 JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=THETA))
@@ -60,16 +64,22 @@ def write_meshes(folder: Path, nx: int, ny: int, h: float) -> np.ndarray:
     for name, lines in {
         "bottom": np.stack([n[:-1, 0], n[1:, 0]], axis=-1),
         "middle": middle,
+        "ends": np.stack(
+            [n[[0, -1]][:, [ny, 2 * ny + 1]], n[[0, -1]][:, [ny + 1, 2 * ny + 2]]], axis=-1
+        ).reshape(-1, 2),
         "top": np.stack([n[:-1, -1], n[1:, -1]], axis=-1),
     }.items():
         ogs_run.write_part(folder / f"{name}.vtu", points, lines, ogs_run.LINE)
     return n
 
 
-def run(folder: Path, nx: int = 21, ny: int = 5, h: float = THICKNESS) -> Result:
-    """Apply the pressure, then move the middle brick; bricks of nx x ny elements."""
+def run(folder: Path, nx: int = 21, ny: int = 5, h: float = THICKNESS, *patches: str) -> Result:
+    """Apply the pressure, then move the middle brick; bricks of nx x ny elements.
+
+    Patches of the project come before the card.
+    """
     n = write_meshes(folder, nx, ny, h)
-    done = ogs_run.run(PROJECT, folder, JOINT.card("ogs", dimension=2, h=h))
+    done = ogs_run.run(PROJECT, folder, *patches, JOINT.card("ogs", dimension=2, h=h))
     if done.code != 0:
         raise RuntimeError(done.output)
     _, steps = done.steps()
@@ -81,14 +91,29 @@ def run(folder: Path, nx: int = 21, ny: int = 5, h: float = THICKNESS) -> Result
     return Result(slip, force, rise - rise[0], n, steps, done)
 
 
-def prediction(slip: Floats) -> tuple[Floats, Floats]:
+def with_water(permeability: float) -> list[str]:
+    """Patches for water in the joints, of this permeability, mm2."""
+    where = "/*/media/medium[@id='1']/properties/property[name='permeability']/value/text()"
+    return [HYDRO.read_text(encoding="utf-8"), ogs_run.changed(("replace", where, repr(permeability)))]
+
+
+def suction(permeability: float, h: float = THICKNESS) -> float:
+    """Fall of the water pressure in the middle of a joint that slides, below that at its ends.
+
+    Steady flow into the opening joint: h k/viscosity p'' = rate of the dilation, slip rate SLIP in 1 s.
+    """
+    rate = SLIP * np.tan(np.radians(THETA))
+    return float(rate * VISCOSITY * LENGTH**2 / (8.0 * h * permeability))
+
+
+def prediction(slip: Floats, pressure: float = PRESSURE) -> tuple[Floats, Floats]:
     """Force on two joints and rise of the top if all points have the same separation."""
-    history = JOINT.confined_slip(0.0, slip, -PRESSURE)
+    history = JOINT.confined_slip(0.0, slip, -pressure)
     rise = history.separation[:, 0]
     return 2.0 * LENGTH * history.traction[:, 1], 2.0 * (rise - rise[0])
 
 
-def draw(result: Result, ny: int, png: Path) -> None:
+def draw(result: Result, ny: int, pressure: float, png: Path) -> None:
     """Draw the step at which the damage varies most along the joints, and the curves."""
     n = result.nodes
     rows = np.array([ny, 2 * ny + 1])
@@ -103,7 +128,7 @@ def draw(result: Result, ny: int, png: Path) -> None:
         fields["Points"][:, :2], fields["displacement"], faces.reshape(-1, 4), joints,
         fields["damage"][joints[:, :2]].clip(0.0, 1.0),
     )  # fmt: skip
-    force, rise = prediction(result.slip)
+    force, rise = prediction(result.slip, pressure)
     label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn above"
     name = "OpenGeoSys"
     curves = [
@@ -128,20 +153,30 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("ogs-triplet.png"), metavar="FILE.png")
     parser.add_argument("--folder", type=Path, help="keep meshes, patches and output (VTU, PVD) there")
     parser.add_argument("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
+    parser.add_argument(
+        "--water", type=float, metavar="K", help="permeability, mm2, > 0, of joints with water; without: dry"
+    )
     options = parser.parse_args()
     if not 0.0 < options.thickness < HEIGHT:
         parser.error(f"--thickness {options.thickness:g}: expected 0 < thickness < {HEIGHT:g}")
+    if options.water is not None and not 0.0 < options.water < float("inf"):
+        parser.error(f"--water {options.water:g}: expected a permeability > 0")
+    patches = [] if options.water is None else with_water(options.water)
+    pressure = PRESSURE if options.water is None else PRESSURE - WATER
     with tempfile.TemporaryDirectory() as name:
         folder = options.folder or Path(name)
         folder.mkdir(parents=True, exist_ok=True)
-        result = run(folder, h=options.thickness)
-        force, rise = prediction(result.slip)
+        result = run(folder, 21, 5, options.thickness, *patches)
+        force, rise = prediction(result.slip, pressure)
         found = result.run.iterations
         print(f"{len(found)} steps, {sum(found)} iterations, at most {max(found)}")
         print(f"largest force {result.force.max():.2f} N, of the material point {force.max():.2f} N")
         print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
         print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")
-        draw(result, 5, options.output)
+        if patches:
+            lowest = result.fields[-1]["pressure"][result.nodes[:, [5, 6, 11, 12]]].min()
+            print(f"lowest water pressure in the joints {lowest:.4f} MPa, at their ends {WATER:g} MPa")
+        draw(result, 5, pressure, options.output)
 
 
 if __name__ == "__main__":

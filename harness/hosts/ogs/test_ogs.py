@@ -296,6 +296,42 @@ def test_triplet(tmp_path: Path) -> None:
     assert max(result.run.iterations) <= 8
 
 
+def test_water_in_the_joints(tmp_path: Path) -> None:
+    """HYDRO_MECHANICS: drained joints have the strength of the effective pressure, and its dilation."""
+    result = ogs_triplet.run(tmp_path, 12, 3, ogs_triplet.THICKNESS, *ogs_triplet.with_water(1e3))
+    effective = ogs_triplet.PRESSURE - ogs_triplet.WATER
+    force, _ = ogs_triplet.prediction(result.slip, effective)
+    print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
+    # suction of the opening joint
+    fall = ogs_triplet.suction(1e3)
+    assert fall < 1e-8 and result.force[-1] == pytest.approx(force[-1], rel=1e-6)
+    slope = np.diff(result.rise[-6:]) / np.diff(result.slip[-6:])
+    assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
+
+
+def test_tight_joints_that_open_suck_water(tmp_path: Path) -> None:
+    """HYDRO_MECHANICS: dilation lowers the water pressure of tight joints and raises their strength.
+
+    Pressure and force are those of steady flow into a joint that opens at a constant rate.
+    """
+    columns, permeability = 12, 2e-5
+    result = ogs_triplet.run(
+        tmp_path, columns, 3, ogs_triplet.THICKNESS, *ogs_triplet.with_water(permeability)
+    )
+    fall = ogs_triplet.suction(permeability)
+    lowest = result.fields[-1]["pressure"][result.nodes[columns // 2, 3]]
+    # mean of a parabola, interpolated between the nodes
+    mean = 2.0 / 3.0 * fall * (1.0 - 1.0 / columns**2)
+    strength = ogs_triplet.JOINT.material.residual_strength(ogs_triplet.THETA)
+    effective = ogs_triplet.PRESSURE - ogs_triplet.WATER + mean
+    expected = 2.0 * ogs_triplet.LENGTH * strength * effective
+    dry = 2.0 * ogs_triplet.LENGTH * strength * ogs_triplet.PRESSURE
+    print(f"pressure {lowest:.6f} MPa, closed form {ogs_triplet.WATER - fall:.6f}")
+    print(f"force at the end {result.force[-1]:.4f} N, closed form {expected:.4f}, dry {dry:.4f}")
+    assert lowest == pytest.approx(ogs_triplet.WATER - fall, abs=1e-3 * fall)
+    assert result.force[-1] == pytest.approx(expected, rel=1e-3)
+
+
 def test_block_in_space(tmp_path: Path) -> None:
     """3D, slip oblique to the planes: the force is that of the law on the separations of every point."""
     columns = 4
