@@ -31,7 +31,8 @@ module asperity_generic
   !> that there is no `map`, and a joint passes separations, so that it has no constant of the host.
   logical, parameter :: of_layer(n_fixed_props) = [(prop_table(i_)%owner /= "none" .and. i_ /= p_map, &
     i_=1, n_fixed_props)]
-  logical, parameter :: of_joint(n_fixed_props) = of_layer .and. prop_table%owner /= "host"
+  logical, parameter :: of_joint(n_fixed_props) = [(of_layer(i_) .and. prop_table(i_)%owner /= "host", &
+    i_=1, n_fixed_props)]
   integer, parameter, public :: layer_properties(count(of_layer)) = pack([(i_, i_=1, n_fixed_props)], of_layer)
   integer, parameter, public :: joint_properties(count(of_joint)) = pack([(i_, i_=1, n_fixed_props)], of_joint)
 
