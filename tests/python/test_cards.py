@@ -145,9 +145,25 @@ def test_ogs_patch(dimension: int) -> None:
     assert axes[0].tolist() == [0.0, 0.0, 1.0][-dimension:]
 
 
+def test_oofem_record() -> None:
+    """One record with all constants, the number of state variables and a library that exists."""
+    *comments, record = RT.card("oofem", name="JOINT", h=0.1).splitlines()
+    assert all(line.startswith("# ") for line in comments)
+    kind, number, *settings = record.split()
+    assert (kind, number) == ("AbaqusUserMaterial", "1")
+    props = RT.props(h=0.1).tolist()
+    start = settings.index("properties")
+    assert settings[: start + 2] == ["d", "0.0", "numstate", "17", "properties", str(len(props))]
+    assert [float(text) for text in settings[start + 2 : start + 2 + len(props)]] == props
+    m = re.search(r'umat "(.*)" name "JOINT"$', record)
+    assert m and Path(m[1]).is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (dict(host="oofem", map=1), "map = 1: expected 0 for oofem"),
+        (dict(host="oofem", dimension=2), "dimension = 2: expected 3 for oofem"),
         (dict(host="ogs", map=1), "map = 1: expected 0 for ogs"),
         (dict(host="ogs", dalpha=0.1), "dalpha = 0.1: expected 0 for ogs, which ignores a request"),
         (dict(host="ogs", density=1.0), "explicit, density: expected for abaqus only, not for ogs"),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import contract
-from ..installed import kratos_adapter
+from ..installed import kratos_adapter, library
 from . import opengeosys
 
 PER_LINE = 8
@@ -176,6 +176,26 @@ def _ogs(block: Block) -> str:
     return opengeosys.patch(block.name, law, block.props, block.dimension, comments)
 
 
+def _oofem(block: Block) -> str:
+    """OOFEM: the record of a material; it loads the UMAT of the library."""
+    _only("oofem, whose solids have the order 33, 13, 23", "map", block.prop("map"), 0.0)
+    _only("oofem, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
+    _only("oofem", "dimension", block.dimension, 3)
+    names = ", ".join(f"{i} {text}" for i, text in enumerate(block.statev, 1))
+    comments = [
+        *_remarks(block, "NonLinearStatic with lstype 0 smtype 1 (unsymmetric), LSpace elements"),
+        f"layer of LSpace elements, its normal along z, of the thickness h = {block.thickness()!r}",
+        "OOFEM goes on after a step that has not converged: look at the iterations",
+        f"state: {names}",
+    ]
+    props = " ".join(repr(value) for value in block.props.tolist())
+    return _text(
+        *(f"# {line}" for line in comments),
+        f"AbaqusUserMaterial 1 d 0.0 numstate {len(block.statev)} properties {len(block.props)} {props} "
+        f'umat "{library()}" name "{block.name}"',
+    )
+
+
 def _only(host: str, name: str, value: float, expected: float) -> None:
     """Refuse a value that a host cannot take."""
     if value != expected:
@@ -210,5 +230,5 @@ def _constants(props: contract.Floats) -> list[str]:
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
 
 
-HOSTS = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs}
+HOSTS = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs, "oofem": _oofem}
 """Writers of the blocks by host."""
