@@ -2,7 +2,6 @@
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "asperity.h"
@@ -21,8 +20,6 @@ static const double GC = 0.3, ETA = 0.9, MU = 0.5, THICKNESS = 0.25, R = 0.125;
 static void *library;
 static __typeof__(&asperity_update) update;
 
-/* --- what MGIS declares ------------------------------------------------- */
-
 typedef struct {
   double *gradients, *forces, *mass_density, *properties, *variables, *stored, *dissipated, *external_variables;
 } View;
@@ -36,19 +33,18 @@ typedef struct {
 
 typedef int (*Function)(Data *);
 
-/* Address of a symbol of a behaviour; one that is missing is named. */
-static const void *symbol(const char *behaviour, const char *what) {
+static const void *look(const char *behaviour, const char *what) {
   char name[128];
   snprintf(name, sizeof name, "%s_%s", behaviour, what);
-  const void *found = dlsym(library, name);
-  if (found == NULL) fprintf(stderr, "symbol %s is missing\n", name);
-  return found;
+  return dlsym(library, name);
 }
 
-static int has(const char *behaviour, const char *what) {
-  char name[128];
-  snprintf(name, sizeof name, "%s_%s", behaviour, what);
-  return dlsym(library, name) != NULL;
+static int has(const char *behaviour, const char *what) { return look(behaviour, what) != NULL; }
+
+/* Address of a symbol of a behaviour; one that is missing is named. */
+static const void *symbol(const char *behaviour, const char *what) {
+  if (!has(behaviour, what)) fprintf(stderr, "symbol %s_%s is missing\n", behaviour, what);
+  return look(behaviour, what);
 }
 
 static int number(const char *behaviour, const char *what) {
@@ -56,15 +52,13 @@ static int number(const char *behaviour, const char *what) {
   return value == NULL ? -1 : *value;
 }
 
-/* The function is written through a pointer to an object, as C has no conversion for it. */
+/* C has no conversion from a pointer to data. */
 static Function function(const char *behaviour, const char *hypothesis) {
   const void *address = symbol(behaviour, hypothesis);
   Function found;
   memcpy(&found, &address, sizeof found);
   return found;
 }
-
-/* --- a point --------------------------------------------------------------- */
 
 typedef struct {
   double old_gradient[6], gradient[6], old_force[6], force[6], properties[MOST_PROPERTIES];
@@ -119,8 +113,6 @@ static void accept(Point *p) {
   memcpy(p->old_variables, p->variables, sizeof p->variables);
 }
 
-/* --- symbols ---------------------------------------------------------------- */
-
 /* All symbols that MGIS reads when it loads a behaviour. */
 static int loads(const char *behaviour, int layer, int planes) {
   static const char *const numbers[] = {
@@ -132,8 +124,8 @@ static int loads(const char *behaviour, int layer, int planes) {
   const char *gradient = layer ? "Strain" : "OpeningDisplacement", *force = layer ? "Stress" : "CohesiveForce";
   const int type = layer ? 1 : 2, n_statev = POINT_STATEV + PLANE_STATEV * planes;
   char last[16];
-  snprintf(last, sizeof last, "s_dih_%d", planes);
   int bad = 0;
+  snprintf(last, sizeof last, "s_dih_%d", planes);
   for (size_t i = 0; i < sizeof expected / sizeof *expected; i++)
     bad += FAILS(number(behaviour, numbers[i]) == expected[i]);
   bad += FAILS(number(behaviour, "BehaviourType") == (layer ? 1 : 3));
@@ -156,7 +148,7 @@ static int loads(const char *behaviour, int layer, int planes) {
   for (int i = 0; i < n_statev; i++) bad += FAILS(types[i] == 0);
   const int n_properties = number(behaviour, "nMaterialProperties");
   bad += FAILS(n_properties > 10 && n_properties < MOST_PROPERTIES);
-  const char *const *const texts = symbol(behaviour, "mfront_interface");
+  const char *const *texts = symbol(behaviour, "mfront_interface");
   bad += FAILS(texts != NULL && strcmp(*texts, "Generic") == 0);
   const int n_hypotheses = number(behaviour, "nModellingHypotheses");
   const char *const *hypotheses = symbol(behaviour, "ModellingHypotheses");
@@ -194,8 +186,6 @@ static int properties_are_those_of_the_contract(void) {
   bad += FAILS(!has("AsperityLayer3", "turn_LowerPhysicalBound"));
   return bad + FAILS(!has("AsperityJoint3", "h_UpperPhysicalBound"));
 }
-
-/* --- results ------------------------------------------------------------------ */
 
 /* Separations: closing, sliding, back, opening. */
 static const double PATH[][3] = {{-0.01, 0.02, 0.0}, {-0.02, 0.1, 0.03}, {-0.01, -0.05, 0.0}, {0.04, 0.1, -0.05}};
@@ -306,8 +296,6 @@ static int requests(void) {
   return bad;
 }
 
-/* --- rejected calls ------------------------------------------------------------- */
-
 /* The call returns -1, names the culprit, and writes nothing else but the factor of the time step. */
 static int rejected(Point p, const char *behaviour, double request, const char *culprit) {
   Point before = p;
@@ -316,7 +304,8 @@ static int rejected(Point p, const char *behaviour, double request, const char *
     fprintf(stderr, "message: %s\nexpected in it: %s\n", p.message, culprit);
     bad++;
   }
-  bad += FAILS(strncmp(p.message, behaviour, strlen(behaviour)) == 0) + FAILS(p.operator[0] == request);
+  bad += FAILS(strncmp(p.message, behaviour, strlen(behaviour)) == 0);
+  bad += FAILS(memcmp(p.operator, &request, sizeof request) == 0);
   memcpy(p.message, before.message, sizeof p.message);
   p.operator[0] = before.operator[0];
   p.factor = before.factor;
@@ -330,18 +319,23 @@ static int errors(void) {
   int bad = rejected(p, "AsperityLayer3", 4.0, "mu = -0.5: expected >= 0");
   p = good;
   set(&p, "AsperityLayer3", "m", 4.0);
-  bad += rejected(p, "AsperityLayer3", 4.0,
-                  "its 3 planes have 17 state variables: expected a behaviour for the 5 planes and 23");
-  bad += rejected(good, "AsperityLayer5", 4.0, "expected a behaviour for the 3 planes");
+  bad += rejected(p, "AsperityLayer3", 4.0, "expected AsperityLayer5 for the 5 planes (23 state variables)");
+  bad += rejected(good, "AsperityLayer5", 4.0, "expected AsperityLayer3 for the 3 planes");
+  set(&p, "AsperityLayer3", "m", 64.0);
+  bad += rejected(p, "AsperityLayer3", 4.0, "no behaviour has those of the 65 planes (203 state variables)");
   p = good;
   set(&p, "AsperityLayer3", "m", -1.0);
-  bad += rejected(p, "AsperityLayer3", 4.0, "NPROPS");
+  bad += rejected(p, "AsperityLayer3", 4.0, "m = -1: expected a regular pattern");
   p = good;
   p.gradient[0] = NAN;
   bad += rejected(p, "AsperityLayer3", 4.0, "gradient 1 = NaN");
   p = good;
   p.gradient[1] = HUGE_VAL; /* a component that an interface does not have */
   bad += rejected(p, "AsperityLayer3", 0.0, "gradient 2 = Inf");
+  p = good;
+  bad += rejected(good, "AsperityLayer3", NAN, "K[0] = NaN");
+  set(&p, "AsperityLayer3", "m", NAN);
+  bad += rejected(p, "AsperityLayer3", 4.0, "m = NaN");
   p = good;
   p.old_variables[ALPHA] = 1.5;
   bad += rejected(p, "AsperityLayer3", 4.0, "alpha = 1.5");

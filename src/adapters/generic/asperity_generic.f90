@@ -8,7 +8,7 @@ module asperity_generic
   use asperity_c, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, review, review_props
-  use asperity_contract, only: max_planes, n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_map, prop_table, &
+  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_m, p_map, prop_table, &
     status_initial, status_nstatv, status_ok, status_separation, status_size, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
@@ -16,25 +16,15 @@ module asperity_generic
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
   use asperity_points, only: virgin_tangent
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: integer_text, to_text
   implicit none
   private
-  public :: asperity_generic_joint, asperity_generic_layer, behaviour_name
+  public :: asperity_generic_joint, asperity_generic_layer, behaviour_name, material_properties
 
   !> Largest number of planes of a behaviour: those of a regular pattern of 32 sides and a flat plane.
   integer, parameter, public :: most_planes = 33
   !> Length of the name of a behaviour.
   integer, parameter, public :: name_length = 15
-
-  integer :: i_
-  !> Indices in PROPS of the material properties of a layer and of a joint. MGIS fixes the order of the components, so
-  !> that there is no `map`, and a joint passes separations, so that it has no constant of the host.
-  logical, parameter :: of_layer(n_fixed_props) = [(prop_table(i_)%owner /= "none" .and. i_ /= p_map, &
-    i_=1, n_fixed_props)]
-  logical, parameter :: of_joint(n_fixed_props) = [(of_layer(i_) .and. prop_table(i_)%owner /= "host", &
-    i_=1, n_fixed_props)]
-  integer, parameter, public :: layer_properties(count(of_layer)) = pack([(i_, i_=1, n_fixed_props)], of_layer)
-  integer, parameter, public :: joint_properties(count(of_joint)) = pack([(i_, i_=1, n_fixed_props)], of_joint)
 
   !> Bytes of a message of MGIS.
   integer(c_int), parameter :: message_size = 512
@@ -106,6 +96,18 @@ contains
     name = merge("AsperityLayer", "AsperityJoint", layer) // integer_text(n_planes)
   end function behaviour_name
 
+  !> Which entries of PROPS are material properties of a behaviour.
+  !>
+  !> MGIS fixes the order of the components, so that there is no `map`. The gradient of a joint is the separation, so
+  !> that a joint has no constant of the host.
+  pure function material_properties(layer) result(yes)
+    logical, intent(in) :: layer   !! layer or joint
+    logical :: yes(n_fixed_props)
+    yes = prop_table%owner /= "none"
+    yes(p_map) = .false.
+    if (.not. layer) yes = yes .and. prop_table%owner /= "host"
+  end function material_properties
+
   !> Do what K(1) requests. If that is impossible, write nothing but the message and the factor of the time step.
   function integrate(point, behaviour) result(done)
     type(point_view), intent(in) :: point               !! what MGIS passes
@@ -118,6 +120,7 @@ contains
     character(len=:), allocatable :: text
     real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes)), old_damage(behaviour%n_planes)
     real(wp) :: from(3), to(3), initial(3), traction(3), tangent(3, 3), h, request, side
+    logical :: passed(n_fixed_props), predicting
     integer :: i, status
 
     call c_f_pointer(point%operator, operator, [behaviour%n, behaviour%n])
@@ -128,15 +131,12 @@ contains
     nullify (factor)   ! a null pointer is an absent optional argument
     if (c_associated(point%factor)) call c_f_pointer(point%factor, factor)
     request = operator(1, 1)
+    predicting = .false.
+    if (bounded(request, sound)) predicting = request < -any_operator
     state = old_variables
-    props = prop_table%default
-    if (behaviour%layer) then
-      call c_f_pointer(point%new%properties, properties, [size(layer_properties)])
-      props(layer_properties) = properties
-    else
-      call c_f_pointer(point%new%properties, properties, [size(joint_properties)])
-      props(joint_properties) = properties
-    end if
+    passed = material_properties(behaviour%layer)
+    call c_f_pointer(point%new%properties, properties, [count(passed)])
+    props = unpack(properties, passed, prop_table%default)
 
     call new_interface(props, joint, status)
     if (status == status_ok) then
@@ -150,7 +150,7 @@ contains
         to(i) = h*behaviour%weight(i)*strain(behaviour%position(i))
         initial(i) = old_stress(behaviour%position(i))/behaviour%weight(i)
       end do
-      if (request < -any_operator) to = from
+      if (predicting) to = from
       status = call_status(joint, behaviour, request, point%dt, from, to, strain, state)
     end if
     if (status == status_ok) then
@@ -175,7 +175,7 @@ contains
     old_damage = state(n_point_statev + 1::n_plane_statev)
     call update_point_in_place(joint, from, to, state, traction, tangent, point%dt)
     side = joint%r*joint%material%k_n*h   ! stiffness of the components of a layer that an interface does not have
-    if (request > -any_operator) then
+    if (.not. predicting) then
       if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, old_damage, state, factor)
       call c_f_pointer(point%new%forces, stress, [behaviour%n])
       call c_f_pointer(point%new%variables, variables, [size(state)])
@@ -242,7 +242,7 @@ contains
     status = status_nstatv
     if (joint%pattern%n /= behaviour%n_planes .or. joint%n_statev /= size(state)) return
     status = status_size
-    if (request > sound .or. .not. bounded(request, huge(1.0_wp))) return
+    if (.not. bounded(request, sound)) return
     status = time_status(joint, dt)
     if (status /= status_ok) return
     status = status_separation
@@ -263,16 +263,25 @@ contains
     real(wp), intent(in), contiguous :: state(:)           !! STATEV at the start
     character(len=:), allocatable, intent(inout) :: text   !! name of the behaviour; lines are appended
     character(len=:), allocatable :: lines
+    logical :: listed
     integer :: i, props_status
 
     allocate (character(len=0) :: lines)
+    listed = .false.
+    if (bounded(props(p_m), huge(1.0_wp))) listed = props(p_m) < 0.0_wp
     call review_props(props, props_status, lines)
-    if (props_status == status_ok) then
+    if (listed) then
+      lines = "m = " // to_text(props(p_m)) // ": expected a regular pattern, not listed planes"
+    else if (props_status == status_ok) then
       select case (status)
       case (status_nstatv)
-        lines = "its " // integer_text(behaviour%n_planes) // " planes have " // integer_text(size(state)) // &
-          " state variables: expected a behaviour for the " // integer_text(joint%pattern%n) // " planes and " // &
-          integer_text(joint%n_statev) // " state variables of these constants"
+        if (joint%pattern%n /= behaviour%n_planes .and. joint%pattern%n <= most_planes) then
+          lines = "expected " // trim(behaviour_name(behaviour%layer, joint%pattern%n)) // " for the "
+        else
+          lines = integer_text(size(state)) // " state variables: no behaviour has those of the "
+        end if
+        lines = lines // integer_text(joint%pattern%n) // " planes (" // integer_text(joint%n_statev) // &
+          " state variables) of these constants"
       case (status_size)
         lines = "K[0] = " // to_text(request) // ": expected -3 to 4 (no speed of sound)"
       case (status_initial)

@@ -3,7 +3,7 @@
 program write_symbols
   use asperity_contract, only: n_plane_statev, n_point_statev, n_statev, prop_table, prop_type, statev_row, &
     statev_table, version
-  use asperity_generic, only: behaviour_name, joint_properties, layer_properties, most_planes, name_length
+  use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, to_text
   implicit none
@@ -82,11 +82,7 @@ contains
     call integers(name, "InternalStateVariablesTypes", spread(scalar, 1, n_statev(n_planes)))
     call nothing(name, "ExternalStateVariables")
     call nothing(name, "Parameters")
-    if (layer) then
-      call write_properties(name, prop_table(layer_properties))
-    else
-      call write_properties(name, prop_table(joint_properties))
-    end if
+    call write_properties(name, pack(prop_table, material_properties(layer)))
     call_of = merge("asperity_generic_layer", "asperity_generic_joint", layer)
     do i = 1, size(hypotheses)
       if (components(i) == 0) cycle
