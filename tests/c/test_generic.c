@@ -32,7 +32,6 @@ typedef struct {
 } Data;
 
 typedef int (*Function)(Data *);
-
 static const void *look(const char *behaviour, const char *what) {
   char name[128];
   snprintf(name, sizeof name, "%s_%s", behaviour, what);
@@ -52,7 +51,6 @@ static int number(const char *behaviour, const char *what) {
   return value == NULL ? -1 : *value;
 }
 
-/* C has no conversion from a pointer to data. */
 static Function function(const char *behaviour, const char *hypothesis) {
   const void *address = symbol(behaviour, hypothesis);
   Function found;
