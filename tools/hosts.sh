@@ -1,7 +1,7 @@
 #!/bin/sh
-# hosts.sh: the library inside Kratos, OpenGeoSys, OOFEM, scikit-fem and CalculiX. What this machine cannot get is left out.
+# hosts.sh: the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem and CalculiX. What this machine cannot get is left out.
 #
-# Kratos, OpenGeoSys, OOFEM and scikit-fem come as wheels, CalculiX as Debian's source package (built once, build/calculix), which takes
+# Kratos, OpenGeoSys, OOFEM, Akantu and scikit-fem come as wheels, CalculiX as Debian's source package (built once, build/calculix), which takes
 # longest and is last. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
 set -eu
 cd "$(dirname "$0")/.."
@@ -35,6 +35,8 @@ step "OpenGeoSys" hosts-ogs "$python" tools/install_extra.py ogs ogs
 tests ogs
 step "OOFEM" hosts-oofem "$python" tools/install_extra.py oofem oofem
 tests oofem
+step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
+tests akantu
 step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem scipy
 tests python
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
