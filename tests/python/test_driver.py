@@ -608,12 +608,23 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
     [
         (
             "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
-            "no equilibrium: largest t_N over s_N in [",
+            "none found: the largest t_N over 20122 values of s_N from -1.398",
         ),
-        ("&step s_N = 0.5 /\n&step t_N = 1.0 /\n", " is 0 < prescribed 9.5"),
         (
-            "&step t_N = -5.0, t_Tx = 0.0 /\n&step t_Tx = 25.0 /\n",
-            "reaches none, the smallest residual over",
+            "&step t_N = 3.5, increments = 70 /\n",
+            "exists: the joint carries at most t_N = 3, the step asks for 3.05; tension is positive",
+        ),
+        (
+            "&step s_N = 0.5 /\n&step t_N = 1.0 /\n",
+            "exists: the joint carries at most t_N = 0, the step asks for 0.01; tension is positive",
+        ),
+        (
+            "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n",
+            "none found: the motion under the prescribed tractions reaches none, the smallest residual over",
+        ),
+        (
+            "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0, increments = 3 /\n",
+            ") the joint carries at most ",
         ),
     ],
 )
@@ -625,7 +636,7 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, f
     assert "the failed increment was written to case.failed.nml" in result.messages
     assert "lost" in result.events[-1]
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
-    assert process.returncode == 2 and fragment.split(" held")[0] in process.stderr
+    assert process.returncode == 2 and fragment in process.stderr
     again = Result(process, tmp_path / "again.csv")
     assert len(again.rows) == 1 and "lost" in again.events[0]
     # the same state but for rounding; s_N at a fold by its root
@@ -1106,8 +1117,8 @@ def test_failed_increment_from_an_initial_state(
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
     again = Result(process, tmp_path / "again.csv")
     assert process.returncode == 2 and len(again.rows) == 1 and "lost" in again.events[0]
-    reason = re.search(r"lost: no solution found beyond [^:]*: (.*)", result.messages)[1]
-    assert reason.split(" held")[0][:60] in process.stderr
+    reason = re.search(r"equilibrium lost beyond [^:]*: (.*)", result.messages)[1]
+    assert reason[:60] in process.stderr
     for name in ("s", "t"):
         np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
     for name in ("damage", "stored", "rupture", "friction", "work"):

@@ -204,7 +204,7 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
 
 def _comments(block: Block, run: str) -> str:
     """Head of a block: who wrote it, the entries of PROPS, how to run it, what to respect."""
-    names = ", ".join(row.name for row in contract.props_table() if row.name != "reserved")
+    names = ", ".join(row.name for row in contract.props_table())
     head, *others = _remarks(block, run)
     return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
 

@@ -103,9 +103,8 @@ contains
   pure function material_properties(layer) result(yes)
     logical, intent(in) :: layer   !! layer or joint
     logical :: yes(n_fixed_props)
-    yes = prop_table%owner /= "none"
+    yes = layer .or. prop_table%owner /= "host"
     yes(p_map) = .false.
-    if (.not. layer) yes = yes .and. prop_table%owner /= "host"
   end function material_properties
 
   !> Do what K(1) requests. If that is impossible, write nothing but the message and the factor of the time step.

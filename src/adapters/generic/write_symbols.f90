@@ -111,7 +111,7 @@ contains
     character(len=text_length) :: names(n_statev(n_planes))
     integer :: i
     do i = 1, size(names)
-      names(i) = statev_table(statev_row(i))%name
+      names(i) = statev_table(statev_row(i, n_planes))%name
       if (i > n_point_statev) then
         names(i) = trim(names(i)) // "_" // integer_text((i - n_point_statev - 1)/n_plane_statev + 1)
       end if
