@@ -322,6 +322,9 @@ static int errors(void) {
   set(&p, "AsperityLayer3", "m", 64.0);
   bad += rejected(p, "AsperityLayer3", 4.0, "no behaviour has those of the 65 planes (203 state variables)");
   p = good;
+  set(&p, "AsperityLayer3", "W0", 1.0); /* wear */
+  bad += rejected(p, "AsperityLayer3", 4.0, "no behaviour has those of the 3 planes (23 state variables)");
+  p = good;
   set(&p, "AsperityLayer3", "m", -1.0);
   bad += rejected(p, "AsperityLayer3", 4.0, "m = -1: expected a regular pattern");
   p = good;
