@@ -26,8 +26,7 @@ typedef struct {
 
 typedef struct {
   char *message;
-  double dt;
-  double *operator, *factor, *speed_of_sound;
+  double dt, *operator, *factor, *speed_of_sound;
   View old, new;
 } Data;
 
@@ -172,9 +171,8 @@ static int properties_are_those_of_the_contract(void) {
   static const long double expected[] = {1e-50, 0.0, 1e10};
   const int n_joint = number("AsperityJoint3", "nMaterialProperties");
   int bad = FAILS(number("AsperityLayer3", "nMaterialProperties") == n_joint + 2);
-  const char *const *joint = symbol("AsperityJoint3", "MaterialProperties");
   const char *const *layer = symbol("AsperityLayer3", "MaterialProperties");
-  bad += FAILS(strcmp(joint[0], "sigma0") == 0 && strcmp(layer[3], "mu") == 0);
+  bad += FAILS(strcmp(layer[0], "sigma0") == 0 && strcmp(layer[3], "mu") == 0);
   for (int i = 0; i < number("AsperityLayer3", "nMaterialProperties"); i++)
     bad += FAILS(strcmp(layer[i], "map") != 0 && strcmp(layer[i], "reserved") != 0);
   for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
@@ -324,7 +322,6 @@ static int errors(void) {
   p = good;
   set(&p, "AsperityLayer3", "W0", 1.0); /* wear */
   bad += rejected(p, "AsperityLayer3", 4.0, "no behaviour has those of the 3 planes (23 state variables)");
-  p = good;
   set(&p, "AsperityLayer3", "m", -1.0);
   bad += rejected(p, "AsperityLayer3", 4.0, "m = -1: expected a regular pattern");
   p = good;

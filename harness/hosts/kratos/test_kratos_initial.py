@@ -151,7 +151,7 @@ REST = 1.0e-9
 
 @pytest.mark.parametrize(("name", "state", "direction"), prestressed.STARTS)
 def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction: float) -> None:
-    """Under the loads of the initial stress nothing moves; then the joint slides with its residual strength."""
+    """Under the loads of the initial stress nothing moves; then the joint has its residual strength."""
     moved = np.abs(prestressed.run(bricks_stressed=False).displacement).max()
     result = prestressed.run(state, direction * prestressed.SLIPS)
     largest = float(np.abs(result.displacement[0]).max())

@@ -153,8 +153,8 @@ def _kratos(block: Block) -> str:
     }
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
     history = (
-        "UDSM_NAME is the commit adapter, because these elements commit no step. An analysis with libasperity.so "
-        "in its place runs, but damage heals on unloading"
+        "UDSM_NAME is the commit adapter, because these elements commit no step. An analysis with "
+        "libasperity.so in its place runs, but damage heals on unloading"
     )
     initial = (
         "Zero STATE_VARIABLES are a virgin interface. Kratos passes no initial stress to a UMAT; a state of "
