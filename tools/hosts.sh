@@ -1,8 +1,9 @@
 #!/bin/sh
-# hosts.sh: the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem and CalculiX. What this machine cannot get is left out.
+# hosts.sh: the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem and CalculiX. What this machine cannot get
+# is left out.
 #
-# Kratos, OpenGeoSys, OOFEM, Akantu and scikit-fem come as wheels, CalculiX as Debian's source package (built once, build/calculix), which takes
-# longest and is last. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+# CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
+# as wheels. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
