@@ -123,8 +123,9 @@ def run(project: Path, folder: Path, *patches: str) -> Run:
     The code is not 0 where OpenGeoSys ended with an error.
     """
     command = [str(program()), str(project), "-m", str(folder), "-o", str(folder / "out")]
-    (folder / "out").mkdir(exist_ok=True)
-    for old in (folder / "out").iterdir():
+    out = folder / "out"
+    out.mkdir(exist_ok=True)
+    for old in [*out.glob("*.vtu"), *out.glob("*.pvd")]:
         old.unlink()
     for k, patch in enumerate(patches):
         (folder / f"patch_{k}.xml").write_text(patch, encoding="utf-8")
