@@ -1,7 +1,7 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
-# make hosts   the library inside Kratos, scikit-fem and CalculiX: tests and pictures; says what this machine cannot get
+# make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures
 # make wheel   sdist and wheel, and the wheel tried in a bare Debian root (as root, with debootstrap)
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs: fuzz, threads, memory, solver), clean (build/), distclean

@@ -16,8 +16,17 @@ BENCH_VARIABLE = "ASPERITY_BENCH"
 
 def library() -> Path:
     """Path of the shared library: symbols umat_ and those of asperity.h."""
-    suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
-    return _installed(f"libasperity{suffix}")
+    return _library("asperity")
+
+
+def generic_library() -> Path:
+    """Path of the library of "generic" behaviours, which programs with MGIS load."""
+    return _library("asperity_generic")
+
+
+def kratos_adapter() -> Path:
+    """Path of the commit adapter, a UMAT that stores states for Kratos' interface elements (Linux only)."""
+    return _library("asperity_kratos")
 
 
 def abaqus() -> Path:
@@ -72,6 +81,11 @@ def _program(name: str, variable: str) -> Path:
     if not Path(other).is_file():
         raise FileNotFoundError(f"{variable} = {other}: expected the path of {name}")
     return Path(other)
+
+
+def _library(name: str) -> Path:
+    suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+    return _installed(f"lib{name}{suffix}")
 
 
 def _installed(name: str) -> Path:

@@ -719,10 +719,10 @@ def test_cards_of_input_files(host: str) -> None:
 
 
 def test_card_of_kratos() -> None:
-    """The card for Kratos has the material properties in JSON and the path of the installed library."""
+    """The card for Kratos has the material properties in JSON and the path of the commit adapter."""
     block = json.loads(RP_4.card("kratos", name="Joint"))
     values = block["properties"][0]["Material"]["Variables"]
-    assert values["UDSM_NAME"] == str(asperity.library())
+    assert values["UDSM_NAME"] == str(installed.kratos_adapter())
     assert values["UMAT_PARAMETERS"] == RP_4.props().tolist()
     assert values["STATE_VARIABLES"] == [0.0] * RP_4.nstatv
     assert tuple(block["state_variables"].values()) == contract.statev_names(RP_4.n_planes)
@@ -731,7 +731,7 @@ def test_card_of_kratos() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, calculix, kratos"),
+        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, calculix, kratos, ogs, oofem"),
         (dict(host="abaqus", name="2 joints"), "name = '2 joints': expected a letter"),
         (dict(host="calculix", name="NLJOINT"), "expected none that begins with NL"),
         (dict(host="calculix", map=1), "map = 1: expected 0 for calculix"),

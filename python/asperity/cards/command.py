@@ -9,12 +9,13 @@ from pathlib import Path
 from .. import contract
 from ..case_files import Run, read_case
 from ..remarks import shown_warnings
+from .blocks import HOSTS
 
 
 def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
-    card.add_argument("--host", required=True, choices=("abaqus", "calculix", "kratos"))
+    card.add_argument("--host", required=True, choices=tuple(HOSTS))
     card.add_argument(
         "--name", default="INTERFACE", help="name of material and elements (default: %(default)s)"
     )
