@@ -2,7 +2,7 @@
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures
-# make wheel   sdist and wheel, and the wheel tried in a bare Debian root (as root, with debootstrap)
+# make wheel   sdist and wheel, tried in a bare Debian root (as root, with debootstrap)
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs: fuzz, threads, memory, solver), clean (build/), distclean
 # (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
