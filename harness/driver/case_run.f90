@@ -1,7 +1,7 @@
 !> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
+  use asperity_contract, only: p_eta, p_gc, p_height, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
@@ -16,7 +16,7 @@ module case_run
   use replay_run, only: run_replay
   implicit none
   private
-  public :: run_case, failed_file
+  public :: run_case, failed_file, s_f_over_height
 
 contains
 
@@ -27,7 +27,7 @@ contains
     character(len=*), intent(in) :: output      !! file, "-": standard output
     logical, intent(in) :: planes               !! whether each plane has columns
     logical, intent(in) :: quiet                !! no progress line, no summary
-    real(wp), intent(out) :: closure            !! of the facing planes at the largest pressure, as a multiple of s_f
+    real(wp), intent(out) :: closure(2)         !! of the facing planes at the largest pressure: over s_f, over height
     integer, intent(out) :: code                !! exit code
     type(history_type) :: table
     type(progress_type) :: progress
@@ -202,21 +202,33 @@ contains
     end do
   end function unexpected
 
-  !> Elastic closure of one inclined plane that carries the whole pressure, as a multiple of s_f.
+  !> Elastic closure of one inclined plane that carries the whole pressure: over s_f, and over the asperity height
+  !> (0 without a height).
   pure function largest_closure(case, pressure) result(closure)
     type(case_type), intent(in) :: case    !! the case
     real(wp), intent(in) :: pressure       !! >= 0, stress
-    real(wp) :: closure
+    real(wp) :: closure(2)
     real(wp) :: kc
     integer :: k
     closure = 0.0_wp
     kc = merge(case%props(p_kc), 1.0_wp, case%props(p_kc) > 0.0_wp)
     associate (pattern => case%joint%pattern)
       do k = 1, pattern%n
-        if (pattern%sin_theta(k) > 0.0_wp) closure = max(closure, &
+        if (pattern%sin_theta(k) > 0.0_wp) closure(1) = max(closure(1), &
           pressure*(1.0_wp - case%props(p_eta))/(pattern%gamma(k)*case%props(p_sigma0)*kc))
       end do
     end associate
+    if (case%props(p_height) > 0.0_wp) closure(2) = closure(1)*s_f_over_height(case)
   end function largest_closure
+
+  !> s_f = 2 Gc/sigma0 over the asperity height, 0 without a height or without inclined planes.
+  pure function s_f_over_height(case) result(ratio)
+    type(case_type), intent(in) :: case    !! the case
+    real(wp) :: ratio
+    ratio = 0.0_wp
+    if (.not. case%props(p_height) > 0.0_wp) return
+    if (any(case%joint%pattern%sin_theta(:case%joint%pattern%n) > 0.0_wp)) &
+      ratio = 2.0_wp*case%props(p_gc)/case%props(p_sigma0)/case%props(p_height)
+  end function s_f_over_height
 
 end module case_run

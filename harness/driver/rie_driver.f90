@@ -6,7 +6,7 @@ program rie_driver
   use asperity_kinds, only: wp
   use case_echo, only: echo_case
   use case_file, only: case_type, interpret_case, print_format, read_sweep
-  use case_run, only: failed_file, run_case
+  use case_run, only: failed_file, run_case, s_f_over_height
   use case_text, only: read_text, text_type
   use driver_messages, only: exit_input, exit_ok, finish, say, short
   use row_file, only: same_file
@@ -15,6 +15,10 @@ program rie_driver
 
   !> Closure of the facing planes, as a multiple of s_f, above which the driver warns.
   real(wp), parameter :: soft_contact = 0.1_wp
+
+  !> Closure of the facing planes, as a multiple of the asperity height, above which the driver warns.
+  real(wp), parameter :: deep_closure = 0.1_wp
+
   character(len=*), parameter :: usage(9) = [character(len=78) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
@@ -99,7 +103,7 @@ contains
     type(case_type), allocatable :: cases(:)
     character(len=:), allocatable :: variable, stem
     real(wp), allocatable :: values(:)
-    real(wp) :: closure, largest
+    real(wp) :: closure(2), largest(2), shallow
     integer :: code, i, worst
     logical :: good
 
@@ -138,6 +142,9 @@ contains
         ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
     end do
     call end_on_errors()
+    shallow = maxval([(s_f_over_height(cases(i)), i=1, size(cases))])
+    if (shallow > 1.0_wp) call say(path // ": warning: s_f is " // short(shallow) // " height: expected a height " // &
+      "of at least s_f = 2 Gc/sigma0, within which the bond of the straight plane breaks")
     if (cases(1)%mode_2) call say(path // ": warning: sigma02 or Gc2 differ from mode I: the thermodynamic " // &
       "argument of the law holds for equal values only (paper, Remark 2)")
 
@@ -155,8 +162,10 @@ contains
       largest = max(largest, closure)
       if (code == exit_input) exit
     end do
-    if (largest > soft_contact) call say(path // ": warning: the contact is soft: facing planes that carry the " // &
-      "largest pressure close by " // short(largest) // " s_f (kc of &material makes it stiffer)")
+    if (largest(1) > soft_contact) call say(path // ": warning: the contact is soft: facing planes that carry the " // &
+      "largest pressure close by " // short(largest(1)) // " s_f (kc of &material makes it stiffer)")
+    if (largest(2) > deep_closure) call say(path // ": warning: facing planes that carry the largest pressure " // &
+      "close by " // short(largest(2)) // " height (kc of &material makes the contact stiffer)")
     call finish(worst)
   end subroutine run
 

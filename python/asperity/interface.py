@@ -13,7 +13,7 @@ from .cards import blocks as cards
 from .contract import Floats
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import remarks, warn_if_soft
+from .remarks import remarks, warn_of_limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +137,7 @@ class Interface:
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if n > 0:  # f2py accepts no empty arrays
             _raise(
-                *_core.interface_update(
-                    self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
-                ),
+                *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
             )
         return Update(traction, new, tangent)
 
@@ -208,7 +206,8 @@ class Interface:
         area under tau is the change of work less that of sigma_N s_N.
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
-        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f.
+        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f or of the
+        asperity height, and where the height is smaller than s_f.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -224,7 +223,7 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            warn_if_soft(self.material, self.pattern, sigma_N)
+            warn_of_limits(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
@@ -237,7 +236,7 @@ class Interface:
                 separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            warn_if_soft(self.material, self.pattern, sigma_N)
+            warn_of_limits(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:

@@ -1,4 +1,4 @@
-"""Checks of a model with an interface: locking, soft contact, snap-back, mesh."""
+"""Checks of a model with an interface: locking, soft contact, asperity height, snap-back, mesh."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ from .pattern import Pattern
 
 SMALL_CLOSURE = 0.1
 """Closure of the facing planes under a normal traction over s_f, above which a warning is given."""
+
+SMALL_SHARE = 0.1
+"""Closure of the facing planes over the asperity height H, above which a warning is given."""
 
 FEWEST_ELEMENTS = 3
 """Elements in the cohesive zone below which the softening is not resolved (Turon et al. 2007, Section 3)."""
@@ -40,8 +43,15 @@ def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float
     return -sigma_N * (1.0 - material.eta) / (gamma * material.sigma0 * kc), gamma
 
 
-def warn_if_soft(material: Material, pattern: Pattern, sigma_N: float) -> None:
-    """Issue a ModelWarning where sigma_N, carried by one inclined plane alone, closes this plane visibly."""
+def warn_of_limits(material: Material, pattern: Pattern, sigma_N: float) -> None:
+    """Issue a ModelWarning for each assumption on contact and asperities that does not hold.
+
+    One is that sigma_N, carried by one inclined plane alone, closes this plane little; the others are those
+    of `of_height`.
+    """
+    for remark in of_height(material, pattern, sigma_N):
+        if not remark.good:
+            warnings.warn(remark.text, ModelWarning, stacklevel=3)
     if not (sigma_N < 0.0 and _slopes(pattern).any()):
         return
     share, gamma = closure(material, pattern, sigma_N)
@@ -85,7 +95,7 @@ def remarks(
     for name, value in (("modulus", modulus), ("size", size)):
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value:g}: expected > 0")
-    found = [_locking(material, pattern)]
+    found = [_locking(material, pattern), *of_height(material, pattern, stress)]
     if stress is not None:
         found.append(_contact(material, pattern, stress))
     if modulus is not None and size is not None:
@@ -106,6 +116,13 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
     if steepest == 0.0:
         return None
     product = material.mu * steepest
+    if product >= 1.0 and material.height > 0.0:
+        slip = material.height / steepest * np.log(product)
+        text = (
+            f"mu tan(theta) = {product:.3g} >= 1: where the interface slides up the steepest plane it locks, "
+            f"but only up to the slip (height/tan(theta)) log(mu tan(theta)) = {slip:.3g}"
+        )
+        return Remark(text, good=True)
     if product >= 1.0:
         text = (
             f"mu tan(theta) = {product:.3g}: expected < 1 for the steepest plane, beyond it the interface "
@@ -114,7 +131,33 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
         return Remark(text, good=False)
     strength = material.residual_strength(np.degrees(np.arctan(steepest)))
     text = f"mu tan(theta) = {product:.3g} < 1: the residual strength up the steepest plane is {strength:.3g}"
-    return Remark(f"{text} times the normal traction", good=True)
+    text += " times the normal traction"
+    if material.height > 0.0:
+        text += f" at the foot of the asperities and falls to mu = {material.mu:g} at their top"
+    return Remark(text, good=True)
+
+
+def of_height(material: Material, pattern: Pattern, sigma_N: float | None = None) -> list[Remark]:
+    """Remarks on the asperity height: H against s_f, and against the closure under sigma_N (< 0, stress)."""
+    H = material.height
+    if H == 0.0 or not _slopes(pattern).any():
+        return []
+    s_f = material.s_f
+    text = f"height = {H:g}, s_f = 2 Gc/sigma0 = {s_f:.4g}"
+    if H < s_f:
+        text += ": expected height >= s_f, because the bond of the straight plane breaks within s_f"
+    found = [Remark(text, good=H >= s_f)]
+    if sigma_N is not None and sigma_N < 0.0:
+        share, gamma = closure(material, pattern, sigma_N)
+        share *= s_f / H
+        text = (
+            f"height = {H:g}: sigma_N = {sigma_N:g} closes a plane that carries it alone by {share:.2g} "
+            f"height (|sigma_N|/(gamma kc Kn height), gamma = {gamma:.3g})"
+        )
+        if share > SMALL_SHARE:
+            text += f": expected at most {SMALL_SHARE:g}, raise kc or height"
+        found.append(Remark(text, good=share <= SMALL_SHARE))
+    return found
 
 
 def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:

@@ -718,6 +718,14 @@ def test_warnings(run) -> None:
     assert "warning" not in run(MATERIAL + FLAT + "&step t_N = -10.0 /\n").messages
     # closure/s_f = |sigma_N| (1-eta)/(gamma sigma0) with gamma = 1/6
     assert "close by 2 s_f" in run(MATERIAL + path).messages
+    # s_f = 0.2, so that the closure is 0.4/kc
+    high = MATERIAL.replace("/", ", kc = 40.0, height = {} /")
+    assert "warning" not in run(high.format(0.21) + path).messages
+    assert "close by 0.2 height" in run(high.replace("40", "10").format(0.2) + path).messages
+    assert (
+        "warning: s_f is 2 height: expected" in run(high.format(0.1) + RP_4 + "&step t_N = -0.1 /\n").messages
+    )
+    assert "warning" not in run(high.format(0.1) + FLAT + "&step t_N = -0.1 /\n").messages
     for other in ("sigma02 = 4.0", "Gc2 = 0.5"):
         text = MATERIAL.replace("/", f", {other} /") + FLAT + "&step s_N = 0.1 /\n"
         assert "warning: sigma02 or Gc2 differ" in run(text).messages

@@ -11,7 +11,7 @@ from ..fit.fitting import DEFAULT_FIXED, NoScipyError
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
 
-FREE = ("sigma0", "Gc", "mu", "theta")
+FREE = ("sigma0", "Gc", "mu", "theta", "height")
 
 FIXED = DEFAULT_FIXED | {"kc": 20.0}
 """Values that are not identified: the contact of a rock joint is much stiffer than its bond."""

@@ -27,10 +27,14 @@ BY_NATURE = (
     "no properties of the rock.",
     "The dilation angle of Barton falls with sigma_n, because JRC log10(JCS/sigma_n)/M does. The slope theta "
     "of the RIE does not depend on the stress: one theta stands for the whole range of stresses.",
+    "The slip at the peak of Barton does not depend on sigma_n. That of the RIE grows with it, because its "
+    "contact is elastic up to friction.",
     "The strength of Barton falls to sigma_n tan(phi_r) only at 100 slips at the peak, and his dilation ends "
     "there.",
+    "The curves have no scatter: the intervals below say how sharply the closest constants are defined, not "
+    "how well the rock is known.",
 )
-"""Where the two laws differ whatever the constants are."""
+"""Where the two laws differ whatever the constants are, and what the intervals mean."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def nature() -> str:
-    """Where the two laws differ whatever the constants are, in lines."""
+    """Sentences of BY_NATURE, in lines."""
     return "\n".join(
         line for text in BY_NATURE for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ")
     )

@@ -90,7 +90,8 @@ class Joint:
         """Raise ValueError for a normal stress that the criterion is not meant for."""
         if not 0.0 < sigma_n < self.jcs_n:
             raise ValueError(
-                f"sigma_n = {sigma_n:g}: expected compression, > 0 and < JCS = {self.jcs_n:.4g} MPa"
+                f"sigma_n = {sigma_n:g}: expected compression > 0 and < {self.jcs_n:.4g} MPa, "
+                "JCS of the length"
             )
         if self.peak_angle(sigma_n) > STEEPEST:
             raise ValueError(

@@ -11,11 +11,11 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..interface import Interface
-from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, each, material_of
+from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, each, material_of
 from .records import LARGEST_RATIO, ShearTest
 
 DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
-DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.default("kc")}
+DEFAULT_FIXED = {"eta": 0.9} | {name: contract.default(name) for name in ("flat", "kc", "height")}
 """Default free parameters and default values of the fixed ones."""
 
 STARTS_TRIED = 5
@@ -79,7 +79,7 @@ BOUNDS = {
     "flat": (0.005, 0.95),
     "kc": (0.1, 1e3),
 }
-"""Bounds of the parameters; those of sigma0 and Gc depend on the tests."""
+"""Bounds of the parameters; those of sigma0, Gc and height depend on the tests."""
 
 DEGREES = " in degrees"
 """Remark after bounds of theta in messages."""
@@ -159,7 +159,7 @@ class Fit:
         gradient = np.array([(log(self.x + d) - log(self.x - d)) / (2.0 * STEP) for d in shifts])
         half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
         value = log(self.x)
-        return Estimate(*(float(np.exp(v)) for v in (value, value - half, value + half)))
+        return Estimate(*(Scale().back(v) for v in (value, value - half, value + half)))
 
     @property
     def agreeing(self) -> int:
@@ -204,10 +204,11 @@ def fit(
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc; a parameter in neither
-    has its value in DEFAULT_FIXED.  start: additional start besides the best points of a Latin hypercube;
-    `starts` is the number of all starts, `seed` that of the hypercube.  bounds: (low, high) by name.
-    increments: smallest number along a test at first; they are refined until the parameters converge.
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height; a parameter
+    in neither has its value in DEFAULT_FIXED.  start: additional start besides the best points of a Latin
+    hypercube; `starts` is the number of all starts, `seed` that of the hypercube.  bounds: (low, high) by
+    name.  increments: smallest number along a test at first; they are refined until the parameters
+    converge.
     tick: called after every evaluation.  Raises ValueError for inadmissible names and values and for fewer
     data than the free parameters need, NoScipyError without scipy.
     """
@@ -334,8 +335,11 @@ def _problem(
     missing = [name for name in SCALES if name not in free and name not in known]
     if missing:
         raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
-    if sides == 0 and {"theta", "flat"} & set(free):
-        raise ValueError("free: theta, flat: expected inclined planes, which sides = 0 does not have")
+    inclined = [name for name in ("theta", "flat", "height") if name in free]
+    if sides == 0 and inclined:
+        raise ValueError(
+            f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have"
+        )
     if 0.0 < known.get("theta", 0.0) < BOUNDS["theta"][0]:
         raise ValueError(
             f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {BOUNDS['theta'][0]:g} "
@@ -346,6 +350,7 @@ def _problem(
     within = dict(BOUNDS) | {
         "sigma0": (1e-3 * largest, 30.0 * largest),
         "Gc": (1e-6 * largest * length, 150.0 * largest * length),
+        "height": (1e-3 * length, 1e3 * length),
     }
     for name, (low, high) in bounds.items():
         if not 0.0 < low < high < SCALES[name].top:
@@ -415,7 +420,11 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
     """Transformed parameters of SAMPLES points; s_f replaces Gc because the tests show the size of s_f."""
     largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
     length = max(float(np.abs(test.slip).max()) for test in problem.tests)
-    ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
+    ranges = dict(STARTS) | {
+        "sigma0": (0.05 * largest, 2.0 * largest),
+        "s_f": (0.02 * length, 1.5 * length),
+        "height": (0.03 * length, 3.0 * length),
+    }
     rng = np.random.default_rng(seed)
     strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
     points = []

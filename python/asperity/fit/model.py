@@ -24,6 +24,9 @@ SIDES = 8
 INCREMENTS = 200
 """Smallest number of increments along a test, with which a fit begins."""
 
+MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height")
+"""Parameters of the material; the others are those of the pattern."""
+
 PRELOAD = 50
 """Increments in which sigma_N is applied before the slip."""
 
@@ -75,6 +78,7 @@ SCALES = {
     "theta": Scale(90.0),
     "flat": Scale(1.0),
     "kc": Scale(),
+    "height": Scale(),
 }
 """Transforms of the parameters that can be identified."""
 
@@ -175,8 +179,8 @@ class Problem:
 
 
 def material_of(values: Mapping[str, float]) -> Material:
-    """Material of parameters by name."""
-    return Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
+    """Material of parameters by name; height has its default where it is missing."""
+    return Material(**{name: values[name] for name in MATERIAL if name in values})
 
 
 def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import Floats
+from ..remarks import of_height
 from .fitting import COUPLED, ENOUGH, REFINE, Estimate, Fit, derived, residual_ratio
-from .model import FINER, SCALES, STEP
+from .model import FINER, MATERIAL, SCALES, STEP
 from .records import ShearTest
 
 UNDETERMINED = 2.0
@@ -31,6 +32,9 @@ WIDTH = 110
 MOST_TURNS = 20
 """Largest number of reversals that a case file repeats; noise on the slip makes more."""
 
+ABSENT = ("height",)
+"""Parameters that are left out where they are 0, which stands for a law without them."""
+
 CASE_INCREMENTS = 100
 """Increments of a step in the case file."""
 
@@ -40,7 +44,7 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     problem = found.problem
     length, stress = units
     of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
-    of |= {"s_f": length, "s0": length}
+    of |= {"s_f": length, "s0": length, "height": length}
     lines = []
     for test in problem.tests:
         held = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
@@ -51,7 +55,7 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     told = {
         name: value
         for name, value in problem.fixed.items()
-        if problem.sides > 0 or name not in ("theta", "flat")
+        if (problem.sides > 0 or name not in ("theta", "flat")) and (value or name not in ABSENT)
     }
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     lines += [
@@ -138,6 +142,10 @@ def identifiability(found: Fit) -> list[str]:
             f"{name} = {found.values[name]:.4g} is at one of its bounds, {low:g} to {high:g}: "
             "its interval says nothing"
         )
+    lowest = min(test.sigma_N for test in problem.tests)
+    interface = found.interface
+    limits = of_height(interface.material, interface.pattern, lowest)
+    texts += [remark.text for remark in limits if not remark.good]
     if not found.converged:
         texts.append(
             "the least squares ended before they converged: give a --start, or fewer free parameters"
@@ -313,7 +321,8 @@ def case_text(found: Fit) -> str:
     turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
     held = sorted({float(f"{test.sigma_N:.4g}") for test in problem.tests}, reverse=True)
     several = len(held) > 1
-    material = ", ".join(f"{name} = {values[name]}" for name in ("sigma0", "Gc", "eta", "mu", "kc"))
+    there = [name for name in MATERIAL if found.values[name] or name not in ABSENT]
+    material = ", ".join(f"{name} = {values[name]}" for name in there)
     pattern = f"sides = {problem.sides}"
     if problem.sides > 0:
         pattern += f", theta = {values['theta']}, flat = {values['flat']}"

@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
-from ..remarks import shown_warnings, warn_if_soft
+from ..remarks import shown_warnings, warn_of_limits
 from ..studies.speed_charts import Timing, measure, read_timings
 from .search import (
     REFERENCE_SIDES,
@@ -115,7 +115,7 @@ def read_scene(path: Path, planar: bool = False) -> Scene:
         raise ValueError(f"{path}: expected &step with t_N, then with slip, the same path in every run")
     if planar and any(test.direction != first.direction for test in tests):
         raise ValueError(f"{path}: expected one direction for a planar load case")
-    warn_if_soft(first.material, first.pattern, min(test.sigma_N for test in tests))
+    warn_of_limits(first.material, first.pattern, min(test.sigma_N for test in tests))
     return Scene(
         first.material,
         first.pattern.theta if first.pattern.m else 0.0,

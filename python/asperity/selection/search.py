@@ -19,7 +19,7 @@ from .. import contract
 from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
-from ..oracle import planar
+from ..oracle import planar, reference
 from ..oracle.compare import parameters_of
 from ..pattern import Pattern, direction_vector
 from ..slip_curves import slip_curves
@@ -291,10 +291,13 @@ class DenseRun:
 
 
 def residual_error(scene: Scene, sides: int) -> float:
-    """Relative difference of the residual strengths between two planes and up a plane."""
-    if scene.smooth:
-        return 0.0
+    """Relative difference of the residual strengths between two planes and up a plane.
+
+    Asperities of a finite height end at the strength mu in every direction; before, the curves differ.
+    """
     material = scene.material
+    if scene.smooth or material.height > 0.0:
+        return 0.0
     dense = float(material.residual_strength(scene.theta))
     weakest = float(material.residual_strength(scene.theta, 180.0 / sides)) if sides else material.mu
     if dense == np.inf:
@@ -340,9 +343,9 @@ class Search:
 
     @cached_property
     def uncertainty(self) -> float:
-        """Difference between the reference and its mean over other directions; planar: from the 2D law."""
+        """Difference between the reference and its mean over other directions; planar: from another law."""
         if self.scene.planar:
-            return max(_distance_from_2d_law(self.check, k) for k in range(len(self.scene.sigma_N)))
+            return max(_distance_from_other_law(self.check, k) for k in range(len(self.scene.sigma_N)))
         return self.dense.mean_error(DenseRun(self.scene, 1.0, CHECK_AVERAGE))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
@@ -382,7 +385,7 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
         if errors.worst + search.uncertainty > tolerance:
             tried[-1] = Candidate(name, pattern, candidate.planes, errors)
             continue
-        reference = "2D law" if scene.planar else f"RP-{REFERENCE_SIDES}"
+        other = "NumPy law" if scene.material.height > 0.0 else "2D law"
         return Selection(
             scene,
             tolerance,
@@ -391,7 +394,7 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
             candidate.planes,
             errors,
             search.uncertainty,
-            reference,
+            other if scene.planar else f"RP-{REFERENCE_SIDES}",
             tuple(tried),
             search.dense.lost,
         )
@@ -412,10 +415,11 @@ def _largest(curves: Floats) -> float:
     return float(np.sqrt(np.sum(curves**2, axis=-1)).max())
 
 
-def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
+def _distance_from_other_law(dense: DenseRun, k: int) -> float:
     """Largest difference between the tractions of the three-plane pattern and of the 2D law.
 
-    The difference is relative to the largest traction; each law follows the equilibrium itself.
+    The difference is relative to the largest traction; each law follows the equilibrium itself.  The 2D law
+    has no asperity height: with a height the NumPy reference takes its place.
     """
     scene = dense.scene
     n, held = dense.rows[k], scene.sigma_N[k]
@@ -424,7 +428,13 @@ def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
     history = dense.interface.confined_slip(scene.direction, dense.slips[:n], held, PRELOAD)
     e = direction_vector(scene.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
-    planes = planar.trapezoid(scene.theta, scene.flat)
-    rows = planar.confined_slip(parameters_of(scene.material), planes, slip.tolist(), held, PRELOAD)
-    other = np.array([row.traction[1] for row in rows])
+    parameters = parameters_of(scene.material)
+    if scene.material.height > 0.0:
+        pattern = reference.regular_pattern(2, scene.theta, scene.flat, scene.direction)
+        numpy = reference.confined_slip(parameters, pattern, scene.direction, slip, held, PRELOAD)
+        other = numpy.traction[:, 1:] @ e
+    else:
+        planes = planar.trapezoid(scene.theta, scene.flat)
+        rows = planar.confined_slip(parameters, planes, slip.tolist(), held, PRELOAD)
+        other = np.array([row.traction[1] for row in rows])
     return float(np.abs(other - tau).max() / np.abs(tau).max())
