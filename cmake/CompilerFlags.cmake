@@ -11,8 +11,11 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     -frecursive                                                  # no static locals: hosts call from many threads
     -fopenmp-simd                                                # honours !$omp simd, links no run-time library
     >)
-  # the loops of the law run on vectors only if a division that is moved may not trap and every function is inlined
-  set(ASPERITY_LAW_FLAGS $<$<CONFIG:Release>:-fno-trapping-math> $<$<CONFIG:Release>:-finline-limit=100000>)
+  # The loops of the law run on vectors only if a division that is moved may not trap, every function is inlined, and
+  # every structure is replaced by its components.
+  set(ASPERITY_LAW_FLAGS -fno-trapping-math -finline-limit=100000 --param=inline-unit-growth=1000
+    --param=large-function-growth=10000 --param=sra-max-scalarization-size-Ospeed=10000)
+  list(TRANSFORM ASPERITY_LAW_FLAGS REPLACE "(.+)" "$<$<CONFIG:Release>:\\1>")
   set(debug_flags -O0 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived -fbacktrace)
   set(CMAKE_Fortran_FLAGS_RELEASE "-O3")
   target_compile_options(asperity_flags INTERFACE $<$<AND:${of_suite},$<CONFIG:Release>>:-O1>)

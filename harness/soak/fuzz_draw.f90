@@ -2,8 +2,8 @@
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: divisor_props, integral_props, n_fixed_props, n_listed_values, n_required_props, &
-    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, &
-    prop_table
+    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_height, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, &
+    p_turn, prop_table
   use asperity_kinds, only: wp
   use random_numbers, only: chance, log_uniform, pick, random_bits, uniform
   implicit none
@@ -77,6 +77,12 @@ contains
     props(p_gc2) = merge(0.3_wp, 0.0_wp, chance(stream, 0.2_wp))*props(p_gc)
     where (props([p_sigma02, p_gc2]) > 0.0_wp) props([p_sigma02, p_gc2]) = &
       min(max(props([p_sigma02, p_gc2]), 1.0e-50_wp), 1.0e50_wp)
+    ! so may height and s_f
+    if (props(p_height) > 0.0_wp) then
+      props(p_height) = log_uniform(stream, merge(-9.9_wp, -2.0_wp, far), merge(9.9_wp, 2.0_wp, far))* &
+        (2.0_wp*props(p_gc)/props(p_sigma0))
+      if (abs(log10(props(p_height))) > 50.0_wp) props(p_height) = 0.0_wp
+    end if
     if (chance(stream, 0.3_wp)) props(p_dalpha) = uniform(stream)
     if (chance(stream, 0.3_wp)) props(p_r) = uniform(stream)
     props(p_kc) = log_uniform(stream, merge(-10.0_wp, -2.0_wp, far), merge(9.9_wp, 4.0_wp, far))

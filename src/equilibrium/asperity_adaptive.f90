@@ -10,6 +10,7 @@ module asperity_adaptive
   use asperity_control_point, only: control_type, point_type, whole_separation
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_mixed_control, only: advance, plain_newton, report_type
   implicit none
   private
@@ -296,20 +297,21 @@ contains
     real(wp) :: margin(4, joint%pattern%n)
     !> Openings below this are rounding errors: a fully damaged plane without traction just touches.
     real(wp), parameter :: touching = 1.0e-10_wp
-    real(wp) :: alpha, r, reach, s(3), s_h, s_n, s_t, slope
+    type(kinematics_type) :: kinematics
+    real(wp) :: alpha, r, reach, s(3)
     integer :: i, k
     s = whole_separation(new%s, new%state)
-    associate (pattern => joint%pattern, m => joint%material)
-      do k = 1, pattern%n
+    associate (m => joint%material)
+      do k = 1, joint%pattern%n
         i = plane_statev(k)
         alpha = old%state(i)
-        slope = pattern%e_x(k)*s(2) + pattern%e_y(k)*s(3)
-        s_n = pattern%cos_theta(k)*s(1) - pattern%sin_theta(k)*slope
-        s_t = pattern%sin_theta(k)*s(1) + pattern%cos_theta(k)*slope
-        s_h = pattern%h_x(k)*s(2) + pattern%h_y(k)*s(3)
-        r = sqrt(m%inv_s01_2*max(s_n, 0.0_wp)**2 + m%inv_s02_2*(s_t**2 + s_h**2))
-        reach = sqrt((s_t - old%state(i + 1))**2 + (s_h - old%state(i + 2))**2) + m%mu*m%kc_kt*s_n
-        margin(1, k) = touching - s_n/m%s0
+        kinematics = plane_kinematics(joint, k, s)
+        associate (bond => kinematics%bond, contact => kinematics%contact)
+          r = sqrt(m%inv_s01_2*max(bond(1), 0.0_wp)**2 + m%inv_s02_2*(bond(2)**2 + bond(3)**2))
+          reach = sqrt((contact(2) - old%state(i + 1))**2 + (contact(3) - old%state(i + 2))**2) + &
+            m%mu*m%kc_kt*contact(1)
+          margin(1, k) = touching - contact(1)/m%s0
+        end associate
         margin(2, k) = min(reach/m%s0, margin(1, k))
         margin(3, k) = r*(1.0_wp - m%eta*alpha) - 1.0_wp
         margin(4, k) = r*(1.0_wp - m%eta) - 1.0_wp

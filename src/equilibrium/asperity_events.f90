@@ -8,7 +8,7 @@ module asperity_events
   use asperity_contract, only: plane_statev, v_damage, v_offset
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_pattern, only: plane_normal
+  use asperity_law, only: kinematics_type, plane_kinematics
   implicit none
   private
   public :: planes_type, put_at_rest, find_events, name_event
@@ -44,12 +44,14 @@ contains
     type(planes_type), intent(inout) :: planes          !! at the last row -> at this row
     character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
     logical, dimension(size(planes%contact)) :: contact, apart, slides, damaged, was_damaged
+    type(kinematics_type) :: kinematics
     real(wp) :: s_n
     integer :: i, k
 
     do k = 1, size(contact)
       i = plane_statev(k)
-      s_n = dot_product(plane_normal(joint%pattern, k), s + new(v_offset:v_offset + 2))
+      kinematics = plane_kinematics(joint, k, s + new(v_offset:v_offset + 2))
+      s_n = kinematics%contact(1)
       ! a plane that just touches keeps its values
       contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)
       apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)

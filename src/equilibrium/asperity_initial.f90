@@ -11,8 +11,8 @@ module asperity_initial
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
+  use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_pattern, only: plane_normal
   use asperity_text, only: append, integer_text, to_text
   use asperity_tolerances, only: coarsest_initial_scale, farthest, finest_initial_scale, least_damping, less_damping, &
     longest_initial_step, more_damping, most_growth, residual_tolerance, rounding, smallest_initial_share, &
@@ -160,51 +160,56 @@ contains
     if (maxval(abs(balance%old%s)) < far) left = 0
   end subroutine move_on
 
-  !> Separation whose components along the planes fit the slips of the planes best (weighted least squares), with the
-  !> smallest opening for which no plane is in contact.
+  !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the
+  !> smallest opening for which no plane is in contact. Gauss-Newton steps; one is enough where the planes are straight.
   pure function slipped_separation(joint, state, held) result(s)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: state(:)                !! STATEV
     logical, intent(in) :: held(3)                  !! components that may move
     real(wp) :: s(3)
-    real(wp) :: a(3, 3), b(3), n(3), t(3), h(3), opening
-    integer :: i, j, k
+    integer, parameter :: most_fits = 20
+    real(wp), parameter :: fitted = 1.0e-12_wp
+    real(wp) :: a(3, 3), b(3), largest, opening
+    type(kinematics_type) :: kinematics
+    integer :: fits, i, j, k
     logical :: solved
     s = 0.0_wp
-    a = 0.0_wp
-    b = 0.0_wp
-    associate (pattern => joint%pattern)
-      do k = 1, pattern%n
+    do fits = 1, merge(most_fits, 1, joint%material%curved)
+      a = 0.0_wp
+      b = 0.0_wp
+      do k = 1, joint%pattern%n
         i = plane_statev(k)
-        t = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), pattern%cos_theta(k)*pattern%e_y(k)]
-        h = [0.0_wp, pattern%h_x(k), pattern%h_y(k)]
-        b = b + pattern%gamma(k)*(state(i + 1)*t + state(i + 2)*h)
-        do j = 1, 3
-          a(:, j) = a(:, j) + pattern%gamma(k)*(t*t(j) + h*h(j))
-        end do
+        kinematics = plane_kinematics(joint, k, s)
+        associate (t => kinematics%gradient(2, :), h => kinematics%gradient(3, :), gamma => joint%pattern%gamma(k))
+          b = b + gamma*((state(i + 1) - kinematics%contact(2))*t + (state(i + 2) - kinematics%contact(3))*h)
+          do j = 1, 3
+            a(:, j) = a(:, j) + gamma*(t*t(j) + h*h(j))
+          end do
+        end associate
       end do
-    end associate
-    if (.not. any(abs(b) > 0.0_wp)) return
-    ! a small stiffness in the normal direction, as flat planes do not determine the opening
-    a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
-    do i = 1, 3
-      if (held(i)) cycle
-      a(i, :) = 0.0_wp
-      a(:, i) = 0.0_wp
-      a(i, i) = 1.0_wp
-      b(i) = 0.0_wp
+      if (.not. any(abs(b) > 0.0_wp)) return
+      ! a small stiffness in the normal direction, as flat planes do not determine the opening
+      a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
+      do i = 1, 3
+        if (held(i)) cycle
+        a(i, :) = 0.0_wp
+        a(:, i) = 0.0_wp
+        a(i, i) = 1.0_wp
+        b(i) = 0.0_wp
+      end do
+      largest = maxval(abs(b))
+      call eliminate(3, a, b, solved)
+      if (solved) solved = maxval(abs(b)) <= worst_condition*largest
+      if (.not. solved) return
+      s = s + b
+      if (maxval(abs(b)) <= fitted*maxval(abs(s))) exit
     end do
-    n = b
-    call eliminate(3, a, b, solved)
-    if (solved) solved = maxval(abs(b)) <= worst_condition*maxval(abs(n))
-    if (.not. solved) return
     opening = 0.0_wp
     do k = 1, joint%pattern%n
-      n = plane_normal(joint%pattern, k)
-      ! take the minimum before the division, as n_N may be tiny
-      opening = max(opening, min(b(1)*n(1), max(0.0_wp, -dot_product(n(2:), b(2:))))/n(1))
+      kinematics = plane_kinematics(joint, k, s)
+      opening = max(opening, min(s(1), kinematics%touch))
     end do
-    s = [opening, b(2:)]
+    s(1) = opening
   end function slipped_separation
 
   !> One step to the separation at which the traction plus the damping of the motion equals the given traction. The

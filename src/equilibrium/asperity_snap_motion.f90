@@ -7,6 +7,7 @@ module asperity_snap_motion
   use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
+  use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_pattern, only: plane_normal
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, &
     move_point, point_type, set_balance, whole_separation
@@ -43,14 +44,14 @@ contains
     end if
   end subroutine move_on
 
-  !> Whether the interface cannot soften: every plane is fully damaged and mu tan(theta) < 1. The residual of a single
-  !> prescribed t_N then never decreases with s_N.
+  !> Whether the interface cannot soften: every plane is straight and fully damaged, and mu tan(theta) < 1. The residual
+  !> of a single prescribed t_N then never decreases with s_N. On curved facets the shear traction decreases with slip.
   pure function cannot_soften(joint, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: point           !! the point
     logical :: yes
     integer :: k
-    yes = .true.
+    yes = .not. joint%material%curved
     do k = 1, joint%pattern%n
       yes = yes .and. point%state(plane_statev(k)) >= 1.0_wp .and. &
         joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
@@ -284,7 +285,8 @@ contains
     type(balance_type), intent(in) :: balance       !! the equations, the point at their start
     type(point_type), intent(inout) :: point        !! an equilibrium -> the one with the smallest |s_N|
     integer, intent(inout) :: updates               !! of the law
-    real(wp) :: edge(3), normal(3), r(3), scale, step, whole(3)
+    type(kinematics_type) :: kinematics
+    real(wp) :: edge(3), r(3), scale, step, whole(3)
     logical :: good
     integer :: k
     if (balance%n /= 1 .or. .not. balance%control%traction(1)) return
@@ -293,8 +295,8 @@ contains
     whole = whole_separation(balance%given, point%state)
     edge = 0.0_wp
     do k = 1, joint%pattern%n
-      normal = plane_normal(joint%pattern, k)
-      edge(1) = max(edge(1), -dot_product(normal(2:3), whole(2:3))/normal(1))
+      kinematics = plane_kinematics(joint, k, whole)
+      edge(1) = max(edge(1), kinematics%touch)
     end do
     step = spacing(max(edge(1), joint%material%s0))
     edge(1) = edge(1) - point%state(v_offset)

@@ -7,10 +7,10 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
-  use asperity_contract, only: damage_row, divisor_props, integral_props, min_inclined, n_fixed_props, &
-    n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, &
-    prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
-    stiffness_ratio_limit, v_offset, weight_tolerance
+  use asperity_contract, only: damage_row, divisor_props, height_ratio_limit, integral_props, min_inclined, &
+    n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_height, p_m, &
+    p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, &
+    status_props, stiffness_ratio_limit, v_offset, weight_tolerance
   use asperity_text, only: append, integer_text, to_text
   implicit none
   private
@@ -174,7 +174,9 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (mode_ratio_admissible(fixed)) status = status_ok
+      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. within(height_ratio(fixed), height_ratio_limit)) then
+        status = status_ok
+      end if
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -209,11 +211,8 @@ contains
         to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
     end do
     if (status == status_ok) then
-      if (.not. mode_ratio_admissible(fixed)) then
-        status = status_props
-        call append(message, "sigma02^2 Gc/(sigma0^2 Gc2) = " // to_text(mode_ratio(fixed)) // ": expected " // &
-          to_text(1.0_wp/stiffness_ratio_limit) // " to " // to_text(stiffness_ratio_limit))
-      end if
+      call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
+      call review_ratio("height sigma0/(2 Gc)", height_ratio(fixed), height_ratio_limit, status, message)
     end if
     if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
@@ -305,14 +304,32 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> Whether the ratio of the stiffnesses of the two modes is admissible.
-  pure function mode_ratio_admissible(fixed) result(yes)
+  !> Height of the asperities over s_f; 1 if there is none.
+  pure function height_ratio(fixed) result(ratio)
     real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
-    logical :: yes
     real(wp) :: ratio
-    ratio = mode_ratio(fixed)
-    yes = ratio <= stiffness_ratio_limit .and. ratio*stiffness_ratio_limit >= 1.0_wp
-  end function mode_ratio_admissible
+    ratio = 1.0_wp
+    if (fixed(p_height) > 0.0_wp) ratio = fixed(p_height)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
+  end function height_ratio
+
+  !> Whether a ratio is at most `limit` and at least 1/limit.
+  pure function within(ratio, limit) result(yes)
+    real(wp), intent(in) :: ratio, limit   !! > 0
+    logical :: yes
+    yes = ratio <= limit .and. ratio*limit >= 1.0_wp
+  end function within
+
+  !> Append a line if a ratio of PROPS is not admissible.
+  pure subroutine review_ratio(name, ratio, limit, status, message)
+    character(len=*), intent(in) :: name                      !! what it is the ratio of
+    real(wp), intent(in) :: ratio, limit                      !! > 0
+    integer, intent(inout) :: status                          !! -> status_props if it is not admissible
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    if (within(ratio, limit)) return
+    status = status_props
+    call append(message, name // " = " // to_text(ratio) // ": expected " // to_text(1.0_wp/limit) // " to " // &
+      to_text(limit))
+  end subroutine review_ratio
 
   !> Whether a value is admissible as number j of a listed plane (n_N, n_Tx, n_Ty, gamma).
   pure function listed_admissible(j, value) result(yes)

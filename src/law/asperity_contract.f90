@@ -13,7 +13,7 @@ module asperity_contract
   ! --- PROPS ---------------------------------------------------------------------------------------------------------
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
-    p_kc = 16, p_guard = 17
+    p_kc = 16, p_guard = 17, p_height = 18
   !> PROPS before the listed planes, and how many of them have no default.
   integer, parameter, public :: n_fixed_props = 19, n_required_props = 4
   !> Values per listed plane (n_N, n_Tx, n_Ty, gamma).
@@ -46,6 +46,8 @@ module asperity_contract
   real(wp), parameter, public :: smallest_divisor = small
   !> Largest ratio of the stiffnesses of the two modes, either way.
   real(wp), parameter, public :: stiffness_ratio_limit = 1.0e100_wp
+  !> Largest ratio of height and s_f = 2 Gc/sigma0, either way: the curvature of a facet stays in the range of a double.
+  real(wp), parameter, public :: height_ratio_limit = 1.0e10_wp
   !> Largest energy in a state: over the smallest thickness it stays finite.
   real(wp), parameter, public :: energy_limit = 1.0e250_wp
   real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp), below_right = nearest(90.0_wp, -1.0_wp)
@@ -80,10 +82,12 @@ module asperity_contract
               ">= 0 (at most 1e10)", 0.0_wp, top, 1.0_wp), &
     prop_type("guard", "law", "1: the damage of a plane grows only where that releases energy", "-", "0 or 1", &
               0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("height", "law", "asperity height, the end of the dilation (0: it never ends)", "length", &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
   !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
-  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(3) = [p_h, p_sigma02, p_gc2]
+  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(4) = [p_h, p_sigma02, p_gc2, &
+    p_height]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &

@@ -11,12 +11,21 @@ module asperity_law
   use asperity_pattern, only: max_lanes, pattern_type
   implicit none
   private
-  public :: update_point, update_point_in_place
+  public :: update_point, update_point_in_place, plane_kinematics
   include "asperity_plane_types.inc"
+
+  !> Separations of a plane, components along its axes (n, t, h).
+  type, public :: kinematics_type
+    real(wp) :: bond(3)          !! of the bond (2), length
+    real(wp) :: contact(3)       !! of the contact: on a facet the gap and the climbed length, else as the bond, length
+    real(wp) :: gradient(3, 3)   !! derivatives of contact (rows) with respect to (N, Tx, Ty)
+    real(wp) :: touch            !! opening s_N at which the plane just touches at this tangential separation, length
+  end type kinematics_type
 
 contains
 
   include "asperity_plane.inc"
+  include "asperity_facet.inc"
 
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
@@ -60,8 +69,14 @@ contains
     end do
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
-    call sum_planes(constants_of(joint%material, dt), joint%pattern, from, to, joint%material%guard, alpha, s_dit, &
-      s_dih, sums, traction, tangent)
+    ! the flag is a literal, so that the compiler generates a separate loop for each value
+    if (joint%material%curved) then
+      call sum_planes(constants_of(joint%material, dt), .true., joint%pattern, from, to, joint%material%guard, alpha, &
+        s_dit, s_dih, sums, traction, tangent)
+    else
+      call sum_planes(constants_of(joint%material, dt), .false., joint%pattern, from, to, joint%material%guard, alpha, &
+        s_dit, s_dih, sums, traction, tangent)
+    end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
       state(i) = alpha(k)
@@ -75,9 +90,37 @@ contains
     state(v_status) = 1.0_wp
   end subroutine update_point_in_place
 
+  !> Separations of bond and contact of plane k.
+  pure function plane_kinematics(joint, k, s) result(kinematics)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    integer, intent(in) :: k                    !! plane, 1..Np
+    real(wp), intent(in) :: s(3)                !! separation (N, Tx, Ty), the offset included, length
+    type(kinematics_type) :: kinematics
+    type(plane_type) :: plane
+    type(local_type) :: bond
+    type(facet_type) :: facet
+    plane = plane_of(joint%pattern, k)
+    bond = local_separation(plane, vector_type(s(1), s(2), s(3)))
+    if (joint%material%curved) then
+      facet = facet_at(constants_of(joint%material), plane, vector_type(s(1), s(2), s(3)))
+    else
+      facet = facet_type(bond, plane%slope*(plane%e_x*s(2) + plane%e_y*s(3)), plane%n%n, plane%t%n, 1.0_wp, 0.0_wp, &
+        0.0_wp, 0.0_wp, 0.0_wp)
+    end if
+    kinematics%bond = [bond%n, bond%t, bond%h]
+    kinematics%contact = [facet%s%n, facet%s%t, facet%s%h]
+    associate (e => [0.0_wp, plane%e_x, plane%e_y], normal => [1.0_wp, 0.0_wp, 0.0_wp])
+      kinematics%gradient(1, :) = facet%c*normal - (facet%q*facet%f)*e
+      kinematics%gradient(2, :) = facet%q*normal + (facet%c*facet%f)*e
+    end associate
+    kinematics%gradient(3, :) = [0.0_wp, plane%h%x, plane%h%y]
+    kinematics%touch = facet%z
+  end function plane_kinematics
+
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(m, pattern, from, to, guard, alpha, s_dit, s_dih, sums, traction, tangent)
+  pure subroutine sum_planes(m, curved, pattern, from, to, guard, alpha, s_dit, s_dih, sums, traction, tangent)
     type(constants_type), intent(in) :: m         !! constants of the law
+    logical, intent(in) :: curved                 !! whether the contacts lie on facets
     type(pattern_type), intent(in) :: pattern     !! frames and weights
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
     logical, intent(in) :: guard                  !! whether damage grows only where its dissipation is >= 0
@@ -90,6 +133,7 @@ contains
     type(plane_type) :: plane
     type(history_type) :: old
     type(response_type) :: now
+    type(forces_type) :: before, after
     type(dissipation_type) :: spent
     type(vector_type) :: t
     type(tensor_type) :: d
@@ -119,7 +163,7 @@ contains
       do k = 1, pattern%lanes
         plane = plane_of(pattern, k)
         old = history_type(alpha(k), s_dit(k), s_dih(k))
-        limit(k) = guarded_limit(m, plane, from, to, old)
+        limit(k) = guarded_limit(m, curved, plane, from, to, old)
       end do
     end if
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
@@ -128,20 +172,22 @@ contains
       plane = plane_of(pattern, k)
       weight = plane%gamma*m%k_t
       old = history_type(alpha(k), s_dit(k), s_dih(k))
-      now = plane_response(m, plane, to, old, limit(k))
+      now = plane_response(m, curved, plane, to, old, limit(k))
       alpha(k) = now%new%alpha
       s_dit(k) = now%new%s_dit
       s_dih(k) = now%new%s_dih
-      spent = plane_dissipation(m, plane, from, to, old, now%new, now%friction%slip)
+      before = plane_forces(m, curved, plane, from, old)
+      after = response_forces(m, curved, now)
+      spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
       damage = damage + plane%gamma*now%new%alpha
-      stored = stored + weight*stored_energy(m, now)
+      stored = stored + weight*stored_energy(m, curved, now)
       rupture = rupture + weight*spent%rupture
       friction = friction + weight*spent%friction
-      t = global_traction(plane, now%sigma)
+      t = plane_traction(m, curved, plane, now)
       t_n = t_n + weight*t%n
       t_x = t_x + weight*t%x
       t_y = t_y + weight*t%y
-      d = plane_tangent(m, plane, to, old, limit(k), now)
+      d = plane_tangent(m, curved, plane, to, old, limit(k), now)
       d_nn = d_nn + weight*d%nn
       d_xn = d_xn + weight*d%xn
       d_yn = d_yn + weight*d%yn

@@ -1,6 +1,7 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
-  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_guard, p_kc, p_mu, p_sigma0, p_sigma02, p_tau_v
+  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
+    p_sigma0, p_sigma02, p_tau_v
   use asperity_kinds, only: wp
   implicit none
   private
@@ -24,6 +25,8 @@ module asperity_material
     real(wp) :: take = 1.0_wp   !! weight of the equilibrium damage, (7) without history
     real(wp) :: take_eta        !! take/eta
     logical :: guard            !! whether damage grows only where its dissipation is >= 0
+    real(wp) :: height          !! height of the asperities, 0: infinite, length
+    logical :: curved           !! whether the contact of a plane lies on a curved facet
   end type material_type
 
 contains
@@ -52,6 +55,8 @@ contains
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
     material%tau_v = props(p_tau_v)
     material%guard = props(p_guard) > 0.0_wp
+    material%height = props(p_height)
+    material%curved = material%height > 0.0_wp
   end function new_material
 
   !> The constants for an increment of the duration dt: backward Euler step of tau_v alpha' = alpha_eq - alpha.

@@ -21,9 +21,13 @@ module asperity_pattern
     real(wp) :: h_x(max_lanes)            !! h
     real(wp) :: h_y(max_lanes)            !! h
     real(wp) :: gamma(max_lanes)          !! weights, sum 1, zero in the spare lanes
+    real(wp) :: slope(max_lanes)          !! tan(theta), at most `steepest`
   end type pattern_type
 
   real(wp), parameter :: pi = acos(-1.0_wp), degree = pi/180.0_wp
+  !> Largest slope of a facet, so that its powers stay in the range of a double. A steeper listed plane is vertical
+  !> except for rounding.
+  real(wp), parameter :: steepest = 1.0e12_wp
 
 contains
 
@@ -45,7 +49,7 @@ contains
     real(wp), parameter :: azimuth_sin(n_azimuths + lane_width) = [((sin(pi*real(merge(min(4*max(j, 0), &
       2*i - 4*max(j, 0)), -min(4*max(j, 0) - 2*i, 4*i - 4*max(j, 0)), 4*j <= 2*i), wp)/real(2*i, wp)), &
       j=-1, i - 1), i=min_inclined, max_inclined), (0.0_wp, j=1, lane_width)]
-    real(wp) :: c, s, c_turn, s_turn, c_azimuth, s_azimuth, weight, share
+    real(wp) :: c, s, c_turn, s_turn, c_azimuth, s_azimuth, slope, weight, share
     integer :: first, k, start
     logical :: inclined, tilted
 
@@ -56,6 +60,7 @@ contains
     share = merge(1.0_wp, flat, m == 0)
     c = cos(theta*degree)
     s = sin(theta*degree)
+    slope = min(s/c, steepest)
     c_turn = 1.0_wp
     s_turn = 0.0_wp
     if (abs(turn) > 0.0_wp) then
@@ -78,6 +83,7 @@ contains
       pattern%h_x(k) = merge(s_azimuth, 0.0_wp, tilted)
       pattern%h_y(k) = merge(-c_azimuth, 1.0_wp, tilted)
       pattern%gamma(k) = merge(weight, merge(share, 0.0_wp, k <= first), inclined)
+      pattern%slope(k) = merge(slope, 0.0_wp, tilted)
     end do
   end subroutine regular_pattern
 
@@ -101,6 +107,7 @@ contains
       if (s > 0.0_wp) then
         pattern%cos_theta(k) = n(1)
         pattern%sin_theta(k) = s
+        pattern%slope(k) = min(s/max(n(1), s/steepest), steepest)
         pattern%e_x(k) = -n(2)/s
         pattern%e_y(k) = -n(3)/s
         pattern%h_x(k) = pattern%e_y(k)
@@ -124,6 +131,7 @@ contains
     pattern%e_y(k) = 0.0_wp
     pattern%h_x(k) = 0.0_wp
     pattern%h_y(k) = 1.0_wp
+    pattern%slope(k) = 0.0_wp
   end subroutine set_flat
 
   !> Number of planes rounded up to whole vectors.
