@@ -55,6 +55,16 @@ def test_locking_ends(height: float) -> None:
     assert endless.traction[-1, 1] > 10.0 * tau.max()
 
 
+def test_snap_vanishes() -> None:
+    """The jump of RP-16 without pressure shrinks with the height; below 2.5 s_f the branch does not end."""
+    sizes = []
+    for height in (0.0, 2.0, 1.0):
+        [jump] = extensions.snap(height).snaps
+        sizes.append(jump.after[0] - jump.before[0])
+    assert np.all(np.diff(sizes) < 0.0) and sizes[-1] > 0.0
+    assert extensions.snap(0.5).snaps == ()
+
+
 # --- warnings -----------------------------------------------------------------------------------------------
 
 

@@ -479,7 +479,8 @@ def figure_8(case_0: Case, case_45: Case) -> Outcome:
     return Outcome(
         figure,
         tuple(came_out),
-        "Nothing: every curve still rises at the end, the dilation is unbounded, as the paper says.",
+        "Nothing: every curve still rises at the end, the dilation is unbounded, as the paper says. "
+        "[A finite asperity height](../extensions.md#3-what-the-height-changes) bounds it.",
         *_two_directions(case_0, case_45),
     )
 
