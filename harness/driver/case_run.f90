@@ -227,8 +227,8 @@ contains
     real(wp) :: ratio
     ratio = 0.0_wp
     if (.not. case%props(p_height) > 0.0_wp) return
-    if (any(case%joint%pattern%sin_theta(:case%joint%pattern%n) > 0.0_wp)) &
-      ratio = 2.0_wp*case%props(p_gc)/case%props(p_sigma0)/case%props(p_height)
+    if (.not. any(case%joint%pattern%sin_theta(:case%joint%pattern%n) > 0.0_wp)) return
+    ratio = 2.0_wp*case%props(p_gc)/case%props(p_sigma0)/case%props(p_height)
   end function s_f_over_height
 
 end module case_run
