@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,36 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     written = read_case(case)
     assert [test.sigma_N for test in slip_tests(written)] == [-0.5, -1.0, -2.0]
     assert written.runs[0].props[:4] == pytest.approx(props[:4], rel=1e-5)
+
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?%?")
+
+DIGITS = 5.0e-3
+"""Relative difference of a fit on another processor; sigma0 and Gc, which are not determined, differ more."""
+
+
+@pytest.mark.slow
+def test_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """The example of docs/how-to/barton.md prints the tables that the page shows."""
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "barton.md").read_text(encoding="utf-8")
+    [(line, shown)] = re.findall(
+        r"^```console\n(.*)\n```\n\n```text\n(.*?)^```$", page, re.MULTILINE | re.DOTALL
+    )
+    assert main(shlex.split(line.splitlines()[-1])[1:]) == 0
+    printed = capsys.readouterr().out
+    assert (tmp_path / "barton.png").exists()
+    before = "test        sigma_n"
+    texts = [text.partition(before)[0] for text in (shown, printed)]
+    assert texts[0] and NUMBER.sub("#", texts[0]).split() == NUMBER.sub("#", texts[1]).split()
+    for one, other in zip(*map(NUMBER.findall, texts), strict=True):
+        if one.endswith("%"):
+            assert float(other[:-1]) == pytest.approx(float(one[:-1]), abs=0.11)  # a unit of the last digit
+        else:
+            assert float(other) == pytest.approx(float(one), rel=DIGITS)
+    for name in ("mu", "theta", "height"):
+        values = [float(re.search(rf"^{name} +([\d.]+)", text, re.MULTILINE)[1]) for text in (shown, printed)]
+        assert values[1] == pytest.approx(values[0], rel=DIGITS), name
 
 
 # --- rejected input -----------------------------------------------------------------------------------------
