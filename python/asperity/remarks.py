@@ -17,6 +17,9 @@ from .pattern import Pattern
 SMALL_CLOSURE = 0.1
 """Closure of the facing planes under a normal traction over s_f, above which a warning is given."""
 
+SMALL_ENERGY = 0.01
+"""Elastic energy of the friction on a facing plane over W0, above which a facet may wear off in a jump."""
+
 SMALL_SHARE = 0.1
 """Closure of the facing planes over the asperity height H, above which a warning is given."""
 
@@ -47,9 +50,9 @@ def warn_of_limits(material: Material, pattern: Pattern, sigma_N: float) -> None
     """Issue a ModelWarning for each assumption on contact and asperities that does not hold.
 
     One is that sigma_N, carried by one inclined plane alone, closes this plane little; the others are those
-    of `of_height`.
+    of `of_height` and `of_wear`.
     """
-    for remark in of_height(material, pattern, sigma_N):
+    for remark in of_height(material, pattern, sigma_N) + of_wear(material, pattern, sigma_N):
         if not remark.good:
             warnings.warn(remark.text, ModelWarning, stacklevel=3)
     if not (sigma_N < 0.0 and _slopes(pattern).any()):
@@ -97,7 +100,7 @@ def remarks(
             raise ValueError(f"{name} = {value:g}: expected > 0")
     found = [_locking(material, pattern), *of_height(material, pattern, stress)]
     if stress is not None:
-        found.append(_contact(material, pattern, stress))
+        found += [*of_wear(material, pattern, stress), _contact(material, pattern, stress)]
     if modulus is not None and size is not None:
         found += [_snap_back(material, modulus, size), _zone(material, modulus, size)]
         found.append(_compliance(material, modulus, size))
@@ -158,6 +161,23 @@ def of_height(material: Material, pattern: Pattern, sigma_N: float | None = None
             text += f": expected at most {SMALL_SHARE:g}, raise kc or height"
         found.append(Remark(text, good=share <= SMALL_SHARE))
     return found
+
+
+def of_wear(material: Material, pattern: Pattern, sigma_N: float) -> list[Remark]:
+    """Remark on the wear under sigma_N (< 0, stress): W0 against the elastic energy of the friction."""
+    if material.W0 == 0.0 or not (sigma_N < 0.0 and _slopes(pattern).any()):
+        return []
+    _, gamma = closure(material, pattern, sigma_N)
+    strength, energy = material.sigma02 or material.sigma0, material.Gc2 or material.Gc
+    Kt = strength**2 / (2.0 * energy * (1.0 - material.eta))
+    share = (material.mu * sigma_N / gamma) ** 2 / (2.0 * Kt * material.W0)
+    text = (
+        f"W0 = {material.W0:g}: under sigma_N = {sigma_N:g} the friction on a plane that carries it alone "
+        f"stores {share:.2g} W0 ((mu sigma_N/gamma)^2/(2 Kt), gamma = {gamma:.3g})"
+    )
+    if share > SMALL_ENERGY:
+        text += f": expected at most {SMALL_ENERGY:g}, beyond it a facet may wear off in a jump"
+    return [Remark(text, good=share <= SMALL_ENERGY)]
 
 
 def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:

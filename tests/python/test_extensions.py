@@ -14,7 +14,7 @@ from asperity.cli import main
 from asperity.fit.fitting import fit
 from asperity.fit.records import ShearTest
 from asperity.fit.report import case_text, report
-from asperity.remarks import of_height, remarks
+from asperity.remarks import of_height, of_wear, remarks
 from asperity.studies import extensions
 from asperity.studies.extensions import LOCKING, PRESSURE, SLOPE, STEEP_RT, TABLE_2, path
 
@@ -65,6 +65,43 @@ def test_snap_vanishes() -> None:
     assert extensions.snap(0.5).snaps == ()
 
 
+# --- wear ---------------------------------------------------------------------------------------------------
+
+
+def test_dilation_and_strength_fall_with_the_cycles() -> None:
+    """At the turns both fall from cycle to cycle; worn out, mu |sigma_N| remains and the joint is closed."""
+    history = extensions.cycles(extensions.WORN, 6)
+    rows = extensions.turning_rows(history.separation[:, 1])
+    for side in (rows[::2], rows[1::2]):
+        assert np.all(np.diff(history.separation[side, 0]) < 0.0)
+        assert np.all(np.diff(np.abs(history.traction[side, 1])) < 0.0)
+    residual = -extensions.WORN.mu * PRESSURE
+    assert abs(history.traction[rows[-1], 1]) == pytest.approx(residual, rel=0.03)
+    assert history.separation[rows[-1], 0] < 0.1 * history.separation[rows[0], 0]
+
+
+def test_plesha_in_closed_form() -> None:
+    """Without wear the rigid joint has the strengths up and down a slope, and closes where it began."""
+    slips = path(0.4, -0.4, 0.0)
+    tau, opening, angle = extensions.plesha(slips, 0.5, SLOPE, 0.0, 2.0)
+    up, down = (0.5 + SLOPE) / (1.0 - 0.5 * SLOPE), (0.5 - SLOPE) / (1.0 + 0.5 * SLOPE)
+    assert tau[1:401] == pytest.approx(2.0 * up, rel=1e-12)
+    assert tau[401:801] == pytest.approx(-2.0 * down, rel=1e-12)
+    assert opening.max() == pytest.approx(0.4 * SLOPE, rel=1e-12) and abs(opening[-1]) < 1e-12
+    assert np.all(angle == np.arctan(SLOPE))
+
+
+@pytest.mark.parametrize("pressure", extensions.PRESSURES)
+def test_wear_out_is_that_of_plesha(pressure: float) -> None:
+    """About half a cycle more than by Plesha's law: the first strokes break the bond and wear less."""
+    slips, ours, plesha = extensions.shares(pressure)
+    found, expected = (extensions.wear_out(share, slips) for share in (ours, plesha))
+    assert 0.0 < found - expected < 0.6
+    # worn asperities slide at mu |sigma_N|: the work of a cycle is 4 a mu |sigma_N|, half of it on each facet
+    work = 2.0 * extensions.AMPLITUDE * 0.5 * -pressure / RT.weights[1]
+    assert expected == pytest.approx(-np.log(extensions.ROUGH_LEFT) * extensions.SLOW / work, rel=0.2)
+
+
 # --- warnings -----------------------------------------------------------------------------------------------
 
 
@@ -82,6 +119,33 @@ def test_closure_against_the_height() -> None:
         assert second in remarks(material, RT, stress=-share * at)
     with pytest.warns(ModelWarning, match=r"height = 0.4: sigma_N = -21 .*expected at most 0.1"):
         Interface(material, RT).confined_slip(0.0, [0.001], -21.0)
+
+
+def test_wear_against_the_elastic_friction() -> None:
+    """The share is (mu sigma_N/gamma)^2/(2 Kt W0) with Kt of mode II; above 0.01 it is a warning."""
+    # mu sigma_N/gamma = 1.5, Kt = 150: 0.0075/W0
+    for W0, good in ((0.76, True), (0.74, False)):
+        material = replace(STIFF, W0=W0)
+        [remark] = of_wear(material, RT, -1.0)
+        assert remark.good == good and f"stores {0.0075 / W0:.2g} W0" in remark.text
+        assert remark in remarks(material, RT, stress=-1.0)
+    with pytest.warns(ModelWarning, match=r"W0 = 0.74: under sigma_N = -1 .*expected at most 0.01"):
+        Interface(material, RT).confined_slip(0.0, [0.001], -1.0)
+    with pytest.warns(ModelWarning, match="mode II|Remark 2"):
+        soft = replace(material, Gc2=0.6)
+    [remark] = of_wear(soft, RT, -1.0)
+    assert f"stores {0.015 / 0.74:.2g} W0" in remark.text
+    assert of_wear(STIFF, RT, -1.0) == of_wear(material, Pattern.regular(0, 0.0), -1.0) == []
+
+
+def test_wear_runs_away_only_beyond_the_limit() -> None:
+    """Below the limit the traction has no jump; far above it a facet wears off in one."""
+    for W0, jumps in ((2.0, False), (0.05, True)):
+        joint = Interface(replace(STIFF, W0=W0), RT)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)
+            tau = joint.confined_slip(0.0, path(0.4, step=0.0005), PRESSURE).traction[:, 1]
+        assert (-np.diff(tau).min() > 0.1 * tau.max()) == jumps
 
 
 def test_height_against_the_bond() -> None:
@@ -128,9 +192,9 @@ def _is_number(text: str) -> bool:
 # --- fit ----------------------------------------------------------------------------------------------------
 
 
-def slip_tests_of(material: Material, slips: np.ndarray) -> list[ShearTest]:
-    """Slip tests of RP-8 without noise."""
-    joint = Interface(material, Pattern.regular(8, 25.0))
+def slip_tests_of(material: Material, slips: np.ndarray, sides: int = 8) -> list[ShearTest]:
+    """Slip tests without noise."""
+    joint = Interface(material, Pattern.regular(sides, 25.0))
     found = []
     for sigma_N in (-1.0, -2.0):
         history = joint.confined_slip(0.0, slips, sigma_N, 50)
@@ -155,6 +219,23 @@ def test_fit_finds_the_height() -> None:
         assert found.values[name] == pytest.approx(value, rel=1e-5), name
     assert "height = 0.4" in case_text(found)
     assert "\nheight " in report(found) and "W0" not in report(found)
+
+
+@pytest.mark.slow
+def test_fit_finds_the_wear() -> None:
+    """W0 of cyclic tests of RT without noise is identified."""
+    tests = slip_tests_of(replace(TABLE_2, kc=20.0, W0=2.0), path(0.3, -0.3, 0.3), sides=2)
+    found = fit(
+        tests,
+        free=("W0",),
+        fixed={"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0, "theta": 25.0},
+        start={"W0": 1.0},
+        starts=1,
+        sides=2,
+    )
+    # the fit refines its increments, and wear is of first order in them
+    assert found.values["W0"] == pytest.approx(2.0, rel=0.01)
+    assert "W0 = " in case_text(found)
 
 
 # --- select -------------------------------------------------------------------------------------------------

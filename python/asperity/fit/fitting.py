@@ -15,7 +15,7 @@ from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, each,
 from .records import LARGEST_RATIO, ShearTest
 
 DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
-DEFAULT_FIXED = {"eta": 0.9} | {name: contract.default(name) for name in ("flat", "kc", "height")}
+DEFAULT_FIXED = {"eta": 0.9} | {name: contract.default(name) for name in ("flat", "kc", "height", "W0")}
 """Default free parameters and default values of the fixed ones."""
 
 STARTS_TRIED = 5
@@ -79,7 +79,7 @@ BOUNDS = {
     "flat": (0.005, 0.95),
     "kc": (0.1, 1e3),
 }
-"""Bounds of the parameters; those of sigma0, Gc and height depend on the tests."""
+"""Bounds of the parameters; those of sigma0, Gc, height and W0 depend on the tests."""
 
 DEGREES = " in degrees"
 """Remark after bounds of theta in messages."""
@@ -204,7 +204,7 @@ def fit(
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height; a parameter
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height, W0; a parameter
     in neither has its value in DEFAULT_FIXED.  start: additional start besides the best points of a Latin
     hypercube; `starts` is the number of all starts, `seed` that of the hypercube.  bounds: (low, high) by
     name.  increments: smallest number along a test at first; they are refined until the parameters
@@ -335,7 +335,7 @@ def _problem(
     missing = [name for name in SCALES if name not in free and name not in known]
     if missing:
         raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
-    inclined = [name for name in ("theta", "flat", "height") if name in free]
+    inclined = [name for name in ("theta", "flat", "height", "W0") if name in free]
     if sides == 0 and inclined:
         raise ValueError(
             f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have"
@@ -351,6 +351,7 @@ def _problem(
         "sigma0": (1e-3 * largest, 30.0 * largest),
         "Gc": (1e-6 * largest * length, 150.0 * largest * length),
         "height": (1e-3 * length, 1e3 * length),
+        "W0": (1e-3 * largest * length, 1e3 * largest * length),
     }
     for name, (low, high) in bounds.items():
         if not 0.0 < low < high < SCALES[name].top:
@@ -424,6 +425,7 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
         "sigma0": (0.05 * largest, 2.0 * largest),
         "s_f": (0.02 * length, 1.5 * length),
         "height": (0.03 * length, 3.0 * length),
+        "W0": (0.05 * largest * length, 5.0 * largest * length),
     }
     rng = np.random.default_rng(seed)
     strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T

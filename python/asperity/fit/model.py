@@ -24,7 +24,7 @@ SIDES = 8
 INCREMENTS = 200
 """Smallest number of increments along a test, with which a fit begins."""
 
-MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height")
+MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0")
 """Parameters of the material; the others are those of the pattern."""
 
 PRELOAD = 50
@@ -79,6 +79,7 @@ SCALES = {
     "flat": Scale(1.0),
     "kc": Scale(),
     "height": Scale(),
+    "W0": Scale(),
 }
 """Transforms of the parameters that can be identified."""
 
@@ -179,7 +180,7 @@ class Problem:
 
 
 def material_of(values: Mapping[str, float]) -> Material:
-    """Material of parameters by name; height has its default where it is missing."""
+    """Material of parameters by name; height and W0 have their defaults where they are missing."""
     return Material(**{name: values[name] for name in MATERIAL if name in values})
 
 

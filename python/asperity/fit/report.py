@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import Floats
-from ..remarks import of_height
+from ..remarks import of_height, of_wear
 from .fitting import COUPLED, ENOUGH, REFINE, Estimate, Fit, derived, residual_ratio
 from .model import FINER, MATERIAL, SCALES, STEP
 from .records import ShearTest
@@ -32,7 +32,7 @@ WIDTH = 110
 MOST_TURNS = 20
 """Largest number of reversals that a case file repeats; noise on the slip makes more."""
 
-ABSENT = ("height",)
+ABSENT = ("height", "W0")
 """Parameters that are left out where they are 0, which stands for a law without them."""
 
 CASE_INCREMENTS = 100
@@ -44,7 +44,7 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     problem = found.problem
     length, stress = units
     of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
-    of |= {"s_f": length, "s0": length, "height": length}
+    of |= {"s_f": length, "s0": length, "height": length, "W0": f"{stress} {length}"}
     lines = []
     for test in problem.tests:
         held = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
@@ -144,7 +144,8 @@ def identifiability(found: Fit) -> list[str]:
         )
     lowest = min(test.sigma_N for test in problem.tests)
     interface = found.interface
-    limits = of_height(interface.material, interface.pattern, lowest)
+    joint = interface.material, interface.pattern
+    limits = of_height(*joint, lowest) + of_wear(*joint, lowest)
     texts += [remark.text for remark in limits if not remark.good]
     if not found.converged:
         texts.append(

@@ -100,6 +100,11 @@ class Scene:
         """Whether the surface is flat."""
         return self.theta == 0.0 or self.flat == 1.0
 
+    @property
+    def curved(self) -> bool:
+        """Whether asperities end or wear, so that the strength ends at mu in every direction."""
+        return self.material.height > 0.0 or self.material.W0 > 0.0
+
     def regular(self, sides: int, turn: float = 0.0) -> Pattern:
         """Regular pattern of the surface; 0 sides give the flat plane."""
         return Pattern.regular(sides, self.theta if sides else 0.0, self.flat, turn)
@@ -293,10 +298,10 @@ class DenseRun:
 def residual_error(scene: Scene, sides: int) -> float:
     """Relative difference of the residual strengths between two planes and up a plane.
 
-    Asperities of a finite height end at the strength mu in every direction; before, the curves differ.
+    Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
     """
     material = scene.material
-    if scene.smooth or material.height > 0.0:
+    if scene.smooth or scene.curved:
         return 0.0
     dense = float(material.residual_strength(scene.theta))
     weakest = float(material.residual_strength(scene.theta, 180.0 / sides)) if sides else material.mu
@@ -385,7 +390,7 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
         if errors.worst + search.uncertainty > tolerance:
             tried[-1] = Candidate(name, pattern, candidate.planes, errors)
             continue
-        other = "NumPy law" if scene.material.height > 0.0 else "2D law"
+        other = "NumPy law" if scene.curved else "2D law"
         return Selection(
             scene,
             tolerance,
@@ -419,7 +424,7 @@ def _distance_from_other_law(dense: DenseRun, k: int) -> float:
     """Largest difference between the tractions of the three-plane pattern and of the 2D law.
 
     The difference is relative to the largest traction; each law follows the equilibrium itself.  The 2D law
-    has no asperity height: with a height the NumPy reference takes its place.
+    has neither asperity height nor wear: with them the NumPy reference takes its place.
     """
     scene = dense.scene
     n, held = dense.rows[k], scene.sigma_N[k]
@@ -429,7 +434,7 @@ def _distance_from_other_law(dense: DenseRun, k: int) -> float:
     e = direction_vector(scene.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
     parameters = parameters_of(scene.material)
-    if scene.material.height > 0.0:
+    if scene.curved:
         pattern = reference.regular_pattern(2, scene.theta, scene.flat, scene.direction)
         numpy = reference.confined_slip(parameters, pattern, scene.direction, slip, held, PRELOAD)
         other = numpy.traction[:, 1:] @ e

@@ -191,6 +191,7 @@ CONSTANTS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
     ("sigma02", r"tangential strength $\sigma_{02}$ [MPa]", (2.0, 3.0, 4.0)),
     ("Gc2", r"tangential rupture energy $G_{c2}$ [N/mm]", (0.15, 0.3, 0.6)),
     ("height", "asperity height H [mm], 0: no end", (0.0, 0.5, 0.2)),
+    ("W0", r"wear $W_0$ [N/mm], 0: none", (0.0, 10.0, 3.0)),
 )
 """Name, title and values of the constant that a panel varies; the others are those of MATERIAL and RP-4."""
 
@@ -211,19 +212,18 @@ def slip_test(name: str, value: float) -> History:
 def constants() -> Figure:
     """Draw the effect of each constant on the shear traction of a slip test."""
     figure, axes = new_figure(15.0, 8.5, nrows=3, ncols=5, sharex=True)
-    for ax, (name, title, values) in zip(axes, CONSTANTS, strict=False):
+    for ax, (name, title, values) in zip(axes, CONSTANTS, strict=True):
         _compare(ax, name, title, values, lambda history: history.traction[:, 1])
-    axes[-1].set_axis_off()
     for ax in axes[::5]:
         ax.set_ylabel(TRACTION)
-    for ax in axes[9:]:
+    for ax in axes[10:]:
         ax.set_xlabel(SLIP)
     return figure
 
 
 def dilation() -> Figure:
     """Draw the effect of the constants that change the dilation."""
-    shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N", "height")]
+    shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N", "height", "W0")]
     figure, axes = new_figure(15.0, 3.0, ncols=len(shown), sharex=True)
     for ax, (name, title, values) in zip(axes, shown, strict=True):
         _compare(ax, name, title, values, lambda history: history.separation[:, 0])

@@ -30,15 +30,21 @@ def facet() -> Figure:
     figure, (sketch, shapes, laws) = new_figure(13.0, 3.9, ncols=3)
     _profile_with_gap(sketch)
     u = np.linspace(-0.6, 2.4, 301)
-    for height, style, colour in ((1.2, "-.", BLUE), (0.6, "-", BLACK), (0.3, "--", ORANGE)):
-        shapes.plot(u, profile(u, height), style, color=colour, label=f"H = {height:g}")
-        shapes.axhline(height, color=colour, linewidth=0.6, linestyle=":")
+    for height, omega, style, colour in (
+        (1.2, 0.0, "-.", BLUE),
+        (0.6, 0.0, "-", BLACK),
+        (0.6, 0.5, "--", ORANGE),
+        (0.6, 0.9, ":", ORANGE),
+    ):
+        label = f"H = {height:g}" + (rf", $\omega$ = {omega:g}" if omega else "")
+        shapes.plot(u, (1.0 - omega) * profile(u, height), style, color=colour, label=label)
+        shapes.axhline(height, color=BLACK, linewidth=0.4, linestyle=":")
     shapes.plot(u[u < 1.75], u[u < 1.75] * SLOPE, color=BLACK, linewidth=0.8, linestyle=(0, (1, 3)))
     shapes.text(1.1, 1.06, "plane of the paper", ha="right", fontsize="x-small")
     shapes.set_xlabel("slip $u$ up the plane")
     shapes.set_ylabel("profile $z$")
     shapes.legend(fontsize="x-small", loc="lower right")
-    shapes.set_title("(b) profiles of one slope at the foot", **NOTE)
+    shapes.set_title(r"(b) profiles of one slope at the foot, and worn by $\omega$", **NOTE)
     _laws(laws)
     for ax in (shapes, laws):
         ax.grid(alpha=0.3)

@@ -503,7 +503,8 @@ def figure_9(case_0: Case, case_45: Case) -> Outcome:
         figure,
         tuple(came_out),
         "Nothing in the text, which gives one fixed $\\sigma_N$ and the caption none; the values are "
-        "assumed.",
+        "assumed. [The same cycles with asperities that end and wear]"
+        "(../extensions.md#3-what-the-height-changes).",
         *_two_directions(case_0, case_45),
     )
 
