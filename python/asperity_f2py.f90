@@ -6,21 +6,23 @@
 ! interpreter.
 
 !> Sizes of the contract.
-subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_inclined)
-  use asperity_contract, only: max_inclined, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, &
-    n_required_props
+subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_facet, n_inclined)
+  use asperity_contract, only: max_inclined, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, &
+    n_point_statev, n_required_props
   implicit none
   integer, intent(out) :: n_fixed      !! PROPS before the listed planes
   integer, intent(out) :: n_required   !! PROPS without a default
   integer, intent(out) :: n_listed     !! PROPS of a listed plane
   integer, intent(out) :: n_point      !! state variables before those of the planes
   integer, intent(out) :: n_plane      !! state variables of a plane
+  integer, intent(out) :: n_facet      !! state variables of a facet, with wear
   integer, intent(out) :: n_inclined   !! most inclined planes
   n_fixed = n_fixed_props
   n_required = n_required_props
   n_listed = n_listed_values
   n_point = n_point_statev
   n_plane = n_plane_statev
+  n_facet = n_facet_statev
   n_inclined = max_inclined
 end subroutine contract_sizes
 
@@ -30,7 +32,7 @@ subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper
   implicit none
   integer, intent(in) :: i                        !! 1..n_fixed
   character(len=8), intent(out) :: name           !! symbol
-  character(len=8), intent(out) :: owner          !! law, pattern, host, numerics or none
+  character(len=8), intent(out) :: owner          !! law, pattern, host or numerics
   character(len=64), intent(out) :: meaning       !! one line
   character(len=14), intent(out) :: unit          !! in the user's consistent set
   character(len=40), intent(out) :: admissible    !! expectation in an error message
@@ -48,11 +50,11 @@ subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper
   whole = merge(1, 0, any(i == integral_props))
 end subroutine contract_prop
 
-!> State variable i; those of a plane follow those of the point once.
+!> State variable i; those of a plane and of a facet follow those of the point once.
 subroutine contract_statev(i, name, meaning, unit)
   use asperity_contract, only: statev_table
   implicit none
-  integer, intent(in) :: i                        !! 1..n_point + n_plane
+  integer, intent(in) :: i                        !! 1..n_point + n_plane + n_facet
   character(len=10), intent(out) :: name          !! symbol
   character(len=64), intent(out) :: meaning       !! one line
   character(len=14), intent(out) :: unit          !! in the user's consistent set

@@ -8,8 +8,8 @@
 !>   cut       the UMAT requested a smaller increment in a replay
 !>   lost      no equilibrium was found beyond this row
 module history
-  use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, statev_table, v_damage, v_friction, &
-    v_rupture, v_stored
+  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, statev_row, &
+    statev_table, v_damage, v_friction, v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
@@ -64,7 +64,7 @@ contains
     type(interface_type), intent(in) :: joint       !! the interface
     logical, intent(in) :: planes                   !! whether planes have columns
     character(len=:), allocatable :: header
-    integer :: j, k, n
+    integer :: i, j, k, n
 
     n = joint%pattern%n
     call put_at_rest(joint, table%planes)
@@ -80,6 +80,10 @@ contains
         do j = n_point_statev + 1, n_point_statev + n_plane_statev
           header = header // "," // trim(statev_table(j)%name) // "_" // integer_text(k)
         end do
+      end do
+      do i = n_statev(n) + 1, joint%n_statev
+        header = header // "," // trim(statev_table(statev_row(i, n))%name) // "_" // &
+          integer_text((i - n_statev(n) + n_facet_statev - 1)/n_facet_statev)
       end do
     end if
     call write_line(table%file, path, header, table%good)
@@ -127,6 +131,11 @@ contains
         line = line // "," // number(row%state(i))
       end do
     end do
+    if (table%n_planes > 0) then
+      do i = n_statev(table%n_planes) + 1, joint%n_statev
+        line = line // "," // number(row%state(i))
+      end do
+    end if
     call write_line(table%file, table%path, line, table%good)
     if (.not. table%good) return
     table%last = row

@@ -15,11 +15,17 @@ from . import _core
 
 Floats = NDArray[np.float64]
 
-(N_FIXED_PROPS, N_REQUIRED_PROPS, N_LISTED_VALUES, N_POINT_STATEV, N_PLANE_STATEV, MAX_INCLINED) = (
-    _core.contract_sizes()
-)
+(
+    N_FIXED_PROPS,
+    N_REQUIRED_PROPS,
+    N_LISTED_VALUES,
+    N_POINT_STATEV,
+    N_PLANE_STATEV,
+    N_FACET_STATEV,
+    MAX_INCLINED,
+) = _core.contract_sizes()
 """Constants before the listed planes, without a default, of a listed plane; state variables of a point, of a
-plane; most inclined planes."""
+plane, of a facet (only with wear); most inclined planes."""
 
 MOST = int(np.iinfo(np.intc).max)
 """Largest count the library takes."""
@@ -29,7 +35,7 @@ MOST = int(np.iinfo(np.intc).max)
 class Prop:
     """One entry of PROPS; index counts from 1, default is None where a value is required.
 
-    owner: what it belongs to, law, pattern, host or numerics; none where it is reserved.  lower and upper
+    owner: what it belongs to, law, pattern, host or numerics.  lower and upper
     enclose the admissible values.
     """
 
@@ -47,7 +53,7 @@ class Prop:
 
 @dataclass(frozen=True)
 class Statev:
-    """One state variable; index counts from 1, that of a plane is the one in the first plane."""
+    """One state variable; index counts from 1, that of a plane or facet is the one of the first plane."""
 
     index: int
     name: str
@@ -61,7 +67,7 @@ def _text(value: bytes) -> str:
 
 @cache
 def props_table() -> tuple[Prop, ...]:
-    """Entries of PROPS before the listed planes, the reserved ones included, in their order."""
+    """Entries of PROPS before the listed planes, in their order."""
     rows = []
     for index in range(1, N_FIXED_PROPS + 1):
         *texts, lower, upper, default, integral = _core.contract_prop(index)
@@ -77,24 +83,30 @@ def owned(*owners: str) -> tuple[Prop, ...]:
 
 @cache
 def statev_table() -> tuple[Statev, ...]:
-    """State variables of a point, then those of the first plane, in their order."""
+    """State variables of a point, of the first plane and of its facet (only with wear), in their order."""
     return tuple(
         Statev(index, *map(_text, _core.contract_statev(index)))
-        for index in range(1, N_POINT_STATEV + N_PLANE_STATEV + 1)
+        for index in range(1, N_POINT_STATEV + N_PLANE_STATEV + N_FACET_STATEV + 1)
     )
 
 
 @cache
-def statev_names(n_planes: int) -> tuple[str, ...]:
-    """Names of the columns of a state of n_planes planes: damage, ..., alpha_1, s_dit_1, s_dih_1, ..."""
+def statev_names(n_planes: int, wears: bool = False) -> tuple[str, ...]:
+    """Names of the columns of a state of n_planes planes: damage, ..., alpha_1, s_dit_1, s_dih_1, ...
+
+    With wear the names of the facets follow: worn_1, wear_work_1, ...
+    """
     names = [row.name for row in statev_table()]
-    planes = [f"{name}_{k}" for k in range(1, n_planes + 1) for name in names[N_POINT_STATEV:]]
-    return tuple(names[:N_POINT_STATEV] + planes)
+    n_plane = N_POINT_STATEV + N_PLANE_STATEV
+    columns = names[:N_POINT_STATEV]
+    for own in (names[N_POINT_STATEV:n_plane], names[n_plane:] if wears else []):
+        columns += [f"{name}_{k}" for k in range(1, n_planes + 1) for name in own]
+    return tuple(columns)
 
 
-def n_statev(n_planes: int) -> int:
-    """Number of state variables of a pattern of n_planes planes."""
-    return N_POINT_STATEV + N_PLANE_STATEV * n_planes
+def n_statev(n_planes: int, wears: bool = False) -> int:
+    """Number of state variables of a pattern of n_planes planes; wears: whether W0 > 0."""
+    return N_POINT_STATEV + (N_PLANE_STATEV + wears * N_FACET_STATEV) * n_planes
 
 
 def plane_statev(k: int) -> int:
@@ -108,7 +120,7 @@ def statev_index(name: str) -> int:
 
 
 _STATEV = {row.name: row for row in statev_table()}
-_PROPS = {row.name: row for row in props_table() if row.name != "reserved"}
+_PROPS = {row.name: row for row in props_table()}
 
 
 def index(name: str) -> int:

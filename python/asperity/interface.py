@@ -113,7 +113,7 @@ class Interface:
     @property
     def nstatv(self) -> int:
         """State variables of a point."""
-        return contract.n_statev(self.n_planes)
+        return contract.n_statev(self.n_planes, self.material.wears)
 
     def update(
         self,
@@ -159,7 +159,8 @@ class Interface:
         if slips.shape not in ((2,), (self.n_planes, 2)):
             raise ValueError(f"slip has shape {slips.shape}: expected (2,) or {(self.n_planes, 2)}")
         state = np.zeros((len(tractions), self.nstatv))
-        planes = state[:, contract.N_POINT_STATEV :].reshape(len(tractions), self.n_planes, -1)
+        planes = state[:, contract.N_POINT_STATEV : contract.n_statev(self.n_planes)]
+        planes = planes.reshape(len(tractions), self.n_planes, -1)
         planes[:, :, 0] = alpha
         planes[:, :, 1:] = slips
         if len(tractions) > 0:
@@ -332,7 +333,7 @@ class Interface:
         block = cards.Block(
             name,
             self.props(h, map, dalpha, r),
-            contract.statev_names(self.n_planes),
+            contract.statev_names(self.n_planes, self.material.wears),
             texts,
             dimension,
             explicit,

@@ -55,6 +55,11 @@ class Material(_Constants):
         return asdict(self)
 
     @property
+    def wears(self) -> bool:
+        """Whether the facets wear: a state then holds two values more for each plane."""
+        return self.W0 > 0.0
+
+    @property
     def s_f(self) -> float:
         """Separation at complete rupture in mode I, 2 Gc/sigma0 (12), length."""
         return 2.0 * self.Gc / self.sigma0

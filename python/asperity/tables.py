@@ -20,9 +20,6 @@ def props() -> str:
     table = contract.props_table()
     rows: list[list[str]] = []
     for row in table:
-        if row.name == "reserved" and rows[-1][1] == "reserved":
-            rows[-1][0] = f"{rows[-1][0].split('-')[0]}-{row.index}"
-            continue
         default = "required" if row.default is None else f"{row.default:.4g}"
         rows.append([str(row.index), row.name, row.meaning, row.unit, row.admissible, default])
     listed = "normal (N, Tx, Ty) of any length and weight gamma of each listed plane"
@@ -34,9 +31,13 @@ def statev() -> str:
     """Table of STATEV."""
     rows = []
     for row in contract.statev_table():
-        beyond = row.index - contract.N_POINT_STATEV
-        place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
-        rows.append([str(row.index) if beyond <= 0 else place, row.name, row.meaning, row.unit])
+        place, beyond = str(row.index), row.index - contract.N_POINT_STATEV
+        if beyond > contract.N_PLANE_STATEV:
+            first = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} Np"
+            place = f"{first} + {contract.N_FACET_STATEV} (k - 1) + {beyond - contract.N_PLANE_STATEV}"
+        elif beyond > 0:
+            place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
+        rows.append([place, row.name, row.meaning, row.unit])
     return markdown(["#", "name", "meaning", "unit"], rows)
 
 

@@ -305,7 +305,7 @@ contains
       do k = 1, joint%pattern%n
         i = plane_statev(k)
         alpha = old%state(i)
-        kinematics = plane_kinematics(joint, k, s)
+        kinematics = plane_kinematics(joint, k, s, new%state)
         associate (bond => kinematics%bond, contact => kinematics%contact)
           r = sqrt(m%inv_s01_2*max(bond(1), 0.0_wp)**2 + m%inv_s02_2*(bond(2)**2 + bond(3)**2))
           reach = sqrt((contact(2) - old%state(i + 1))**2 + (contact(3) - old%state(i + 2))**2) + &

@@ -2,7 +2,7 @@
 !> tractions.
 module asperity_control_point
   use asperity_checks, only: all_bounded
-  use asperity_contract, only: n_plane_statev, n_point_statev, v_friction, v_offset, v_rupture, v_stored
+  use asperity_contract, only: plane_statev, v_friction, v_offset, v_rupture, v_stored
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
@@ -167,10 +167,11 @@ contains
     real(wp), intent(in) :: state(:)                !! STATEV
     real(wp) :: scale
     real(wp) :: largest
-    integer :: i
+    integer :: i, k
     largest = maxval(abs(whole_separation(s, state)))
-    do i = n_point_statev + 2, joint%n_statev, n_plane_statev
-      largest = max(largest, max(abs(state(i)), abs(state(i + 1))))
+    do k = 1, joint%pattern%n
+      i = plane_statev(k)
+      largest = max(largest, max(abs(state(i + 1)), abs(state(i + 2))))
     end do
     scale = stiffest(joint)*largest
   end function traction_scale

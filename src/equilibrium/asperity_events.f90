@@ -50,7 +50,7 @@ contains
 
     do k = 1, size(contact)
       i = plane_statev(k)
-      kinematics = plane_kinematics(joint, k, s + new(v_offset:v_offset + 2))
+      kinematics = plane_kinematics(joint, k, s + new(v_offset:v_offset + 2), new)
       s_n = kinematics%contact(1)
       ! a plane that just touches keeps its values
       contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)

@@ -4,7 +4,7 @@
 module asperity_initial
   use asperity_call_checks, only: state_status
   use asperity_checks, only: bounded
-  use asperity_contract, only: n_plane_statev, n_point_statev, plane_statev, status_ok, status_initial, &
+  use asperity_contract, only: n_statev, plane_statev, status_ok, status_initial, &
     v_offset, v_status
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, move_point, point_type, &
     put_point, set_balance, traction_scale, unstable
@@ -76,6 +76,8 @@ contains
     ! an initial state is in viscous equilibrium: no relaxation
     rested = joint
     rested%material%tau_v = 0.0_wp
+    ! nor does the way to it wear the facets
+    rested%material%inv_w0 = 0.0_wp
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
@@ -106,7 +108,7 @@ contains
         if (reached < 1.0_wp) cycle
         ! damage that the guard prevented on the load path may grow at its end: solve once more from there
         call put_point(rested, balance%old%s, balance%old%state, trial)
-        if (.not. most_growth_of(balance%old%state, trial%state) > 0.0_wp) cycle
+        if (.not. most_growth_of(joint, balance%old%state, trial%state) > 0.0_wp) cycle
         start = trial%traction
         call move_point(trial, balance%old)
         reached = 0.0_wp
@@ -122,15 +124,21 @@ contains
       return
     end if
     balance%old%state(v_offset:v_offset + 2) = balance%old%s
+    balance%old%state(n_statev(joint%pattern%n) + 1:) = state(n_statev(joint%pattern%n) + 1:joint%n_statev)
     balance%old%state(v_status) = state(v_status)
     state(:joint%n_statev) = balance%old%state
   end subroutine carry_traction
 
   !> Largest growth of the damage of a plane.
-  pure function most_growth_of(old, new) result(growth)
+  pure function most_growth_of(joint, old, new) result(growth)
+    type(interface_type), intent(in) :: joint   !! the interface
     real(wp), intent(in) :: old(:), new(:)   !! STATEV before and after
     real(wp) :: growth
-    growth = maxval(new(n_point_statev + 1::n_plane_statev) - old(n_point_statev + 1::n_plane_statev))
+    integer :: k
+    growth = 0.0_wp
+    do k = 1, joint%pattern%n
+      growth = max(growth, new(plane_statev(k)) - old(plane_statev(k)))
+    end do
   end function most_growth_of
 
   !> Overdamped motion to the first stable equilibrium under the given traction, by implicit Euler steps, if no
@@ -179,7 +187,7 @@ contains
       b = 0.0_wp
       do k = 1, joint%pattern%n
         i = plane_statev(k)
-        kinematics = plane_kinematics(joint, k, s)
+        kinematics = plane_kinematics(joint, k, s, state)
         associate (t => kinematics%gradient(2, :), h => kinematics%gradient(3, :), gamma => joint%pattern%gamma(k))
           b = b + gamma*((state(i + 1) - kinematics%contact(2))*t + (state(i + 2) - kinematics%contact(3))*h)
           do j = 1, 3
@@ -206,7 +214,7 @@ contains
     end do
     opening = 0.0_wp
     do k = 1, joint%pattern%n
-      kinematics = plane_kinematics(joint, k, s)
+      kinematics = plane_kinematics(joint, k, s, state)
       opening = max(opening, min(s(1), kinematics%touch))
     end do
     s(1) = opening
@@ -236,7 +244,7 @@ contains
     good = result%converged .and. .not. unstable(balance%n, result%last, elastic_stiffness(joint))
     ! with the guard, damage that was prevented earlier may grow by any amount in one step
     if (good) good = joint%material%guard .or. &
-      most_growth_of(balance%old%state, trial%state) <= most_growth
+      most_growth_of(joint, balance%old%state, trial%state) <= most_growth
     if (good) call move_point(trial, balance%old)
   end subroutine take_step
 
@@ -272,7 +280,7 @@ contains
     call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
-    dead = count(state(n_point_statev + 1:joint%n_statev:n_plane_statev) >= 1.0_wp)
+    dead = count([(state(plane_statev(i)) >= 1.0_wp, i=1, joint%pattern%n)])
     allocate (character(len=0) :: reason)
     if (.not. endless) then
       reason = "no equilibrium was found"

@@ -295,7 +295,7 @@ contains
     whole = whole_separation(balance%given, point%state)
     edge = 0.0_wp
     do k = 1, joint%pattern%n
-      kinematics = plane_kinematics(joint, k, whole)
+      kinematics = plane_kinematics(joint, k, whole, point%state)
       edge(1) = max(edge(1), kinematics%touch)
     end do
     step = spacing(max(edge(1), joint%material%s0))

@@ -1,8 +1,9 @@
 !> The law for blocks of points in single precision.
 module asperity_block_single
   use, intrinsic :: iso_fortran_env, only: real64, wp => real32
-  use asperity_contract, only: energy_limit, max_planes, n_plane_statev, n_point_statev, separation_limit, &
-    status_ok, status_props, v_damage, v_friction, v_offset, v_rupture, v_status, v_stored
+  use asperity_contract, only: energy_limit, facet_statev, max_planes, n_facet_statev, n_plane_statev, &
+    n_point_statev, n_statev, separation_limit, status_ok, status_props, v_damage, v_friction, v_offset, &
+    v_rupture, v_status, v_stored
   use asperity_interface, only: interface_type
   use asperity_material, only: material_type, over_time
   use asperity_pattern, only: pattern_type

@@ -72,7 +72,8 @@ contains
     integer :: status                               !! 0, status_nstatv or status_state
     status = status_nstatv
     if (size(state) < joint%n_statev) return
-    status = merge(status_ok, status_state, state_bounded(joint%n_statev, state, energy_limit, slip_bound(joint)))
+    status = merge(status_ok, status_state, state_bounded(joint%pattern%n, joint%n_statev, state, energy_limit, &
+      slip_bound(joint)))
   end function state_status
 
   !> Append one line for each bad value of STATEV, or a line if STATEV is too short.
@@ -87,7 +88,7 @@ contains
         integer_text(joint%n_statev) // " for " // integer_text(joint%pattern%n) // " planes")
       return
     end if
-    call review_state(joint%n_statev, state, energy, slip, message)
+    call review_state(joint%pattern%n, joint%n_statev, state, energy, slip, message)
   end subroutine explain_state
 
   !> Whether the duration of an increment is admissible; without viscous damage (tau_v = 0) every duration is.

@@ -8,9 +8,9 @@ module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
   use asperity_contract, only: damage_row, divisor_props, height_ratio_limit, integral_props, min_inclined, &
-    n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_height, p_m, &
-    p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, &
-    status_props, stiffness_ratio_limit, v_offset, weight_tolerance
+    n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, &
+    p_height, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, &
+    status_ok, status_props, stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, to_text
   implicit none
   private
@@ -106,11 +106,20 @@ contains
     real(wp), intent(in) :: energy   !! largest energy, stress*length
     real(wp), intent(in) :: slip     !! largest slip and offset, length
     real(wp) :: bound
-    bound = merge(1.0_wp, merge(energy, slip, row < v_offset), row == damage_row)
+    bound = merge(1.0_wp, merge(energy, slip, row < v_offset .or. row == wear_work_row), &
+      row == damage_row .or. row == worn_row)
   end function row_bound
 
+  !> Whether a state variable may be negative.
+  elemental function row_signed(row) result(yes)
+    integer, intent(in) :: row   !! row of statev_table
+    logical :: yes
+    yes = .not. (row == damage_row .or. row == worn_row .or. row == wear_work_row)
+  end function row_signed
+
   !> Whether every state variable of a point is in its range.
-  pure function state_bounded(n_statev, state, energy, slip) result(yes)
+  pure function state_bounded(n_planes, n_statev, state, energy, slip) result(yes)
+    integer, intent(in) :: n_planes             !! planes
     integer, intent(in) :: n_statev             !! state variables the law needs
     real(wp), intent(in) :: state(n_statev)     !! STATEV, any bits
     real(wp), intent(in) :: energy              !! largest energy, stress*length
@@ -122,16 +131,22 @@ contains
     do row = 1, n_point_statev
       beyond = ior(beyond, outside(state(row), row_bound(row, energy, slip), .true.))
     end do
-    do i = 0, n_statev - damage_row, n_plane_statev
-      do row = damage_row, damage_row + n_plane_statev - 1
-        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row /= damage_row))
+    do i = 0, n_plane_statev*(n_planes - 1), n_plane_statev
+      do row = damage_row, worn_row - 1
+        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row_signed(row)))
+      end do
+    end do
+    do i = n_plane_statev*(n_planes - 1), n_statev - wear_work_row, n_facet_statev
+      do row = worn_row, wear_work_row
+        beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row_signed(row)))
       end do
     end do
     yes = beyond >= 0_int64
   end function state_bounded
 
   !> Append one line for each state variable of a point that is not in its range.
-  pure subroutine review_state(n_statev, state, energy, slip, message)
+  pure subroutine review_state(n_planes, n_statev, state, energy, slip, message)
+    integer, intent(in) :: n_planes                           !! planes
     integer, intent(in) :: n_statev                           !! state variables the law needs
     real(wp), intent(in) :: state(n_statev)                   !! STATEV, any bits
     real(wp), intent(in) :: energy                            !! largest energy, stress*length
@@ -139,22 +154,22 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     integer :: i, row
     do i = 1, n_statev
-      row = statev_row(i)
+      row = statev_row(i, n_planes)
       call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), state(i), &
-        row_bound(row, energy, slip), row /= damage_row)
+        row_bound(row, energy, slip), row_signed(row))
     end do
   end subroutine review_state
 
   !> Whether points of a VUMAT's block are admissible, in double precision.
-  pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
-    good)
+  pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_planes, n_statev, &
+    state, energy, slip, good)
     integer, parameter :: wp = real64, ik = int64
     include "asperity_check_block.inc"
   end subroutine check_block_double
 
   !> Whether points of a VUMAT's block are admissible, in single precision.
-  pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_statev, state, energy, slip, &
-    good)
+  pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_planes, n_statev, &
+    state, energy, slip, good)
     integer, parameter :: wp = real32, ik = int32
     include "asperity_check_block.inc"
   end subroutine check_block_single

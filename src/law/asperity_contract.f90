@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, plane_statev, statev_row
+  public :: prop_type, statev_type, n_statev, plane_statev, facet_statev, statev_row
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -13,7 +13,7 @@ module asperity_contract
   ! --- PROPS ---------------------------------------------------------------------------------------------------------
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
-    p_kc = 16, p_guard = 17, p_height = 18
+    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19
   !> PROPS before the listed planes, and how many of them have no default.
   integer, parameter, public :: n_fixed_props = 19, n_required_props = 4
   !> Values per listed plane (n_N, n_Tx, n_Ty, gamma).
@@ -29,7 +29,7 @@ module asperity_contract
   !> `lower` is -`upper`.
   type :: prop_type
     character(len=8) :: name          !! symbol
-    character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics; none: reserved
+    character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics
     character(len=64) :: meaning      !! one line
     character(len=14) :: unit         !! in the user's consistent set
     character(len=40) :: admissible   !! what an error message says was expected
@@ -84,18 +84,22 @@ module asperity_contract
               0.0_wp, 1.0_wp, 0.0_wp), &
     prop_type("height", "law", "asperity height, the end of the dilation (0: it never ends)", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("reserved", "none", "reserved", "-", "0", 0.0_wp, 0.0_wp, 0.0_wp)]
+    prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp)]
   !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
-  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(4) = [p_h, p_sigma02, p_gc2, &
-    p_height]
+  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(5) = [p_h, p_sigma02, p_gc2, &
+    p_height, p_w0]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &
     v_offset = 6
   !> State variables before those of the planes, and per plane (alpha, s_dit, s_dih).
   integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
-  !> Row of statev_table with the damage of a plane: the one state variable that must not be negative.
-  integer, parameter, public :: damage_row = n_point_statev + 1
+  !> With wear (W0 > 0), state variables per facet (worn share, frictional work), after those of all planes.
+  integer, parameter, public :: n_facet_statev = 2
+  !> Rows of statev_table that must not be negative: damage, worn share, frictional work. The first two are at most 1.
+  integer, parameter, public :: damage_row = n_point_statev + 1, worn_row = damage_row + n_plane_statev, &
+    wear_work_row = worn_row + 1
 
   !> One state variable: name, meaning, unit.
   type :: statev_type
@@ -104,7 +108,7 @@ module asperity_contract
     character(len=14) :: unit      !! in the user's consistent set
   end type statev_type
 
-  type(statev_type), parameter, public :: statev_table(n_point_statev + n_plane_statev) = [ &
+  type(statev_type), parameter, public :: statev_table(n_point_statev + n_plane_statev + n_facet_statev) = [ &
     statev_type("damage", "sum of gamma*alpha over the planes", "-"), &
     statev_type("stored", "stored energy per unit nominal area", "stress*length"), &
     statev_type("rupture", "energy spent on rupture per unit nominal area", "stress*length"), &
@@ -115,7 +119,9 @@ module asperity_contract
     statev_type("offset_Ty", "separation offset Ty of an initial traction", "length"), &
     statev_type("alpha", "damage of the plane", "-"), &
     statev_type("s_dit", "inelastic slip of the plane along t", "length"), &
-    statev_type("s_dih", "inelastic slip of the plane along h", "length")]
+    statev_type("s_dih", "inelastic slip of the plane along h", "length"), &
+    statev_type("worn", "worn share of the facet of the plane (only if W0 > 0)", "-"), &
+    statev_type("wear_work", "frictional work of the facet per unit area (only if W0 > 0)", "stress*length")]
 
   ! --- component maps ------------------------------------------------------------------------------------------------
   !> Numbers of stress components that a host may have, and the largest.
@@ -129,10 +135,13 @@ module asperity_contract
 contains
 
   !> Number of state variables of a pattern of n planes.
-  pure function n_statev(n) result(n_total)
-    integer, intent(in) :: n   !! number of planes
+  pure function n_statev(n, wears) result(n_total)
+    integer, intent(in) :: n                  !! number of planes
+    logical, intent(in), optional :: wears    !! whether W0 > 0; absent: it is 0
     integer :: n_total
     n_total = n_point_statev + n_plane_statev*n
+    if (.not. present(wears)) return
+    if (wears) n_total = n_total + n_facet_statev*n
   end function n_statev
 
   !> Index in STATEV of alpha of plane k; s_dit and s_dih follow.
@@ -142,12 +151,22 @@ contains
     i = n_point_statev + n_plane_statev*(k - 1) + 1
   end function plane_statev
 
+  !> Index in STATEV of the worn share of the facet of plane k; its frictional work follows.
+  pure function facet_statev(n, k) result(i)
+    integer, intent(in) :: n   !! number of planes
+    integer, intent(in) :: k   !! plane, from 1, flat plane first
+    integer :: i
+    i = n_statev(n) + n_facet_statev*(k - 1) + 1
+  end function facet_statev
+
   !> Row of statev_table that describes a state variable.
-  pure function statev_row(i) result(row)
+  pure function statev_row(i, n) result(row)
     integer, intent(in) :: i   !! index in STATEV
+    integer, intent(in) :: n   !! number of planes
     integer :: row
     row = i
     if (i > n_point_statev) row = damage_row + modulo(i - damage_row, n_plane_statev)
+    if (i > n_statev(n)) row = worn_row + modulo(i - n_statev(n) - 1, n_facet_statev)
   end function statev_row
 
 end module asperity_contract

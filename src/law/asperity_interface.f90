@@ -44,7 +44,7 @@ contains
     else
       call regular_pattern(m, p(p_theta), p(p_flat), p(p_turn), joint%pattern)
     end if
-    joint%n_statev = n_statev(joint%pattern%n)
+    joint%n_statev = n_statev(joint%pattern%n, joint%material%wears)
     joint%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
     joint%map = int(p(p_map))
     joint%r = p(p_r)

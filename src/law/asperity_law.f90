@@ -3,8 +3,8 @@
 !> asperity_plane.inc holds the law of one plane. The compiler vectorises the loop over the planes.
 module asperity_law
   use, intrinsic :: iso_fortran_env, only: real64
-  use asperity_contract, only: n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, v_rupture, v_status, &
-    v_stored
+  use asperity_contract, only: facet_statev, n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, &
+    v_rupture, v_status, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_material, only: material_type, over_time
@@ -53,7 +53,7 @@ contains
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
     type(vector_type) :: from, to
-    real(wp) :: alpha(max_lanes), s_dit(max_lanes), s_dih(max_lanes), sums(4)
+    real(wp) :: alpha(max_lanes), s_dit(max_lanes), s_dih(max_lanes), omega(max_lanes), wear_work(max_lanes), sums(4)
     integer :: i, k
 
     do k = 1, joint%pattern%n
@@ -67,15 +67,25 @@ contains
       s_dit(k) = 0.0_wp
       s_dih(k) = 0.0_wp
     end do
+    if (joint%material%curved) then
+      omega(:joint%pattern%lanes) = 0.0_wp
+      wear_work(:joint%pattern%lanes) = 0.0_wp
+    end if
+    if (joint%material%wears) then
+      do k = 1, joint%pattern%n
+        omega(k) = state(facet_statev(joint%pattern%n, k))
+        wear_work(k) = state(facet_statev(joint%pattern%n, k) + 1)
+      end do
+    end if
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the flag is a literal, so that the compiler generates a separate loop for each value
     if (joint%material%curved) then
-      call sum_planes(constants_of(joint%material, dt), .true., joint%pattern, from, to, joint%material%guard, alpha, &
-        s_dit, s_dih, sums, traction, tangent)
+      call sum_planes(constants_of(joint%material, dt), .true., joint%pattern, from, to, joint%material, alpha, &
+        s_dit, s_dih, omega, wear_work, sums, traction, tangent)
     else
-      call sum_planes(constants_of(joint%material, dt), .false., joint%pattern, from, to, joint%material%guard, alpha, &
-        s_dit, s_dih, sums, traction, tangent)
+      call sum_planes(constants_of(joint%material, dt), .false., joint%pattern, from, to, joint%material, alpha, &
+        s_dit, s_dih, omega, wear_work, sums, traction, tangent)
     end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
@@ -83,6 +93,12 @@ contains
       state(i + 1) = s_dit(k)
       state(i + 2) = s_dih(k)
     end do
+    if (joint%material%wears) then
+      do k = 1, joint%pattern%n
+        state(facet_statev(joint%pattern%n, k)) = omega(k)
+        state(facet_statev(joint%pattern%n, k) + 1) = wear_work(k)
+      end do
+    end if
     state(v_damage) = sums(1)
     state(v_stored) = sums(2)
     state(v_rupture) = state(v_rupture) + sums(3)
@@ -91,21 +107,25 @@ contains
   end subroutine update_point_in_place
 
   !> Separations of bond and contact of plane k.
-  pure function plane_kinematics(joint, k, s) result(kinematics)
+  pure function plane_kinematics(joint, k, s, state) result(kinematics)
     type(interface_type), intent(in) :: joint   !! material and pattern
     integer, intent(in) :: k                    !! plane, 1..Np
     real(wp), intent(in) :: s(3)                !! separation (N, Tx, Ty), the offset included, length
+    real(wp), intent(in) :: state(:)            !! STATEV
     type(kinematics_type) :: kinematics
     type(plane_type) :: plane
     type(local_type) :: bond
     type(facet_type) :: facet
+    real(wp) :: rho
     plane = plane_of(joint%pattern, k)
     bond = local_separation(plane, vector_type(s(1), s(2), s(3)))
+    rho = 1.0_wp
+    if (joint%material%wears) rho = 1.0_wp - state(facet_statev(joint%pattern%n, k))
     if (joint%material%curved) then
-      facet = facet_at(constants_of(joint%material), plane, vector_type(s(1), s(2), s(3)))
+      facet = facet_at(constants_of(joint%material), plane, rho, vector_type(s(1), s(2), s(3)))
     else
       facet = facet_type(bond, plane%slope*(plane%e_x*s(2) + plane%e_y*s(3)), plane%n%n, plane%t%n, 1.0_wp, 0.0_wp, &
-        0.0_wp, 0.0_wp, 0.0_wp)
+        0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
     end if
     kinematics%bond = [bond%n, bond%t, bond%h]
     kinematics%contact = [facet%s%n, facet%s%t, facet%s%h]
@@ -118,19 +138,23 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(m, curved, pattern, from, to, guard, alpha, s_dit, s_dih, sums, traction, tangent)
+  pure subroutine sum_planes(m, curved, pattern, from, to, material, alpha, s_dit, s_dih, omega, wear_work, sums, &
+    traction, tangent)
     type(constants_type), intent(in) :: m         !! constants of the law
     logical, intent(in) :: curved                 !! whether the contacts lie on facets
     type(pattern_type), intent(in) :: pattern     !! frames and weights
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    logical, intent(in) :: guard                  !! whether damage grows only where its dissipation is >= 0
+    type(material_type), intent(in) :: material   !! whether there are guard and wear
     real(wp), intent(inout) :: alpha(max_lanes)   !! damage of the planes, start -> end
     real(wp), intent(inout) :: s_dit(max_lanes)   !! inelastic slip, start -> end, length
     real(wp), intent(inout) :: s_dih(max_lanes)   !! inelastic slip, start -> end, length
+    real(wp), intent(inout) :: omega(max_lanes)   !! worn share of the facets, start -> end
+    real(wp), intent(inout) :: wear_work(max_lanes)   !! their frictional work, start -> end, stress*length
     real(wp), intent(out) :: sums(4)              !! damage; energy stored, increments of rupture and friction
     real(wp), intent(out) :: traction(3)          !! stress
     real(wp), intent(out) :: tangent(3, 3)        !! stress/length
     type(plane_type) :: plane
+    type(wear_type) :: wear
     type(history_type) :: old
     type(response_type) :: now
     type(forces_type) :: before, after
@@ -138,7 +162,8 @@ contains
     type(vector_type) :: t
     type(tensor_type) :: d
     real(wp) :: damage, stored, rupture, friction, t_n, t_x, t_y, d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy
-    real(wp) :: limit(max_lanes), weight
+    real(wp), dimension(max_lanes) :: drive_old, limit, rho, rho_old, worn
+    real(wp) :: drive, weight
     integer :: k
 
     damage = 0.0_wp
@@ -158,12 +183,30 @@ contains
     d_xy = 0.0_wp
     d_yy = 0.0_wp
     limit(:pattern%lanes) = m%take
-    if (guard) then
+    if (curved) then
+      rho_old(:pattern%lanes) = 1.0_wp - omega(:pattern%lanes)
+      rho(:pattern%lanes) = rho_old(:pattern%lanes)
+      worn(:pattern%lanes) = 0.0_wp
+      drive_old(:pattern%lanes) = 0.0_wp
+      if (material%wears) then
+        !$omp simd
+        do k = 1, pattern%lanes
+          plane = plane_of(pattern, k)
+          old = history_type(alpha(k), s_dit(k), s_dih(k))
+          wear = wear_at_start(m, plane, from, old, omega(k), wear_work(k))
+          drive_old(k) = wear%drive
+          worn(k) = wear%omega - omega(k)
+          omega(k) = wear%omega
+          rho(k) = 1.0_wp - wear%omega
+        end do
+      end if
+    end if
+    if (material%guard) then
       !$omp simd
       do k = 1, pattern%lanes
         plane = plane_of(pattern, k)
         old = history_type(alpha(k), s_dit(k), s_dih(k))
-        limit(k) = guarded_limit(m, curved, plane, from, to, old)
+        limit(k) = guarded_limit(m, curved, plane, rho_old(k), rho(k), from, to, old)
       end do
     end if
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
@@ -172,13 +215,19 @@ contains
       plane = plane_of(pattern, k)
       weight = plane%gamma*m%k_t
       old = history_type(alpha(k), s_dit(k), s_dih(k))
-      now = plane_response(m, curved, plane, to, old, limit(k))
+      now = plane_response(m, curved, plane, rho(k), to, old, limit(k))
       alpha(k) = now%new%alpha
       s_dit(k) = now%new%s_dit
       s_dih(k) = now%new%s_dih
-      before = plane_forces(m, curved, plane, from, old)
+      before = plane_forces(m, curved, plane, rho_old(k), from, old)
       after = response_forces(m, curved, now)
       spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
+      if (curved) then
+        ! wear: work of the friction, and energy that the facet releases
+        drive = wear_drive(m, now%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
+        wear_work(k) = wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)
+        spent%friction = spent%friction + (drive_old(k) + max(drive, 0.0_wp))*worn(k)
+      end if
       damage = damage + plane%gamma*now%new%alpha
       stored = stored + weight*stored_energy(m, curved, now)
       rupture = rupture + weight*spent%rupture

@@ -1,7 +1,7 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
-    p_sigma0, p_sigma02, p_tau_v
+    p_sigma0, p_sigma02, p_tau_v, p_w0
   use asperity_kinds, only: wp
   implicit none
   private
@@ -27,6 +27,8 @@ module asperity_material
     logical :: guard            !! whether damage grows only where its dissipation is >= 0
     real(wp) :: height          !! height of the asperities, 0: infinite, length
     logical :: curved           !! whether the contact of a plane lies on a curved facet
+    logical :: wears            !! whether the facets wear
+    real(wp) :: inv_w0          !! inverse of the work that wears 63 % off; 0: no wear, 1/(stress*length)
   end type material_type
 
 contains
@@ -56,7 +58,10 @@ contains
     material%tau_v = props(p_tau_v)
     material%guard = props(p_guard) > 0.0_wp
     material%height = props(p_height)
-    material%curved = material%height > 0.0_wp
+    material%wears = props(p_w0) > 0.0_wp
+    material%inv_w0 = 0.0_wp
+    if (material%wears) material%inv_w0 = 1.0_wp/props(p_w0)
+    material%curved = material%height > 0.0_wp .or. material%wears
   end function new_material
 
   !> The constants for an increment of the duration dt: backward Euler step of tau_v alpha' = alpha_eq - alpha.

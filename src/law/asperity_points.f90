@@ -85,7 +85,7 @@ contains
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3)
-    real(wp), dimension(chunk, n_statev(max_planes)) :: v_old, v
+    real(wp), dimension(chunk, n_statev(max_planes, .true.)) :: v_old, v
     integer :: i, j, n, p
 
     n = last - first + 1

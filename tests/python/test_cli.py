@@ -422,16 +422,12 @@ def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     """The tables have a row for every constant and state variable, with as many cells as the head."""
     assert main(["tables"]) == 0
     props, statev = capsys.readouterr().out.strip().split("\n\n")
-    reserved = [row.index for row in contract.props_table() if row.owner == "none"]
-    # those that are reserved have a row together, the listed planes have one
-    n_props = contract.N_FIXED_PROPS - len(reserved) + bool(reserved) + 1
-    for text, columns, n_rows in ((props, 6, n_props), (statev, 4, 11)):
+    # the listed planes have a row together
+    for text, columns, n_rows in ((props, 6, contract.N_FIXED_PROPS + 1), (statev, 4, 13)):
         lines = text.splitlines()
         assert len(lines) == 2 + n_rows
         assert {len(line.split(" | ")) for line in lines} == {columns}
     assert "| 3 | eta | ductility 1 - s0/sf | - | 0 < eta < 1 | required |" in props
-    assert props.count("| reserved | reserved |") == bool(reserved)
-    assert not reserved[1:] or f"| {reserved[0]}-{reserved[-1]} | reserved |" in props
     assert "| 5 | status |" in statev
 
 

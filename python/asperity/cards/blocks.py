@@ -167,7 +167,7 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
 
 def _comments(block: Block, run: str) -> str:
     """Head of a block: who wrote it, the entries of PROPS, how to run it, what to respect."""
-    names = ", ".join(row.name for row in contract.props_table() if row.name != "reserved")
+    names = ", ".join(row.name for row in contract.props_table())
     lines = [
         f"asperity {contract.library_version()}: {names}",
         "units: one consistent set, as mm, N, MPa, N/mm; theta and turn in degrees",
