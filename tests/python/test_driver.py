@@ -726,6 +726,10 @@ def test_warnings(run) -> None:
         "warning: s_f is 2 height: expected" in run(high.format(0.1) + RP_4 + "&step t_N = -0.1 /\n").messages
     )
     assert "warning" not in run(high.format(0.1) + FLAT + "&step t_N = -0.1 /\n").messages
+    # mu |sigma_N|/gamma = 30, Kt = 150: 3/W0
+    wears = MATERIAL.replace("/", ", kc = 1000.0, W0 = {} /")
+    assert "warning" not in run(wears.format(301.0) + path).messages
+    assert "stores 0.02 W0" in run(wears.format(150.0) + path).messages
     for other in ("sigma02 = 4.0", "Gc2 = 0.5"):
         text = MATERIAL.replace("/", f", {other} /") + FLAT + "&step s_N = 0.1 /\n"
         assert "warning: sigma02 or Gc2 differ" in run(text).messages
