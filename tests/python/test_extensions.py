@@ -80,6 +80,19 @@ def test_dilation_and_strength_fall_with_the_cycles() -> None:
     assert history.separation[rows[-1], 0] < 0.1 * history.separation[rows[0], 0]
 
 
+def test_wear_goes_with_the_weight() -> None:
+    """A flat share that halves the weight of the facets needs twice the W0 for the same wear."""
+    found = []
+    for flat, W0 in ((0.0, 4.0), (0.5, 8.0), (0.5, 4.0)):
+        joint = Interface(replace(LOCKING, mu=0.5, height=0.0, W0=W0), Pattern.regular(2, 30.0, flat=flat))
+        found.append(joint.confined_slip(0.0, path(0.6), -0.5).state[-1])
+    names = [contract.statev_names(n, wears=True) for n in (2, 3, 3)]
+    # facing plane: the first inclined one; its elastic slip, a hundredth of the path, goes with 1/gamma, too
+    places = [n.index(name) for n, name in zip(names, ("worn_1", "worn_2", "worn_2"), strict=True)]
+    whole, scaled, same = (state[place] for state, place in zip(found, places, strict=True))
+    assert scaled == pytest.approx(whole, rel=0.03) and same > 1.5 * whole
+
+
 def test_plesha_in_closed_form() -> None:
     """Without wear the rigid joint has the strengths up and down a slope, and closes where it began."""
     slips = path(0.4, -0.4, 0.0)
@@ -258,3 +271,6 @@ def test_select_with_a_height(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert float(found) < 1e-9
     [props] = re.findall(r"^PROPS\(\d+\) +(.*)$", text, re.MULTILINE)
     assert float(props.split(",")[contract.index("height")]) == 0.3
+    case.write_text(case.read_text(encoding="utf-8").replace("height", "W0 = 4.0, height"), encoding="utf-8")
+    assert main(["select", str(case)]) == 1
+    assert "W0 = 4: expected 0, or a planar load case" in capsys.readouterr().err

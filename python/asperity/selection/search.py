@@ -82,6 +82,11 @@ class Scene:
         self.regular(REFERENCE_SIDES)
         if self.material.tau_v > 0.0:
             raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, because a load case has no rate")
+        if self.material.W0 > 0.0 and not (self.planar or self.smooth):
+            raise ValueError(
+                f"W0 = {self.material.W0:g}: expected 0, or a planar load case: a facet wears by the work per its "
+                "own area, so that W0 belongs to one pattern"
+            )
         if not np.isfinite(self.direction):
             raise ValueError(f"direction = {self.direction!r}: expected a finite angle")
         for name, values in (("sigma_N", self.sigma_N), ("turns", self.turns)):
