@@ -6,7 +6,7 @@ program bench
   use aims, only: print_aims
   use build_facts, only: build
   use many_points, only: most_threads
-  use scene, only: scene_names, slip
+  use start_states, only: state_names, slip
   use table, only: add_limits, print_table, write_csv
   use tasks, only: new_array_workspace, new_large_workspace, new_workspace, row_type, run_often, take_turns, &
     workspace_type
@@ -27,8 +27,9 @@ program bench
     pattern_type("RP-63", 63.0_real64, third, .false.)]
   !> Material of Table 2 of the paper.
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
-  !> Points with data in the first-level cache, points of a scene and of a VUMAT call, and calls with data in memory.
-  integer, parameter :: n_small = 128, n_scene = 640, width = 128, n_calls = 1600
+  !> Points with data in the first-level cache, points with mixed states, points of a VUMAT call, and number of calls
+  !> with data in memory.
+  integer, parameter :: n_small = 128, n_states = 640, width = 128, n_calls = 1600
   !> Points of arrays in the second-level cache, and in memory (fewer with --quick).
   integer, parameter :: n_cache = 2048, n_memory = 1000000, n_memory_quick = 20000
   character(len=6), parameter :: precisions(2) = ["double", "single"]
@@ -53,7 +54,8 @@ program bench
   array_points = [n_cache, merge(n_memory_quick, n_memory, quick)]
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
   print "(a)", build
-  print "(a)", "Table 2, medians of runs taken in turn; test: per increment of confined slip, iterations included"
+  print "(2a)", "Table 2. Times are medians of runs taken in turn. ", &
+    "Kernel test: time of an increment of confined slip, with iterations."
   allocate (times(0, 0))
   do pass = 1, passes
     call measure_all(rows)
@@ -77,7 +79,7 @@ program bench
 
 contains
 
-  !> Measure all patterns and scenes once.
+  !> Measure all patterns and all choices of start states once.
   subroutine measure_all(rows)
     type(row_type), allocatable, intent(out) :: rows(:)   !! with the medians of this pass
     type(workspace_type) :: work
@@ -112,12 +114,12 @@ contains
       some%pattern = "RP-4"
       rows = [rows, some]
     end do
-    do i = 1, size(scene_names)
-      call new_workspace(props, i, n_scene, work)
+    do i = 1, size(state_names)
+      call new_workspace(props, i, n_states, work)
       some = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
       call take_turns(work, some, turns, shortest, used)
       some%pattern = "RP-4"
-      some%scene = merge("all slip ", scene_names(i), i == slip)   ! other points than those of the pattern
+      some%states = merge("all slip ", state_names(i), i == slip)   ! other points than those of the pattern
       rows = [rows, some]
     end do
   end subroutine measure_all
@@ -162,6 +164,10 @@ contains
         call get_command_argument(k + 1, profiled%pattern)
         call get_command_argument(k + 2, profiled%kernel)
         call get_command_argument(k + 3, text)
+        if (text /= "yes" .and. text /= "no") then
+          write (error_unit, "(3a)") "bench: ", trim(text), ": expected yes or no after PATTERN and KERNEL"
+          stop 1
+        end if
         profiled%tangent = text == "yes"
         k = k + 3
       else
@@ -179,6 +185,11 @@ contains
     type(workspace_type) :: work
     real(real64) :: props(8)
     integer :: i
+    if (all(patterns%name /= row%pattern)) then
+      write (error_unit, "(99a)") "bench: --profile ", trim(row%pattern), ": expected one of", &
+        (" """ // trim(patterns(i)%name) // """", i=1, size(patterns))
+      stop 1
+    end if
     do i = 1, size(patterns)
       if (patterns(i)%name /= row%pattern) cycle
       props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]

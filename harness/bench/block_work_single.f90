@@ -5,7 +5,7 @@ module block_work_single
   use asperity_contract, only: v_offset
   use asperity_interface, only: interface_type
   use host_routines, only: vumat => vumat_single
-  use scene, only: new_scene, slip
+  use start_states, only: new_start_states, slip
   implicit none
   private
   public :: block_work_type, new_block_work, run_block, run_roots, large_work_type, new_large_work, run_vumat, &

@@ -6,7 +6,7 @@ module many_points
   use asperity_interface, only: interface_type
   use asperity_points, only: update_points
   use asperity_kinds, only: wp
-  use scene, only: new_scene, slip
+  use start_states, only: new_start_states, slip
   implicit none
   private
   public :: many_work_type, new_many_work, run_points, run_copy, most_threads
@@ -37,7 +37,7 @@ contains
     work%joint = joint
     allocate (work%s_old(3, n), work%s(3, n), work%traction(3, n))
     allocate (work%state(joint%n_statev, n), work%copied(joint%n_statev, n))
-    call new_scene(joint, slip, s_old, s, state)
+    call new_start_states(joint, slip, s_old, s, state)
     !$omp parallel do schedule(static) private(p)
     do i = 1, n
       p = 1 + modulo(i, few)

@@ -5,7 +5,7 @@ module point_work
   use asperity_law, only: update_point
   use host_routines, only: umat
   use asperity_slip_test, only: confined_slip, slip_test_type
-  use scene, only: new_scene
+  use start_states, only: new_start_states
   use textbook, only: textbook_numerical_tangent, textbook_update
   implicit none
   private
@@ -24,18 +24,18 @@ module point_work
 
 contains
 
-  !> Allocate and fill n points of a scene.
+  !> Allocate and fill n points.
   pure subroutine new_point_work(props, joint, kind, n, work)
     real(wp), intent(in) :: props(:)                !! PROPS
     type(interface_type), intent(in) :: joint       !! made of them
-    integer, intent(in) :: kind                     !! scene
+    integer, intent(in) :: kind                     !! slip, zones or scattered
     integer, intent(in) :: n                        !! points
     type(point_work_type), intent(out) :: work
     work%joint = joint
     work%props = props
     allocate (work%s_old(3, n), work%s(3, n), work%ds(3, n))
     allocate (work%old(joint%n_statev, n), work%new(joint%n_statev, n))
-    call new_scene(joint, kind, work%s_old, work%s, work%old)
+    call new_start_states(joint, kind, work%s_old, work%s, work%old)
     work%ds = work%s - work%s_old
     work%new = work%old
   end subroutine new_point_work

@@ -9,13 +9,13 @@ module table
 contains
 
   !> The row with these properties; the program stops if there is none.
-  function find(rows, pattern, kernel, precision, tangent, scene, points, threads) result(row)
+  function find(rows, pattern, kernel, precision, tangent, states, points, threads) result(row)
     type(row_type), intent(in) :: rows(:)       !! where to look
     character(len=*), intent(in) :: pattern     !! its pattern
     character(len=*), intent(in) :: kernel      !! its kernel
     character(len=*), intent(in) :: precision   !! double or single
     logical, intent(in) :: tangent              !! whether the kernel computes the tangent
-    character(len=*), intent(in) :: scene       !! its scene
+    character(len=*), intent(in) :: states      !! its states at the start
     integer, intent(in), optional :: points     !! its number of points, absent: any
     integer, intent(in), optional :: threads    !! its number of threads, absent: 1
     type(row_type) :: row
@@ -28,7 +28,7 @@ contains
       if (present(points)) n_points = points
       if (row%threads /= n_threads .or. row%points /= n_points) cycle
       if (row%pattern == pattern .and. row%kernel == kernel .and. row%precision == precision &
-          .and. (row%tangent .eqv. tangent) .and. row%scene == scene) return
+          .and. (row%tangent .eqv. tangent) .and. row%states == states) return
     end do
     error stop "bench: no such row"
   end function find
@@ -62,11 +62,11 @@ contains
   subroutine print_table(rows)
     type(row_type), intent(in) :: rows(:)   !! what to print
     integer :: i
-    print "(2a)", "pattern  planes kernel     precision tangent scene       points threads  ns/point  ns/plane", &
-      "  textbook/it  it/streaming  it/roots"
+    print "(2a)", "pattern  planes kernel     precision tangent states      points threads  ns/point  ns/plane", &
+      "  textbook/ns  ns/streaming  ns/roots"
     do i = 1, size(rows)
       print "(a8, i7, 1x, a10, 1x, a9, 1x, a7, 1x, a9, i9, i8, f10.2, f10.3, a13, a14, a10)", rows(i)%pattern, &
-        rows(i)%planes, rows(i)%kernel, rows(i)%precision, yes_no(rows(i)), rows(i)%scene, rows(i)%points, &
+        rows(i)%planes, rows(i)%kernel, rows(i)%precision, yes_no(rows(i)), rows(i)%states, rows(i)%points, &
         rows(i)%threads, rows(i)%ns, &
         rows(i)%ns/real(rows(i)%planes, real64), ratio(rows(i)%textbook, rows(i)%ns), &
         ratio(rows(i)%ns, rows(i)%stream), ratio(rows(i)%ns, rows(i)%roots)
@@ -78,11 +78,11 @@ contains
     integer, intent(in) :: unit             !! open for writing
     type(row_type), intent(in) :: rows(:)   !! all rows
     integer :: i
-    write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,scene,points,threads,ns_per_point,ns_per_plane,", &
+    write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,states,points,threads,ns_per_point,ns_per_plane,", &
       "textbook_ratio,stream_ratio,roots_ratio"
     do i = 1, size(rows)
       write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), &
-        rows(i)%planes, trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%scene), &
+        rows(i)%planes, trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%states), &
         rows(i)%points, rows(i)%threads, rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), &
         trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
         trim(adjustl(ratio(rows(i)%ns, rows(i)%stream))), trim(adjustl(ratio(rows(i)%ns, rows(i)%roots)))

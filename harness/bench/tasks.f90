@@ -25,7 +25,7 @@ module tasks
                                           !! points, copy
     character(len=6) :: precision = "double"
     logical :: tangent = .false.          !! whether the kernel computes the tangent
-    character(len=9) :: scene = "slip"
+    character(len=9) :: states = "slip"   !! states of the points at the start, from state_names
     integer :: points = 0                 !! number of points
     integer :: threads = 1                !! number of threads
     real(real64) :: ns = 0.0_real64       !! nanoseconds per point (test: per increment)
@@ -51,7 +51,7 @@ contains
   !> A small workspace, with data in the first-level cache.
   subroutine new_workspace(props, kind, n, work)
     real(real64), intent(in) :: props(:)        !! PROPS
-    integer, intent(in) :: kind                 !! scene
+    integer, intent(in) :: kind                 !! slip, zones or scattered
     integer, intent(in) :: n                    !! points
     type(workspace_type), intent(out) :: work
     !> Largest difference between textbook version and point kernel, far above the rounding errors of the law.

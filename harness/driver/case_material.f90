@@ -86,8 +86,8 @@ contains
     props(p_eta) = 0.5_wp
   end function admissible_props
 
-  !> Whether constant i has an entry of its name in a group: those of the law in &material, those of the pattern in
-  !> &pattern, those of host and numerics in &replay. The number of planes has not, &pattern says it by others.
+  !> Whether constant i has an entry of its name in a group: constants of the law in &material, of the pattern in
+  !> &pattern, of host and numerics in &replay. m has none, because `sides` or the list of planes gives it.
   pure function in_group(i, group) result(yes)
     integer, intent(in) :: i                 !! index in PROPS
     character(len=*), intent(in) :: group    !! name of the group

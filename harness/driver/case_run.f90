@@ -6,6 +6,7 @@ module case_run
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
+  use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
   use failed_case, only: failed_type, write_failed_case
   use history, only: close_history, history_type, open_history, start_from
@@ -66,7 +67,7 @@ contains
     else if (table%last%lost .neqv. case%expect%lost) then
       code = exit_solve
       if (table%last%lost) then
-        call say(label // ": equilibrium lost: no solution found beyond " // text // ": " // why(case, failed))
+        call say(label // ": equilibrium lost beyond " // text // ": " // why(case, failed))
         call keep_failed(case, failed, label, output)
       else
         call say(label // ": the run ended at " // text // &
@@ -108,49 +109,95 @@ contains
       trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
   end function updates_and_snaps
 
-  !> Text of the reason why no equilibrium was found, from a scan of the free separations.
+  !> Text of the reason why no equilibrium was found: what the joint carries at most, in closed form, or else what a scan
+  !> of the free separations has searched.
   function why(case, failed) result(text)
     type(case_type), intent(in) :: case        !! the case
     type(failed_type), intent(in) :: failed    !! the increment
     character(len=:), allocatable :: text
     type(scan_type) :: scan
     character(len=:), allocatable :: limit, name, range
+    real(wp) :: direction(3), most
+    logical :: beyond
 
-    allocate (character(len=0) :: limit)
-    if (failed%report%ended == ended_limit) then
-      limit = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law; "
-    else if (failed%report%ended == ended_rejected) then
+    if (failed%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
       return
     end if
+    call beyond_bounds(case%joint, failed%control, failed%target, failed%last, beyond, direction, most)
+    if (beyond) then
+      text = "no equilibrium exists: " // carries_at_most(failed, direction, most)
+      return
+    end if
+    allocate (character(len=0) :: limit)
+    if (failed%report%ended == ended_limit) limit = "the increment needs more than the limit of " // &
+      integer_text(most_updates) // " updates of the law; "
     call scan_equilibria(case%joint, failed%control, failed%report%beyond, failed%last, scan)
     if (scan%n == 0) then
       text = "the separation is out of range"
       return
     end if
     name = trim(component_names(scan%free))
-    range = "[" // short(scan%lower) // ", " // short(scan%upper) // "]"
+    range = "from " // short(scan%lower) // " to " // short(scan%upper)
     if (scan%n == 1) then
-      text = trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
-        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over s_" // name // " in " // &
-        range // " is " // to_text(scan%extreme) // trim(merge(" <", " >", scan%short)) // " prescribed " // &
-        to_text(failed%report%beyond(scan%free))
+      text = "the " // trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
+        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over " // &
+        integer_text(scan%samples) // " values of s_" // name // " " // range // " is " // &
+        but(scan%extreme, failed%report%beyond(scan%free)) // tension(failed)
       if (scan%found) then
-        text = trim(merge("no equilibrium in the sense of the missing traction; there is one elsewhere", &
-          "there is an equilibrium                                                    ", &
+        text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
+          "there is an equilibrium                                          ", &
           len(limit) == 0)) // ", near s_" // name // " = " // short(scan%place(scan%free))
       else
-        text = "no equilibrium: " // text
+        text = "none found: " // text
       end if
     else if (scan%found) then
-      text = "the motion under the prescribed tractions reaches no equilibrium; there is one elsewhere, at s = (" // &
+      text = "the motion under the prescribed tractions reaches none; there is one elsewhere, at s = (" // &
         short(scan%place(1)) // ", " // short(scan%place(2)) // ", " // short(scan%place(3)) // ")"
     else
-      text = "no equilibrium: the motion under the prescribed tractions reaches none, the smallest residual over " // &
-        integer_text(scan%samples) // " separations, each free one in " // range // ", is " // short(scan%extreme)
+      text = "none found: the motion under the prescribed tractions reaches none, the smallest residual over " // &
+        integer_text(scan%samples) // " separations, each free one " // range // ", is " // short(scan%extreme) // &
+        tension(failed)
     end if
     text = limit // text
   end function why
+
+  !> Text of what the joint carries at most in a direction, and of what the step asks for.
+  function carries_at_most(failed, direction, most) result(text)
+    type(failed_type), intent(in) :: failed    !! the increment
+    real(wp), intent(in) :: direction(3)       !! unit vector (N, Tx, Ty)
+    real(wp), intent(in) :: most               !! traction in this direction, stress
+    character(len=:), allocatable :: text
+    integer :: i
+    i = maxloc(abs(direction), 1)
+    if (count(abs(direction) > 0.0_wp) == 1) then
+      text = "the joint carries at most t_" // trim(component_names(i)) // " = " // &
+        but(sign(1.0_wp, direction(i))*most, failed%target(i))
+    else
+      text = "in the direction (" // short(direction(1)) // ", " // short(direction(2)) // ", " // &
+        short(direction(3)) // ") the joint carries at most " // but(most, dot_product(direction, failed%target))
+    end if
+    text = text // tension(failed)
+  end function carries_at_most
+
+  !> Text of what is carried and what the step asks for; six digits, or all of them if six do not differ.
+  function but(carried, asked) result(text)
+    real(wp), intent(in) :: carried, asked     !! stress
+    character(len=:), allocatable :: text
+    if (short(carried) == short(asked)) then
+      text = to_text(carried) // ", the step asks for " // to_text(asked)
+    else
+      text = short(carried) // ", the step asks for " // short(asked)
+    end if
+  end function but
+
+  !> A reminder of the sign where a tension is prescribed.
+  function tension(failed) result(text)
+    type(failed_type), intent(in) :: failed    !! the increment
+    character(len=:), allocatable :: text
+    text = ""
+    if (failed%control%traction(1) .and. failed%target(1) > 0.0_wp) text = "; tension is positive"
+  end function tension
 
   !> Write the failed increment as a case of its own.
   subroutine keep_failed(case, failed, label, output)

@@ -1,4 +1,4 @@
-!> Case file that reproduces a failed increment alone: material, pattern, the state at its start, the values it goes to.
+!> Case file that repeats a failed increment: material, pattern, state at its start, prescribed values at its end.
 module failed_case
   use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
@@ -16,7 +16,7 @@ module failed_case
   type, public :: failed_type
     logical :: happened = .false.
     integer :: step = 0, increment = 0   !! which
-    type(control_type) :: control        !! what is held
+    type(control_type) :: control        !! which value of each component is prescribed
     type(point_type) :: start            !! the point at its start
     type(point_type) :: last             !! the last one found
     real(wp) :: target(3) = 0.0_wp       !! given values at its end: separation, or traction + spring*separation
@@ -54,7 +54,7 @@ contains
     text = ""
     do i = 1, 3
       if (failed%control%traction(i)) then
-        ! a target is counted from the spring at the start of the step
+        ! the force of a spring is zero at the start of the step
         text = text // entry("t_" // trim(component_names(i)), &
           [failed%target(i) - failed%control%spring(i)*failed%start%s(i)])
         if (failed%control%spring(i) > 0.0_wp) text = text // entry("k_" // trim(component_names(i)), &
@@ -69,7 +69,7 @@ contains
 
   contains
 
-    !> The constants of a group but for those that have their default.
+    !> The constants of a group that differ from their default.
     pure function entries(group) result(list)
       character(len=*), intent(in) :: group   !! name of the group
       character(len=:), allocatable :: list

@@ -5,6 +5,7 @@
 !> code is 1.
 program fuzz
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
+  use asperity_text, only: integer_text
   use fuzz_c, only: try_c
   use fuzz_umat, only: try_umat
   use fuzz_vumat_double, only: try_double => try_vumat
@@ -23,8 +24,9 @@ program fuzz
   integer :: failed, passed, target
   type(progress_type) :: progress
 
+  if (all(command_argument_count() /= [0, 1, 2, 4])) call reject("expected none, one, two or four arguments")
   seed = argument(1, 1_int64)
-  wanted = min(argument(2, long_run), int(huge(failed), int64))
+  wanted = argument(2, long_run)
   ! rejected calls write their reason to standard error, which would be millions of lines
   if (command_argument_count() < 4) open (unit=error_unit, file="/dev/null", action="write")
   failed = 0
@@ -44,19 +46,30 @@ program fuzz
 
 contains
 
-  !> Integer argument of the command.
+  !> Integer argument of the command; the program stops with a message if it is not admissible.
   function argument(i, default) result(value)
     integer, intent(in) :: i                 !! which
     integer(int64), intent(in) :: default    !! value of a missing argument
     integer(int64) :: value
+    character(len=8), parameter :: names(4) = [character(len=8) :: "SEED", "CALLS", "TARGET", "CASE"]
+    integer, parameter :: least(4) = [0, 0, 1, 0], most(4) = [huge(0), huge(0), size(targets), huge(0)]
     character(len=32) :: text
     integer :: status
     value = default
     if (command_argument_count() < i) return
     call get_command_argument(i, text)
     read (text, *, iostat=status) value
-    if (status /= 0 .or. value < 0) stop "usage: fuzz [SEED [CALLS [TARGET CASE]]]: whole numbers from 0 on"
+    if (status == 0 .and. value >= least(i) .and. value <= most(i)) return
+    call reject(trim(names(i)) // " = " // trim(text) // ": expected a whole number from " // &
+      integer_text(least(i)) // " to " // integer_text(most(i)))
   end function argument
+
+  !> Stop with a message about the arguments, and exit code 1.
+  subroutine reject(reason)
+    character(len=*), intent(in) :: reason   !! what is wrong, and what was expected
+    write (error_unit, "(a)") "fuzz: " // reason // ". Usage: fuzz [SEED [CALLS]] or fuzz SEED 1 TARGET CASE"
+    stop 1
+  end subroutine reject
 
   !> Run all cases of a target.
   subroutine run(target, wanted)

@@ -10,7 +10,7 @@ module fuzz_draw
   private
   public :: any_value, draw_props
 
-  !> Most planes that are listed, and most constants that are drawn.
+  !> Largest number of listed planes, and of drawn constants.
   integer, parameter :: most_listed = 8
   integer, parameter, public :: most_props = n_fixed_props + most_listed*n_listed_values
 
@@ -103,7 +103,7 @@ contains
     props(n_fixed_props + 4:n:n_listed_values) = props(n_fixed_props + 4:n:n_listed_values)/total
   end subroutine draw_props
 
-  !> A value of a constant in its range: of an integral one any, of a share any, of others one of a size that occurs.
+  !> A value of a constant in its range. Integral constants and fractions may have any value, others one of usual size.
   subroutine draw_prop(stream, i, far, value)
     integer(int64), intent(inout) :: stream   !! 1..largest_seed
     integer, intent(in) :: i                  !! of PROPS

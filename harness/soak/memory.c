@@ -42,6 +42,10 @@ int main(int argc, char **argv) {
   const int nstatv = asperity_nstatv(rp_4, 6, NULL, 0);
   char message[256];
   long before = 0, rejected = 0;
+  if (calls < 1) {
+    fprintf(stderr, "memory: CALLS = %s: expected a whole number >= 1\n", argv[1]);
+    return 1;
+  }
   if (nstatv < 1 || nstatv > ENOUGH) {
     printf("memory: nstatv = %d: expected 1 to %d\n", nstatv, ENOUGH);
     return 1;

@@ -12,10 +12,11 @@ module solver_sample
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
   use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, report_type
   use asperity_pattern, only: direction_vector
+  use solver_judge, only: judge_row, verdict_type
   use random_numbers, only: draw, pick, seed_of, uniform
   implicit none
   private
-  public :: draw_sample, run_sample, describe
+  public :: draw_sample, draw_state, run_sample, describe
 
   !> Loads: slip under constant normal traction; the same with zero traction across the slip; slip with a normal spring
   !> (CNS); all tractions prescribed, beyond the peak; slip with springs in the normal direction and across the slip.
@@ -36,6 +37,7 @@ module solver_sample
     integer :: m = 0                    !! inclined planes
     integer :: direction = 0            !! of the slip, degrees
     real(wp) :: theta = 30.0_wp         !! inclination, degrees
+    real(wp) :: flat = 1.0_wp/3.0_wp    !! weight of the flat plane
     real(wp) :: eta = 0.9_wp            !! ductility
     real(wp) :: mu = 0.5_wp             !! friction
     real(wp) :: sigma_n = 0.0_wp        !! constant normal traction, stress
@@ -61,17 +63,21 @@ module solver_sample
     integer :: snaps = 0
     logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
     logical :: limited = .false.        !! an increment met the limit of updates
+    logical :: viscous = .false.        !! the damage is viscous
     logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
     logical :: wrong = .false.          !! a row is not finite or not an equilibrium
+    integer :: unreported = 0           !! rows that jump without a reported snap
+    integer :: unbalanced = 0           !! rows whose energies do not balance
     character(len=300) :: why = ""      !! what is wrong or not explained
   end type outcome_type
 
 contains
 
   !> Draw a sample.
-  subroutine draw_sample(seed, varied, sample)
+  subroutine draw_sample(seed, varied, folds, sample)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
     logical, intent(in) :: varied               !! whether `vary` draws values, too; other values do not change
+    logical, intent(in) :: folds                !! whether every sample is one that tends to end in a fold
     type(sample_type), intent(out) :: sample    !! the sample
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
     real(wp), parameter :: mus(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.2_wp], etas(3) = [0.9_wp, 0.9_wp, 0.99_wp]
@@ -106,9 +112,10 @@ contains
     end select
     sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
     if (varied) call vary(other, sample)
+    if (folds) call steepen(other, sample)
     props = prop_table%default
     props([p_sigma0, p_gc, p_eta, p_mu]) = [sigma0, gc, sample%eta, sample%mu]
-    props([p_m, p_theta, p_flat]) = [real(sample%m, wp), sample%theta, 1.0_wp/3.0_wp]
+    props([p_m, p_theta, p_flat]) = [real(sample%m, wp), sample%theta, sample%flat]
     ! the slip is along Tx, and the pattern is rotated instead
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
@@ -146,7 +153,39 @@ contains
     do i = 1, 2
       sample%spring(i) = sample%spring(i)*springs(1)*(springs(2)/springs(1))**uniform(seed)
     end do
+    if (pick(seed, one_in) == 1) call steepen(seed, sample)
   end subroutine vary
+
+  !> Draw a sample that tends to end in a fold: steep planes, a small flat plane or none, little normal traction.
+  subroutine steepen(seed, sample)
+    integer(int64), intent(inout) :: seed           !! 1..largest_seed
+    type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
+    !> Range of the inclinations, degrees; largest weight of the flat plane; normal traction, relative to sigma0.
+    real(wp), parameter :: thetas(2) = [30.0_wp, 75.0_wp], most_flat = 0.2_wp, tractions(2) = [1.0e-5_wp, 0.1_wp]
+    integer :: i
+    sample%m = max(2, sample%m)
+    sample%theta = thetas(1) + (thetas(2) - thetas(1))*uniform(seed)
+    sample%flat = 0.0_wp
+    if (pick(seed, 3) == 1) sample%flat = most_flat*uniform(seed)
+    sample%sigma_n = sigma0*tractions(1)*(tractions(2)/tractions(1))**uniform(seed)
+    i = pick(seed, 4)
+    if (i == 1) sample%sigma_n = -sample%sigma_n
+    if (i > 2) sample%sigma_n = 0.0_wp
+  end subroutine steepen
+
+  !> Draw a sample with an initial state that carries a traction.
+  subroutine draw_state(seed, sample)
+    integer(int64), intent(inout) :: seed       !! 1..largest_seed
+    type(sample_type), intent(out) :: sample    !! the sample
+    do
+      call draw_sample(seed, .true., .false., sample)
+      if (.not. allocated(sample%state)) then
+        sample%initial = 2
+        call crack(seed, sample)
+      end if
+      if (sample%initial == 2) exit
+    end do
+  end subroutine draw_state
 
   !> Draw the initial state; a state that cannot carry its traction gets none.
   subroutine crack(seed, sample)
@@ -250,6 +289,7 @@ contains
     type(outcome_type), intent(inout) :: outcome      !! increased counts
     type(report_type) :: report
     type(scan_type) :: scan
+    type(verdict_type) :: verdict
     type(control_type) :: at_once
     type(point_type) :: old
     real(wp) :: reached, values(3)
@@ -267,10 +307,19 @@ contains
     if (outcome%wrong) return
     if (reached >= 1.0_wp) then
       outcome%increments = outcome%increments + 1
+      if (method == full_solver) then
+        call judge_row(sample%joint, control, start, target, old, point, report%snaps, verdict)
+        if (verdict%jump > 0.0_wp) outcome%unreported = outcome%unreported + 1
+        if (verdict%defect > 0.0_wp) outcome%unbalanced = outcome%unbalanced + 1
+        if (verdict%jump > 0.0_wp .or. verdict%defect > 0.0_wp) outcome%why = "increment " // &
+          integer_text(outcome%increments) // ": jump without a report " // &
+          to_text(verdict%jump) // " s0, energy not balanced " // to_text(verdict%defect)
+      end if
       return
     end if
     if (method /= full_solver) return
     outcome%limited = report%ended == ended_limit
+    outcome%viscous = sample%tau_v > 0.0_wp
     outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
@@ -337,8 +386,9 @@ contains
     type(sample_type), intent(in) :: sample   !! the sample
     character(len=:), allocatable :: text
     text = trim(load_names(sample%load)) // ", m = " // integer_text(sample%m) // ", theta = " // &
-      to_text(sample%theta) // ", eta = " // to_text(sample%eta) // ", mu = " // to_text(sample%mu) // &
-      ", direction " // integer_text(sample%direction) // ", sigma_N = " // to_text(sample%sigma_n) // &
+      to_text(sample%theta) // ", flat = " // to_text(sample%flat) // ", eta = " // to_text(sample%eta) // &
+      ", mu = " // to_text(sample%mu) // ", direction " // integer_text(sample%direction) // &
+      ", sigma_N = " // to_text(sample%sigma_n) // &
       ", step " // to_text(sample%step) // ", kc = " // to_text(sample%kc) // ", tau_v = " // &
       to_text(sample%tau_v) // ", sigma02 = " // to_text(sample%mode_ii(1)) // ", Gc2 = " // &
       to_text(sample%mode_ii(2)) // trim(merge(", guarded", "         ", sample%guarded)) // ", initial " // &

@@ -101,6 +101,10 @@ int main(int argc, char **argv) {
   uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 20150917; /* not 0 */
   long differences = 0, done[ENTRIES] = {0};
   int failed = 0;
+  if (wanted < 1 || seed == 0) {
+    fprintf(stderr, "threads: %s: expected whole numbers POINTS >= 1 and SEED >= 1\n", argv[wanted < 1 ? 1 : 2]);
+    return 1;
+  }
   for (int entry = 0; entry < ENTRIES; entry++) {
     long before = differences;
     while (done[entry] < wanted) {

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
+    from .selection.search import LoadCase as LoadCase
     from .selection.search import NoPatternError as NoPatternError
-    from .selection.search import Scene as Scene
     from .selection.search import Selection as Selection
     from .selection.search import select as select
 
@@ -29,11 +29,11 @@ _HOMES = {
     "EquilibriumLost": "interface",
     "History": "interface",
     "Interface": "interface",
+    "LoadCase": "selection.search",
     "Material": "material",
     "ModelWarning": "material",
     "NoPatternError": "selection.search",
     "Pattern": "pattern",
-    "Scene": "selection.search",
     "Selection": "selection.search",
     "Snap": "interface",
     "Update": "interface",

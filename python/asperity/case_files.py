@@ -21,10 +21,11 @@ from .pattern import Pattern
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a case; value: of the sweep, None without a sweep.
+    """One run of a case.
 
-    start: virgin, or the group of the initial state, initial or state.  steps: the load path as
-    harness/driver/case_echo.f90 writes it; a replay has none.
+    value: value of the sweep, None without a sweep. start: "virgin", or the group with the state at the
+    start, "initial" or "state". steps: the load path as harness/driver/case_echo.f90 writes it; a replay has
+    none.
     """
 
     value: float | None
@@ -46,9 +47,10 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Content of a case file; sweep: its name, empty without a sweep.
+    """Content of a case file.
 
-    before, after: text of the file before and after the group &pattern.
+    sweep: name of the swept value, empty without a sweep. before, after: text of the file before and after
+    the group &pattern.
     """
 
     path: Path
@@ -61,9 +63,10 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class SlipTest:
-    """Slips (T,) along direction (degrees) under a constant sigma_N, applied first in `preload` increments.
+    """Slip test: slips (T,) along direction (degrees) under a constant sigma_N.
 
-    A case that opens the interface in mode I has no slips.  value: of the sweep, None without a sweep.
+    sigma_N is applied first, in `preload` increments. A case that opens the interface in mode I has no slips.
+    value: value of the sweep, None without a sweep.
     """
 
     value: float | None
@@ -90,7 +93,7 @@ def read_case(path: Path) -> Case:
 
 
 def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
-    """Entries of PROPS of these owners by name, the integral ones as integers."""
+    """Entries of PROPS of these owners by name; those that must be whole numbers are integers."""
     found = ((row, props[row.index - 1]) for row in contract.owned(*owners))
     return {row.name: int(value) if row.integral else value for row, value in found}
 
@@ -104,10 +107,10 @@ def _run(path: Path, run: dict[str, Any]) -> Run:
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:
-    """Tests of a case, one for each value of its sweep.
+    """Slip tests of a case, one for each value of its sweep.
 
-    Raises ValueError unless the case starts virgin and is slip under a constant normal traction or opening in
-    mode I.
+    Raises ValueError unless the case starts from a virgin point and is a slip under a constant normal
+    traction or an opening in mode I.
     """
     for run in case.runs:
         if run.start != "virgin":

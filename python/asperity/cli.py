@@ -14,13 +14,13 @@ from .installed import cases, driver
 from .results import read_rows, results_of
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
-"""Exit codes; the last one is that of the driver after a lost equilibrium."""
+"""Exit codes; the last one is the exit code of the driver after a lost equilibrium."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return the exit code, 0 for success."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    # the matrices of the commands are small: more threads of BLAS only wait, 6 % of the time of a fit
+    # The matrices are small, so further threads of BLAS would only wait, which costs a fit 6 % of its time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
     try:
@@ -113,7 +113,7 @@ def _chart_arguments(chart: argparse.ArgumentParser) -> None:
     speed.add_argument("--table", action="store_true", help="also print a table in Markdown")
     speed.set_defaults(action=_speed)
     accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
-    _imported("studies.accuracy_charts")(charts.add_parser("accuracy", help=accuracy))
+    _imported("studies.accuracy.command")(charts.add_parser("accuracy", help=accuracy))
     explain = "pictures that explain the law and the solver"
     _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
@@ -132,7 +132,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "run": ("run a case by the driver and draw it", _run_arguments),
     "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
-    "paper": ("recompute the figures and tables of the paper", _imported("studies.paper")),
+    "paper": ("recompute the figures and tables of the paper", _imported("studies.paper.command")),
     "card": ("print the material block for the input of a host program", _imported("cards.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
@@ -195,7 +195,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _speed(options: argparse.Namespace) -> int:
-    """Read the CSV of the benchmark or run the benchmark, then draw."""
+    """Read the CSV of the benchmark, or run the benchmark, then draw."""
     from .studies.speed_charts import draw_speed, measure, read_timings, table
 
     if options.csv is not None and options.quick:

@@ -1,4 +1,4 @@
-"""What callers may rely on: PROPS and STATEV by index, name, unit, range, default, from the library."""
+"""PROPS and STATEV as the library defines them: index, name, unit, range and default of each entry."""
 
 from __future__ import annotations
 
@@ -24,19 +24,20 @@ Floats = NDArray[np.float64]
     N_FACET_STATEV,
     MAX_INCLINED,
 ) = _core.contract_sizes()
-"""Constants before the listed planes, without a default, of a listed plane; state variables of a point, of a
-plane, of a facet (only with wear); most inclined planes."""
+"""Numbers of PROPS before the listed planes, without a default, and of a listed plane; numbers of state
+variables of a point, of a plane and, with wear, of its facet; largest number of inclined planes.
+"""
 
 MOST = int(np.iinfo(np.intc).max)
-"""Largest count the library takes."""
+"""Largest number of points or rows that the library accepts."""
 
 
 @dataclass(frozen=True)
 class Prop:
-    """One entry of PROPS; index counts from 1, default is None where a value is required.
+    """One entry of PROPS; index counts from 1, and default is None where a value is required.
 
-    owner: what it belongs to, law, pattern, host or numerics.  lower and upper
-    enclose the admissible values.
+    owner: law, pattern, host or numerics. lower, upper: smallest and largest
+    admissible value.
     """
 
     index: int
@@ -53,7 +54,7 @@ class Prop:
 
 @dataclass(frozen=True)
 class Statev:
-    """One state variable; index counts from 1, that of a plane or facet is the one of the first plane."""
+    """One state variable; index counts from 1 and is, for a variable of a plane, that of the first plane."""
 
     index: int
     name: str
@@ -137,7 +138,7 @@ def default(name: str) -> float:
 
 
 def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
-    """Vector PROPS from values by name, the others at their default, and the values of the listed planes."""
+    """Vector PROPS from values by name, with defaults for the others, and the values of the listed planes."""
     props = np.array([0.0 if row.default is None else row.default for row in props_table()])
     for name, value in values.items():
         props[index(name)] = number(name, value, _PROPS[name].admissible)
@@ -145,7 +146,7 @@ def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
 
 
 def number(name: str, value: float, admissible: str = "a finite number") -> float:
-    """Double of a value; raises ValueError that names it where it is none, a huge integer for one."""
+    """Convert a value to a double; raises ValueError with its name if that is not possible."""
     try:
         return float(value)
     except (OverflowError, TypeError, ValueError):
@@ -153,7 +154,7 @@ def number(name: str, value: float, admissible: str = "a finite number") -> floa
 
 
 def whole(name: str, value: int) -> int:
-    """Integer of a count, which the library checks; raises ValueError that names it where there is none."""
+    """Convert a count to an integer, which the library checks; raises ValueError with its name otherwise."""
     try:
         found = int(value) if isinstance(value, float) else operator.index(value)
         if found == value and abs(found) <= MOST:
@@ -164,7 +165,7 @@ def whole(name: str, value: int) -> int:
 
 
 def array(name: str, value: ArrayLike) -> Floats:
-    """Contiguous doubles of any shape; raises ValueError that names the array and the value that is none."""
+    """Convert an array to contiguous doubles; raises ValueError with its name and the value that is wrong."""
     try:
         return np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:
@@ -177,15 +178,15 @@ def array(name: str, value: ArrayLike) -> Floats:
 
 
 def shown(value: object) -> str:
-    """Text of a value in a message, cut where it is long."""
+    """Text of a value in a message; a long text is cut."""
     try:
         return reprlib.repr(value)
-    except ValueError:  # Python prints no integer of more than 4300 digits
+    except ValueError:  # Python does not print integers of more than 4300 digits.
         return f"an integer of {int.bit_length(value)} bits" if isinstance(value, int) else "a huge number"
 
 
 def check(props: Floats) -> int:
-    """Number of planes of a PROPS vector; raises ValueError naming every bad value and what was expected."""
+    """Number of planes of a PROPS vector; raises ValueError with every bad value and what was expected."""
     n_planes, status = _core.interface_review(props)
     if status != 0:
         raise ValueError(_text(_core.interface_complaint(props)))

@@ -35,10 +35,10 @@ class Update:
 
 @dataclass(frozen=True)
 class Snap:
-    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after, length.
+    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
 
-    released: energy per unit area set free by the jump: the work of the prescribed tractions less the stored
-    and the dissipated energy.
+    released: energy per unit area that the jump sets free. It is the work of the prescribed tractions less
+    the change of the stored and dissipated energy.
     """
 
     row: int
@@ -346,7 +346,7 @@ class Interface:
         return text
 
     def _is_missing(self, name: str, value: object) -> bool:
-        """Whether the time is None; raises ValueError if viscous damage needs a time."""
+        """Return whether the time is None; raises ValueError if viscous damage needs a time."""
         if value is None and self.material.tau_v > 0.0:
             tau_v = self.material.tau_v
             raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
@@ -400,7 +400,7 @@ class Interface:
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:
-    """Work (T,) of a traction (T, 3) along a separation (T, 3) from zero, by the trapezoidal rule."""
+    """Work (T,) of a traction (T, 3) along separations (T, 3) that start at zero, by the trapezoidal rule."""
     before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
     change = np.diff(separation, axis=0, prepend=0.0)
     return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))
@@ -422,6 +422,6 @@ def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -
 
 
 def _raise(status: int, message: bytes) -> None:
-    """ValueError with the text of the library."""
+    """Raise ValueError with the message of the library, if there is one."""
     if status != 0:
         raise ValueError(message.decode("ascii").rstrip())

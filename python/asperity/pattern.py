@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from . import _core, contract
 
 _ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
-"""Admissible values that let the library check a pattern on its own."""
+"""Admissible constants, with which the library can check a pattern alone."""
 
 
 def direction_vector(direction_deg: ArrayLike) -> contract.Floats:
@@ -54,11 +54,11 @@ class Pattern:
         flat: float = contract.default("flat"),
         turn: float = contract.default("turn"),
     ) -> Pattern:
-        """`sides` equal planes inclined by theta and a flat plane of share `flat`, turned about N.
+        """Regular pattern (41)-(43): `sides` equal inclined planes and a flat plane of the weight `flat`.
 
-        Equations (41)-(43); sides = 0 is the flat interface.  RT of Table 4 is regular(2, theta), RP-m is
-        regular(m, theta), the five planes of Table 3 are regular(4, theta, flat=1/5).  Angles in degrees.
-        Raises ValueError for a value out of range.
+        theta: inclination; turn: rotation about N; both in degrees. sides = 0 gives the flat interface. RT of
+        Table 4 is regular(2, theta), RP-m is regular(m, theta), the five planes of Table 3 are regular(4,
+        theta, flat=1/5). Raises ValueError for a value out of range.
         """
         if not isinstance(sides, numbers.Real) or sides < 0:
             raise ValueError(f"sides = {contract.shown(sides)}: expected 0 or 2 to {contract.MAX_INCLINED}")
@@ -66,7 +66,7 @@ class Pattern:
 
     @classmethod
     def planes(cls, normals: ArrayLike, weights: ArrayLike) -> Pattern:
-        """Planes given one by one: normals (k, 3), n_N > 0, of any length, and weights (k,) that sum to 1.
+        """Pattern of listed planes: normals (k, 3) of any length, n_N > 0, and weights (k,) that sum to 1.
 
         Raises ValueError for wrong shapes and for values out of range.
         """

@@ -38,8 +38,8 @@ def draw(
 ) -> None:
     """Draw traction, dilation and damage of the results over the slip, or over the opening without slip.
 
-    results: by the value of the sweep.  name: of the sweep, for the legend.  length, stress: units of labels.
-    A cross marks a lost equilibrium.
+    results: by the value of the sweep. name: name of the swept value, for the legend. length, stress: units
+    of the labels. A cross marks a lost equilibrium.
     """
     slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())
     x_label = f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]"

@@ -15,7 +15,7 @@ from .material import Material, ModelWarning
 from .pattern import Pattern
 
 SMALL_CLOSURE = 0.1
-"""Closure of the facing planes under a normal traction over s_f, above which a warning is given."""
+"""Closure of a plane that carries the normal traction alone, over s_f, above which a warning is given."""
 
 SMALL_ENERGY = 0.01
 """Elastic energy of the friction on a facing plane over W0, above which a facet may wear off in a jump."""
@@ -24,7 +24,7 @@ SMALL_SHARE = 0.1
 """Closure of the facing planes over the asperity height H, above which a warning is given."""
 
 FEWEST_ELEMENTS = 3
-"""Elements in the cohesive zone below which the softening is not resolved (Turon et al. 2007, Section 3)."""
+"""Smallest number of elements in the cohesive zone that resolves the softening (Turon et al. 2007)."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,8 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
         return Remark(text, good=True)
     if product >= 1.0:
         text = (
-            f"mu tan(theta) = {product:.3g}: expected < 1 for the steepest plane, beyond it the interface "
-            "locks where it slides up this plane"
+            f"mu tan(theta) = {product:.3g}: expected < 1 for the steepest plane, because from 1 on the "
+            "interface locks where it slides up this plane"
         )
         return Remark(text, good=False)
     strength = material.residual_strength(np.degrees(np.arctan(steepest)))
@@ -188,7 +188,7 @@ def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:
         f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g})"
     )
     if share > SMALL_CLOSURE:
-        return Remark(f"{text}: expected at most {SMALL_CLOSURE:g} s_f, raise kc", good=False)
+        return Remark(f"{text}: expected at most {SMALL_CLOSURE:g} s_f; raise kc", good=False)
     return Remark(text, good=True)
 
 
@@ -198,8 +198,8 @@ def _snap_back(material: Material, modulus: float, size: float) -> Remark:
     text = f"element size {size:g}, limit 2 eta E Gc/sigma0^2 = {limit:.4g} in mode I"
     if size >= limit:
         return Remark(
-            f"{text}: expected a smaller size, beyond the limit the joint snaps back (it softens faster, "
-            "sigma0/(s_f - s0), than the element beside it unloads, E/L)",
+            f"{text}: expected a smaller size, because beyond the limit the joint snaps back: it softens by "
+            "sigma0/(s_f - s0), faster than the element beside it unloads by E/L",
             good=False,
         )
     return Remark(f"{text}: the joint does not snap back in front of one element", good=True)
@@ -210,7 +210,7 @@ def _zone(material: Material, modulus: float, size: float) -> Remark:
     length = _zone_length(material, modulus)
     text = f"cohesive zone E Gc/sigma0^2 = {length:.4g}, {length / size:.3g} elements long"
     if length < FEWEST_ELEMENTS * size:
-        return Remark(f"{text}: expected at least {FEWEST_ELEMENTS}, better 5", good=False)
+        return Remark(f"{text}: expected at least {FEWEST_ELEMENTS} elements, better 5", good=False)
     return Remark(text, good=True)
 
 
@@ -218,7 +218,7 @@ def _compliance(material: Material, modulus: float, size: float) -> Remark:
     """Elastic opening of the undamaged joint, compared with that of an element."""
     share = modulus / (material.K * size)
     return Remark(
-        f"unbroken, the joint opens by {share:.3g} times the stretch of an element: E/(K L)", good=True
+        f"the undamaged joint opens by {share:.3g} times the elongation of an element: E/(K L)", good=True
     )
 
 

@@ -25,7 +25,7 @@ COLUMNS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", *ENERGIES, "e
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Rows of a result: separation and traction (T, 3), damage (T,), event by row, ENERGIES (T, 4)."""
+    """Rows of a result: separation and traction (T, 3), damage (T,), event of each row, ENERGIES (T, 4)."""
 
     separation: Floats
     traction: Floats

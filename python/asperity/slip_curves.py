@@ -23,9 +23,9 @@ ROW = 6
 class SlipCurves:
     """C curves of confined slip tests over T slips; rows without equilibrium are NaN.
 
-    direction (C,), degrees; sigma_N (C,), stress; slips (T,), s_N (C, T), length; tau_L (along the direction)
-    and tau_across (left of it), (C, T), stress; damage (C, T); work (C, T), that of the preload included,
-    stress*length; rows (C,): number of converged rows; iterations (C,) of Newton's method.
+    direction (C,), degrees; sigma_N (C,), stress; slips (T,) and s_N (C, T), length; tau_L (along the
+    direction) and tau_across (left of it), (C, T), stress; damage (C, T); work (C, T) with that of the
+    preload, stress*length; rows (C,): number of converged rows; iterations (C,) of Newton's method.
     """
 
     direction: Floats

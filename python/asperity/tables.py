@@ -46,10 +46,10 @@ TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
 
 
 def fill(text: str, contents: Mapping[str, Callable[[], str]] = TABLES) -> str:
-    """Text in which the contents stand between the markers <!-- name --> ... <!-- /name -->."""
+    """Put contents between the markers <!-- name --> ... <!-- /name --> of a text."""
     for name, table in contents.items():
         begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # for re.sub
+        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # escaped for re.sub
         text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
     return text
 

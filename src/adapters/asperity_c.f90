@@ -1,7 +1,7 @@
 !> C API of the library, declared in asperity.h: the law for arrays of points.
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
-  use asperity_call_checks, only: explain_point, explain_points, explain_time
+  use asperity_call_checks, only: explain_nstatv, explain_point, explain_points, explain_time
   use asperity_checks, only: review_props
   use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
@@ -141,7 +141,7 @@ contains
       text = "n = " // integer_text(n) // " points: expected 0 or more"
     else if (nstatv < 0) then
       status = status_nstatv
-      text = "NSTATV = " // integer_text(nstatv) // ": expected at least " // integer_text(joint%n_statev)
+      call explain_nstatv(joint, "NSTATV", int(nstatv), text)
     else if (size < 0) then
       status = status_size
       text = "size = " // integer_text(size) // " bytes of a message: expected 0 or more"

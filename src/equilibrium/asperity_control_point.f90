@@ -10,7 +10,8 @@ module asperity_control_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
-    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation
+    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation, &
+    energy_defect
 
   !> Which value of each component (N, Tx, Ty) is given, and the duration of an increment.
   type :: control_type
@@ -251,5 +252,18 @@ contains
     real(wp) :: work
     work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
+
+  !> Work of an increment that is neither stored nor dissipated, relative to the energy K s0^2 of a plane at its
+  !> strength or to the terms of the balance, whichever is larger. It is an error of the trapezoidal rule, or the energy
+  !> that a jump to another branch releases.
+  pure function energy_defect(joint, old, new) result(defect)
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(point_type), intent(in) :: old, new        !! the point at start and end
+    real(wp) :: defect
+    real(wp) :: change(size(ledger)), work
+    work = new%work - old%work
+    change = new%state(ledger) - old%state(ledger)
+    defect = abs(work - sum(change))/max(joint%material%k_n*joint%material%s0**2, abs(work) + sum(abs(change)))
+  end function energy_defect
 
 end module asperity_control_point

@@ -4,8 +4,8 @@
 module asperity_initial
   use asperity_call_checks, only: state_status
   use asperity_checks, only: bounded
-  use asperity_contract, only: n_statev, plane_statev, status_ok, status_initial, &
-    v_offset, v_status
+  use asperity_contract, only: n_statev, plane_statev, status_ok, status_initial, v_friction, v_offset, v_rupture, &
+    v_status
   use asperity_control_point, only: balance_type, control_type, elastic_stiffness, move_point, point_type, &
     put_point, set_balance, traction_scale, unstable
   use asperity_elimination, only: eliminate
@@ -46,15 +46,16 @@ contains
   !> Set the offset of a state so that it carries a traction; the state does not change if it cannot carry it.
   !>
   !> The traction grows proportionally from the traction that the state carries at its offset or, if the offset is zero,
-  !> at the separation that fits the slips of its planes best. Damage, slips and energies follow that load path. Where
-  !> the branch of equilibria ends, the point moves under constant traction to the next stable equilibrium, if there is
-  !> one (docs/solver.md, "Snap"). The separation of the host is assumed to be zero; if it is not, the caller subtracts
-  !> it from the offset.
+  !> at the separation that fits the slips of its planes best. Damage and slips follow that load path. Where the branch
+  !> of equilibria ends, the point moves under constant traction to the next stable equilibrium, if there is one
+  !> (docs/solver.md, "Snap"). Rupture and friction count from the initial state on, as nobody knows what it has cost.
+  !> The separation of the host is assumed to be zero; if it is not, the caller subtracts it from the offset.
   pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
     logical, intent(in) :: held(3)                     !! true: prescribed; false: the separation is constant
-    real(wp), intent(inout), contiguous :: state(:)    !! STATEV, offset, planes and energies are replaced
+    real(wp), intent(inout), contiguous :: state(:)    !! STATEV; offset, planes, damage and stored energy are
+                                                       !! replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
     real(wp), intent(out), optional :: carried(3)      !! largest carried part of the traction, stress
     logical, intent(out), optional :: endless          !! true: beyond `carried` the planes open or slide without bound;
@@ -124,8 +125,8 @@ contains
       return
     end if
     balance%old%state(v_offset:v_offset + 2) = balance%old%s
+    balance%old%state([v_rupture, v_friction, v_status]) = state([v_rupture, v_friction, v_status])
     balance%old%state(n_statev(joint%pattern%n) + 1:) = state(n_statev(joint%pattern%n) + 1:joint%n_statev)
-    balance%old%state(v_status) = state(v_status)
     state(:joint%n_statev) = balance%old%state
   end subroutine carry_traction
 

@@ -3,17 +3,17 @@
 !> The solver is a semismooth Newton method with a line search. It follows a branch of equilibria by sub-increments.
 !> Where the branch ends, an overdamped motion leads to the next equilibrium: a snap (docs/solver.md, "Branch", "Snap").
 module asperity_mixed_control
+  use asperity_branch, only: balances, continue_branch, find_leap
+  use asperity_call_checks, only: state_status
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok
-  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, free_part, &
-    ledger, move_point, new_point, point_type, set_balance, unstable, whole_separation
-  use asperity_elimination, only: eliminate
+  use asperity_control_point, only: balance_type, control_type, ledger, move_point, new_point, point_type, set_balance
+  use asperity_increment, only: path_type, set_share, values_at
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_call_checks, only: state_status
-  use asperity_snap_motion, only: cannot_soften, farthest_rest, move_on, close_opening
-  use asperity_tolerances, only: smallest_share, snap_resolution, unexplained, unexplained_share
+  use asperity_snap_motion, only: close_opening, farthest_rest, move_on
+  use asperity_tolerances, only: smallest_share, snap_resolution
   implicit none
   private
   public :: control_type, point_type, new_point, advance
@@ -40,13 +40,6 @@ module asperity_mixed_control
     real(wp) :: beyond(3) = 0.0_wp       !! given values for which no equilibrium was found
   end type report_type
 
-  !> Definition of an increment.
-  type :: path_type
-    type(control_type) :: control        !! what is given
-    real(wp) :: start(3), target(3)      !! given values at both ends
-    real(wp) :: change(3)                !! target - start
-  end type path_type
-
 contains
 
   !> Take a point from the given values `start` to `target`.
@@ -67,6 +60,7 @@ contains
     integer, intent(in), optional :: method         !! plain_newton, halved_newton or full_solver (the default)
     type(report_type) :: what
     type(path_type) :: path
+    real(wp) :: next
     integer :: chosen
 
     chosen = full_solver
@@ -84,38 +78,20 @@ contains
     do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
       call follow(joint, path, point, reached, what)
       if (reached >= 1.0_wp) exit
-      what%beyond = values_at(path, min(1.0_wp, reached + smallest_share))
+      ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
+      next = min(1.0_wp, reached + 2.0_wp*smallest_share)
+      what%beyond = values_at(path, next)
       if (.not. any(control%traction)) then
         what%ended = ended_lost
       else if (what%updates < most_updates) then
         call jump(joint, control, what%beyond, point, what)
-        if (what%ended == ended_complete) reached = min(1.0_wp, reached + smallest_share)
+        if (what%ended == ended_complete) reached = next
       end if
       if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
     end do
     iterations = what%iterations
     if (present(report)) report = what
   end subroutine advance
-
-  !> Equations at a fraction of an increment, from the point at another fraction.
-  pure subroutine set_share(joint, path, share, reached, balance)
-    type(interface_type), intent(in) :: joint      !! the interface
-    type(path_type), intent(in) :: path            !! the increment
-    real(wp), intent(in) :: share                  !! 0 to 1
-    real(wp), intent(in) :: reached                !! fraction at which the point at the start is
-    type(balance_type), intent(inout) :: balance   !! the equations, the point at their start
-    call set_balance(joint, path%control, values_at(path, share), balance)
-    balance%control%dt = (share - reached)*path%control%dt
-  end subroutine set_share
-
-  !> Given values at a fraction of an increment.
-  pure function values_at(path, share) result(values)
-    type(path_type), intent(in) :: path   !! the increment
-    real(wp), intent(in) :: share         !! 0 to 1
-    real(wp) :: values(3)
-    values = path%start + share*path%change
-    if (share >= 1.0_wp) values = path%target
-  end function values_at
 
   !> Newton's method alone; the increment is halved if it does not converge. The full solver is compared with it.
   pure subroutine halve(joint, path, least, point, reached, what)
@@ -160,10 +136,9 @@ contains
     real(wp), intent(inout) :: reached              !! fraction that converged
     type(report_type), intent(inout) :: what        !! report
     type(balance_type) :: balance
-    type(newton_type) :: result
-    type(point_type) :: here, trial
-    real(wp) :: next, share, step
-    logical :: good
+    type(point_type) :: before, here, trial
+    real(wp) :: next, place, share, step
+    logical :: found, good
 
     ! if `share` is beyond the start, the state there is the result of Newton's method
     here%s = point%s
@@ -174,13 +149,8 @@ contains
     do while (share < 1.0_wp .and. step >= smallest_share .and. what%updates < most_updates)
       next = min(1.0_wp, share + step)
       call set_share(joint, path, next, reached, balance)
-      trial%s = here%s
-      call newton_solve(joint, balance, .true., trial, result)
-      call count_work(result, what)
-      if (.not. result%converged) call solve_from_tangent(joint, balance, (next - share)*path%change, here, trial, &
-        result, what)
-      good = result%converged
-      if (good) call check_branch(joint, balance, result, (next - share)*path%change, here%s, trial, good, what%updates)
+      call continue_branch(joint, balance, (next - share)*path%change, here, step < 2.0_wp*smallest_share, trial, &
+        good, what%iterations, what%updates)
       if (good) then
         call move_point(trial, here)
         share = next
@@ -193,6 +163,14 @@ contains
       ! the equations may still be those of a rejected step
       if (share < 1.0_wp) call set_share(joint, path, share, reached, balance)
       call close_opening(joint, balance, here, what%updates)
+      if (.not. balances(joint, balance, here)) then
+        before = balance%old
+        call find_leap(joint, path, reached, share, before, place, found, what%iterations, what%updates, most_updates)
+        if (found) share = place
+        if (found) call move_point(before, here)
+      end if
+    end if
+    if (share > reached) then
       call move_point(here, point)
       reached = share
       what%parts = what%parts + 1
@@ -201,33 +179,6 @@ contains
     end if
   end subroutine follow
 
-  !> Newton's method, started from the separations that the tangent at the start of a step predicts. Started from the
-  !> separations at the start of the step, it may open a stiff contact under a small pressure.
-  pure subroutine solve_from_tangent(joint, balance, change, here, trial, result, what)
-    type(interface_type), intent(in) :: joint       !! the interface
-    type(balance_type), intent(in) :: balance       !! equations of the step
-    real(wp), intent(in) :: change(3)               !! of the given values in the step
-    type(point_type), intent(in) :: here            !! the point at its start
-    type(point_type), intent(inout) :: trial        !! -> the point at its end
-    type(newton_type), intent(inout) :: result      !! result; `first` and `step` are those at the start of the step
-    type(report_type), intent(inout) :: what        !! report so far
-    real(wp) :: matrix(3, 3), step(3), work(3, 3)
-    logical :: good
-    matrix = free_matrix(balance, here)
-    work = matrix
-    step = free_part(balance, change - matmul(here%tangent, merge(0.0_wp, change, balance%control%traction)))
-    call eliminate(balance%n, work, step, good)
-    if (.not. good) return
-    trial%s = here%s
-    associate (free => balance%free(:balance%n))
-      trial%s(free) = here%s(free) + step(:balance%n)
-    end associate
-    call newton_solve(joint, balance, .true., trial, result)
-    call count_work(result, what)
-    result%first = matrix
-    result%step = step
-  end subroutine solve_from_tangent
-
   !> Add iterations and updates of a solve to the report.
   pure subroutine count_work(result, what)
     type(newton_type), intent(in) :: result    !! of a solve
@@ -235,78 +186,6 @@ contains
     what%iterations = what%iterations + result%iterations
     what%updates = what%updates + result%updates
   end subroutine count_work
-
-  !> Whether a converged step continues the branch of its start.
-  !>
-  !> The step continues the branch if the equilibria at both ends are stable and if the step agrees with the mean of the
-  !> predictions by both tangents within `unexplained`. If the tangents differ much, the tangents on the straight line
-  !> between the ends must be stable, too; with one free separation, no other equilibrium may lie on that line. Steps
-  !> below `snap_resolution`*s0, and steps from states that cannot soften, are accepted without this test.
-  pure subroutine check_branch(joint, balance, result, change, origin, point, good, updates)
-    type(interface_type), intent(in) :: joint       !! the interface
-    type(balance_type), intent(in) :: balance       !! equations of the step
-    type(newton_type), intent(in) :: result         !! of Newton's method
-    real(wp), intent(in) :: change(3)               !! of the given values in the step
-    real(wp), intent(in) :: origin(3)               !! separation at the start of the step, length
-    type(point_type), intent(in) :: point           !! at the end of the step
-    logical, intent(out) :: good                    !! whether the step continues the branch
-    integer, intent(inout) :: updates               !! of the law
-    !> Change of the tangent, relative to the first one, below which Newton's method is certain to stay on the branch:
-    !> half of Kantorovich's bound.
-    real(wp), parameter :: half = 0.5_wp
-    !> Test points on the line between the ends: smallest and largest number, and their distance as a fraction of s0.
-    integer, parameter :: least_looks = 7, most_looks = 63
-    real(wp), parameter :: distance = 1.0_wp/16.0_wp
-    type(point_type) :: between
-    real(wp) :: extent, from(3), last(3), matrix(3, 3), move(3), r(3), r_first, s0, scale, stiffness, x(3)
-    integer :: i, k, looks, n
-    logical :: solved
-
-    n = balance%n
-    good = .true.
-    if (n == 0 .or. result%iterations == 0) return
-    stiffness = elastic_stiffness(joint)
-    s0 = joint%material%s0
-    from = free_part(balance, origin)
-    move = free_part(balance, point%s) - from
-    good = .not. unstable(n, result%last, stiffness) .and. maxval(abs(point%s)) <= farthest_rest(joint, balance)
-    if (.not. good .or. maxval(abs(move)) <= snap_resolution*s0) return
-    good = result%stable
-    if (.not. good) return
-    if (cannot_soften(joint, balance%old)) return
-    ! the step that the tangent at the end predicts
-    last = free_part(balance, change - matmul(point%tangent, merge(0.0_wp, change, balance%control%traction)))
-    matrix = result%last
-    call eliminate(n, matrix, last, good)
-    ! with viscous damage no plane is ever fully damaged: the tolerance grows with the separation
-    extent = s0
-    if (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, &
-      maxval(abs(whole_separation(origin, point%state)), mask=balance%control%traction))
-    if (good) good = maxval(abs(move - 0.5_wp*(result%step + last))) <= max(unexplained*extent, &
-      unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
-    if (.not. good) return
-    solved = .false.
-    do k = 1, n
-      matrix = result%first
-      x = result%last(:, k) - result%first(:, k)
-      call eliminate(n, matrix, x, solved)
-      if (solved) solved = sum(abs(x)) <= half
-      if (.not. solved) exit
-    end do
-    if (solved) return
-    looks = max(least_looks, min(most_looks, ceiling(maxval(abs(move))/(distance*s0))))
-    r_first = 0.0_wp
-    do i = 0, looks
-      updates = updates + 1
-      x = from + (real(i, wp)/real(looks + 1, wp))*move
-      call evaluate(joint, balance, x, between, r, scale, good)
-      if (.not. good) return
-      if (i == 0) r_first = r(1)
-      good = .not. unstable(n, free_matrix(balance, between), stiffness)
-      if (n == 1) good = good .and. r(1)*r_first >= 0.0_wp
-      if (.not. good) return
-    end do
-  end subroutine check_branch
 
   !> Move the point from the end of the branch to the next stable equilibrium under constant given values.
   pure subroutine jump(joint, control, given, point, what)

@@ -9,10 +9,11 @@ module asperity_snap_motion
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_pattern, only: plane_normal
-  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, evaluate, free_matrix, &
-    move_point, point_type, set_balance, whole_separation
+  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, energy_defect, evaluate, &
+    free_matrix, move_point, point_type, set_balance, whole_separation
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_tolerances, only: farthest, least_damping, less_damping, more_damping, residual_tolerance
+  use asperity_tolerances, only: farthest, least_damping, less_damping, more_damping, residual_tolerance, &
+    unbalanced_motion
   implicit none
   private
   public :: move_on, close_opening, cannot_soften, farthest_rest
@@ -107,13 +108,17 @@ contains
       call evaluate(joint, balance, x + [sense*step, 0.0_wp, 0.0_wp], far, r_far, scale, good)
       updates = updates + 1
       if (.not. good) exit
+      if (.not. balanced(joint, balance%old, far, step)) then
+        step = 0.5_wp*step
+        cycle
+      end if
       if (sense*r_far(1) >= -residual_tolerance*scale) then
         call close_in(joint, balance, sense, x(1), x(1) + sense*step, far, updates, found)
         call move_point(far, point)
         return
       end if
       if (step > smallest_step*joint%material%s0) then
-        if (may_pass_roots(sense*r(1), derivative(balance%old), sense*r_far(1), derivative(far), step)) then
+        if (predicts_root(sense*r(1), derivative(balance%old), step)) then
           step = 0.5_wp*step
           cycle
         end if
@@ -140,19 +145,25 @@ contains
 
   end subroutine move_one_free
 
-  !> Whether a function that is negative at both ends of a step may have a root between them: it rises at the start,
-  !> falls at the end, and its tangents cross above zero.
-  pure function may_pass_roots(f_0, slope_0, f_1, slope_1, step) result(yes)
-    real(wp), intent(in) :: f_0, f_1           !! values, < 0
-    real(wp), intent(in) :: slope_0, slope_1   !! derivatives
-    real(wp), intent(in) :: step               !! > 0
+  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is very short.
+  pure function balanced(joint, old, new, length) result(yes)
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(point_type), intent(in) :: old, new        !! the point before and after the step
+    real(wp), intent(in) :: length                  !! of the step
     logical :: yes
-    real(wp) :: crossing
-    yes = slope_0 > 0.0_wp .and. slope_1 < 0.0_wp
-    if (.not. yes) return
-    crossing = min(max((f_1 - slope_1*step - f_0)/(slope_0 - slope_1), 0.0_wp), step)
-    yes = f_0 + slope_0*crossing >= 0.0_wp
-  end function may_pass_roots
+    real(wp), parameter :: shortest = 2.0_wp**(-10)
+    yes = length <= shortest*first_step*joint%material%s0
+    if (.not. yes) yes = energy_defect(joint, old, new) <= unbalanced_motion*length/joint%material%s0
+  end function balanced
+
+  !> Whether a step from a negative value of a function may pass two of its roots: the tangent has a root within it.
+  pure function predicts_root(f, slope, step) result(yes)
+    real(wp), intent(in) :: f       !! value, < 0
+    real(wp), intent(in) :: slope   !! derivative
+    real(wp), intent(in) :: step    !! > 0
+    logical :: yes
+    yes = slope > 0.0_wp .and. f + slope*step >= 0.0_wp
+  end function predicts_root
 
   !> Find the equilibrium between two separations that bracket it, by Newton's method with bisection as a safeguard.
   pure subroutine close_in(joint, balance, sense, first, last, point, updates, found)
@@ -209,6 +220,7 @@ contains
     type(newton_type) :: result
     type(point_type) :: trial
     real(wp) :: damping, drift(3), far, limit, move, stiffness
+    logical :: good
 
     found = .false.
     stiffness = elastic_stiffness(joint)
@@ -227,6 +239,10 @@ contains
       iterations = iterations + result%iterations
       move = maxval(abs(trial%s - balance%old%s))
       found = result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far
+      if (found .and. .not. balanced(joint, balance%old, trial, move)) then
+        limit = 0.5_wp*move
+        found = .false.
+      end if
       if (found) then
         call move_point(trial, balance%old)
         exit
@@ -238,7 +254,9 @@ contains
       updates = updates + result%updates
       iterations = iterations + result%iterations
       move = maxval(abs(trial%s - balance%old%s))
-      if (.not. (result%converged .and. result%stable) .or. move > limit) then
+      good = result%converged .and. result%stable .and. move <= limit
+      if (good) good = balanced(joint, balance%old, trial, move)
+      if (.not. good) then
         damping = more_damping*damping
         cycle
       end if

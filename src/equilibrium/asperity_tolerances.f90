@@ -31,11 +31,20 @@ module asperity_tolerances
 
   !> Smallest fraction of an increment, and of an initial traction, that is tried; a fold is located to this accuracy.
   real(wp), parameter, public :: smallest_share = 2.0_wp**(-20), smallest_initial_share = 2.0_wp**(-17)
+  !> Distance from a kink at which Newton's method starts on its closing side, relative to s0.
+  real(wp), parameter, public :: touch = 1.0e-4_wp
   !> Smallest jump of a separation that counts as a snap, relative to s0.
   real(wp), parameter, public :: snap_resolution = 0.01_wp
   !> Tolerated difference between a step and the mean of the two tangent predictions, as a fraction of s0 (RP-32 jumps
   !> by 0.1 s0) or of the prescribed change, whichever is larger.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
+
+  !> Tolerated energy that does not balance in a sub-increment, relative to the energy of a plane at its strength or to
+  !> the terms of the balance. It is the error of the trapezoidal rule in a step of 0.3 s0 in which a bond breaks.
+  real(wp), parameter, public :: unbalanced = 0.01_wp
+  !> The same for a step of s0 of the motion to another branch; shorter steps are allowed less in proportion, as the
+  !> energy that a snap releases is a sum over the steps.
+  real(wp), parameter, public :: unbalanced_motion = 3.0e-4_wp
 
   !> Largest growth of the damage of a plane in a sub-increment of an initial traction; a larger one may be a jump to
   !> another branch.

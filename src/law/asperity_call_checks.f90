@@ -13,7 +13,7 @@ module asperity_call_checks
   implicit none
   private
   public :: point_status, state_status, time_status, host_status, vumat_status
-  public :: explain_point, explain_points, explain_time, explain_call, explain_vumat, explain_block
+  public :: explain_point, explain_points, explain_nstatv, explain_time, explain_call, explain_vumat, explain_block
 
 contains
 
@@ -76,6 +76,16 @@ contains
       slip_bound(joint)))
   end function state_status
 
+  !> Append a line about a number of state variables that is too small.
+  pure subroutine explain_nstatv(joint, name, nstatv, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    character(len=*), intent(in) :: name                      !! name of the number in the caller's interface
+    integer, intent(in) :: nstatv                             !! as passed, may be negative
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    call append(message, name // " = " // integer_text(nstatv) // ": expected at least " // &
+      integer_text(joint%n_statev) // " for " // integer_text(joint%pattern%n) // " planes")
+  end subroutine explain_nstatv
+
   !> Append one line for each bad value of STATEV, or a line if STATEV is too short.
   pure subroutine explain_state(joint, state, energy, slip, message)
     type(interface_type), intent(in) :: joint                 !! the interface
@@ -84,8 +94,7 @@ contains
     real(wp), intent(in) :: slip                              !! largest slip and offset, length
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     if (size(state) < joint%n_statev) then
-      call append(message, "NSTATV = " // integer_text(size(state)) // ": expected at least " // &
-        integer_text(joint%n_statev) // " for " // integer_text(joint%pattern%n) // " planes")
+      call explain_nstatv(joint, "NSTATV", size(state), message)
       return
     end if
     call review_state(joint%pattern%n, joint%n_statev, state, energy, slip, message)
@@ -164,11 +173,10 @@ contains
     end do
     call explain_time(joint, "DTIME", message, dtime)
     if (nstatv < 0) then
-      call append(message, "NSTATV = " // integer_text(nstatv) // ": expected at least " // &
-        integer_text(joint%n_statev))
-      return
+      call explain_nstatv(joint, "NSTATV", nstatv, message)
+    else
+      call explain_state(joint, statev, energy_limit, slip_bound(joint), message)
     end if
-    call explain_state(joint, statev, energy_limit, slip_bound(joint), message)
   end subroutine explain_call
 
   !> Largest admissible strain component of a UMAT: half of the separation bound over h, so that the sum of STRAN and
@@ -218,8 +226,7 @@ contains
       call append(message, "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // &
         ": expected 1, 2 or (2D) 1, 1")
     else if (status == status_nstatv) then
-      call append(message, "nstatev = " // integer_text(nstatev) // ": expected at least " // &
-        integer_text(joint%n_statev))
+      call explain_nstatv(joint, "nstatev", nstatev, message)
     else if (status == status_size) then
       call append(message, "nblock = " // integer_text(nblock) // " points: expected 0 or more")
     else if (status == status_time) then

@@ -16,17 +16,17 @@ module asperity_contract
     p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19
   !> PROPS before the listed planes, and how many of them have no default.
   integer, parameter, public :: n_fixed_props = 19, n_required_props = 4
-  !> Values per listed plane (n_N, n_Tx, n_Ty, gamma).
+  !> Number of values of a listed plane (n_N, n_Tx, n_Ty, gamma).
   integer, parameter, public :: n_listed_values = 4
-  !> Most inclined planes of a pattern; with the flat one, most planes.
+  !> Largest number of inclined planes, and of all planes with the flat one.
   integer, parameter, public :: max_inclined = 64, max_planes = max_inclined + 1
-  !> Smallest number of inclined planes of a regular pattern (besides none).
+  !> Smallest number of inclined planes of a regular pattern that is not flat.
   integer, parameter, public :: min_inclined = 2
   !> Tolerance of the sum of listed weights.
   real(wp), parameter, public :: weight_tolerance = 1.0e-6_wp
 
-  !> One entry of PROPS: what it is and what it may be. `lower` and `upper` are admissible themselves; a negative
-  !> `lower` is -`upper`.
+  !> One entry of PROPS. `lower` and `upper` are the smallest and largest admissible value; a negative `lower` is
+  !> -`upper`.
   type :: prop_type
     character(len=8) :: name          !! symbol
     character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics
@@ -38,17 +38,19 @@ module asperity_contract
     real(wp) :: default               !! value where the host passes fewer PROPS
   end type prop_type
 
-  !> Bounds that keep every product of the law in the range of a double (stated, and far outside any unit system).
+  !> Bounds of the constants. With them every product of the law is in the range of a double; they lie far outside any
+  !> system of units.
   real(wp), parameter :: small = 1.0e-50_wp, large = 1.0e50_wp, top = 1.0e10_wp
   !> Largest admissible separation, as a multiple of s0: its square and the energies stay finite.
   real(wp), parameter, public :: separation_limit = 1.0e50_wp
-  !> Smallest value of what may be 0 for a default but is divided by otherwise.
+  !> Smallest value above 0 of constants for which 0 stands for a default and by which the law divides otherwise.
   real(wp), parameter, public :: smallest_divisor = small
-  !> Largest ratio of the stiffnesses of the two modes, either way.
+  !> Largest ratio of the stiffnesses of the two modes, and of its reciprocal.
   real(wp), parameter, public :: stiffness_ratio_limit = 1.0e100_wp
-  !> Largest ratio of height and s_f = 2 Gc/sigma0, either way: the curvature of a facet stays in the range of a double.
+  !> Largest ratio of height and s_f = 2 Gc/sigma0, and of its reciprocal: the curvature of a facet stays in the range
+  !> of a double.
   real(wp), parameter, public :: height_ratio_limit = 1.0e10_wp
-  !> Largest energy in a state: over the smallest thickness it stays finite.
+  !> Largest energy in a state; divided by the smallest thickness it is still finite.
   real(wp), parameter, public :: energy_limit = 1.0e250_wp
   real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp), below_right = nearest(90.0_wp, -1.0_wp)
   real(wp), parameter :: unbounded = huge(1.0_wp)
@@ -62,27 +64,27 @@ module asperity_contract
               0.0_wp, below_right, 0.0_wp), &
     prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 20 on)", "-", &
               "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp), &
-    prop_type("flat", "pattern", "share of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
+    prop_type("flat", "pattern", "weight of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
     prop_type("turn", "pattern", "rotation of the pattern about N", "degree", "any finite angle", &
               -unbounded, unbounded, 0.0_wp), &
-    prop_type("h", "host", "thickness the host divides by (strain = separation/h)", "length", &
+    prop_type("h", "host", "thickness by which the host divides (strain = separation/h)", "length", &
               "> 0 (1e-50 to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp), &
     prop_type("map", "host", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("sigma02", "law", "tangential strength if different (0: equal)", "stress", &
+    prop_type("sigma02", "law", "strength in mode II; 0: as sigma0", "stress", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("Gc2", "law", "mode II rupture energy if different (0: equal)", "stress*length", &
+    prop_type("Gc2", "law", "rupture energy in mode II; 0: as Gc", "stress*length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("tau_v", "law", "relaxation time of the viscous damage, 0: none", "time", &
+    prop_type("tau_v", "law", "relaxation time of the viscous damage; 0: none", "time", &
               ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("dalpha", "numerics", "growth of damage in an increment that asks for a cut, 0: never", "-", &
+    prop_type("dalpha", "numerics", "largest growth of damage in an increment; 0: no limit", "-", &
               "0 <= dalpha < 1", 0.0_wp, below_one, 0.0_wp), &
-    prop_type("r", "host", "NTENS = 6: stiffness of the other components, share of K h", "-", &
+    prop_type("r", "host", "NTENS = 6: in-plane stiffness as a fraction of K h", "-", &
               "0 <= r <= 1", 0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("kc", "law", "closing stiffness as a multiple of Kn (0: 1)", "-", &
+    prop_type("kc", "law", "normal stiffness of a closed plane over Kn; 0 means 1", "-", &
               ">= 0 (at most 1e10)", 0.0_wp, top, 1.0_wp), &
-    prop_type("guard", "law", "1: the damage of a plane grows only where that releases energy", "-", "0 or 1", &
+    prop_type("guard", "law", "1: damage grows only where its dissipation is not negative", "-", "0 or 1", &
               0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("height", "law", "asperity height, the end of the dilation (0: it never ends)", "length", &
+    prop_type("height", "law", "asperity height, where the dilation ends; 0: it never ends", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp)]
@@ -93,7 +95,7 @@ module asperity_contract
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &
     v_offset = 6
-  !> State variables before those of the planes, and per plane (alpha, s_dit, s_dih).
+  !> Numbers of state variables before those of the planes, and of a plane (alpha, s_dit, s_dih).
   integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
   !> With wear (W0 > 0), state variables per facet (worn share, frictional work), after those of all planes.
   integer, parameter, public :: n_facet_statev = 2
@@ -114,9 +116,9 @@ module asperity_contract
     statev_type("rupture", "energy spent on rupture per unit nominal area", "stress*length"), &
     statev_type("friction", "energy dissipated by friction per unit nominal area", "stress*length"), &
     statev_type("status", "0: never called, 1: called", "-"), &
-    statev_type("offset_N", "separation offset N of an initial traction", "length"), &
-    statev_type("offset_Tx", "separation offset Tx of an initial traction", "length"), &
-    statev_type("offset_Ty", "separation offset Ty of an initial traction", "length"), &
+    statev_type("offset_N", "separation N that the host does not pass", "length"), &
+    statev_type("offset_Tx", "separation Tx that the host does not pass", "length"), &
+    statev_type("offset_Ty", "separation Ty that the host does not pass", "length"), &
     statev_type("alpha", "damage of the plane", "-"), &
     statev_type("s_dit", "inelastic slip of the plane along t", "length"), &
     statev_type("s_dih", "inelastic slip of the plane along h", "length"), &

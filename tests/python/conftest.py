@@ -1,15 +1,62 @@
-"""What all Python tests have in common: their order, and the threads of linear algebra."""
+"""What all Python tests share: their order, the threads of linear algebra, and the fixtures of the driver."""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import pytest
 
-# the workers of pytest share the cores already; numpy reads this when it is imported
+# The workers of pytest share the cores already. NumPy reads this when it is imported, which comes later.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from asperity import installed
+from support_driver import CASES, Result, call
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The slow tests come first, so that no worker is left alone with one at the end."""
     items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
+@pytest.fixture(scope="session")
+def driver() -> Path:
+    """Return the path of the driver."""
+    return installed.driver().resolve()
+
+
+@pytest.fixture
+def run(driver: Path, tmp_path: Path):
+    """Return a function that runs a case given by its text and asserts the exit code."""
+
+    def run_text(text: str | bytes, *options: str, code: int = 0) -> Result:
+        case = tmp_path / "case.nml"
+        case.write_bytes(text if isinstance(text, bytes) else text.encode())
+        output = tmp_path / "case.csv"
+        output.unlink(missing_ok=True)
+        process = call(driver, "case.nml", *options, folder=tmp_path)
+        assert process.returncode == code, process.stderr
+        return Result(process, output)
+
+    return run_text
+
+
+@pytest.fixture(scope="session")
+def shipped(driver: Path, tmp_path_factory: pytest.TempPathFactory):
+    """Return a function that runs a shipped case once and returns its results by the value of the sweep.
+
+    Without a sweep the only key is "".
+    """
+    done: dict[str, dict[str, Result]] = {}
+
+    def run_case(name: str) -> dict[str, Result]:
+        if name not in done:
+            folder = tmp_path_factory.mktemp(name)
+            process = call(driver, CASES / f"{name}.nml", folder=folder)
+            assert process.returncode == 0, process.stderr
+            found = {path.stem[len(name) + 1 :]: Result(process, path) for path in folder.glob("*.csv")}
+            assert found
+            done[name] = found
+        return done[name]
+
+    return run_case

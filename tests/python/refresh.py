@@ -38,8 +38,8 @@ def follow(page: Path, folder: Path) -> str:
         printed = _run(block[1], block[2], folder)
         if text[block.end() : after.start()].strip():
             output = re.search(r" -o (\S+\.(?:json|csv|txt))", block[2])
-            told = printed + ((folder / output[1]).read_text(encoding="utf-8") if output else "")
-            printed = _excerpt(after[2], told)
+            written = printed + ((folder / output[1]).read_text(encoding="utf-8") if output else "")
+            printed = _excerpt(after[2], written)
         pieces += [text[done : after.start(2)], printed]
         done = after.end(2)
     return "".join([*pieces, text[done:]])

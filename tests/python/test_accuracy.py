@@ -7,9 +7,10 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Pattern
+from asperity import Interface, Material, Pattern
 from asperity.cli import main
-from asperity.studies import accuracy, accuracy_charts
+from asperity.slip_curves import slip_curves
+from asperity.studies.accuracy import command, common, increments, planes, precision, tangents
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -25,8 +26,8 @@ PICTURES = {
 
 def test_paths() -> None:
     """The slip paths have equal increments, the prescribed end points, and rows at the reversals."""
-    np.testing.assert_allclose(accuracy.monotonic(3), [0.2, 0.4, 0.6], rtol=0.0, atol=1e-15)
-    slips = accuracy.cycle(20)
+    np.testing.assert_allclose(common.monotonic(3), [0.2, 0.4, 0.6], rtol=0.0, atol=1e-15)
+    slips = common.cycle(20)
     assert len(slips) == 20
     assert np.ptp(np.abs(np.diff(slips, prepend=0.0))) < 1e-15
     np.testing.assert_allclose(slips[[3, 11, 19]], [0.4, -0.4, 0.4], rtol=0.0, atol=1e-15)
@@ -34,8 +35,8 @@ def test_paths() -> None:
 
 def test_errors_fall_with_the_increments() -> None:
     """All errors decrease with eight times as many increments; tractions converge at about first order."""
-    errors = list(accuracy.step_errors((60, 480), (), repeats=1))
-    assert len(errors) == 2 * len(accuracy.PATHS) * len(accuracy.SIGMA_N)
+    errors = list(increments.step_errors((60, 480), (), repeats=1))
+    assert len(errors) == 2 * len(common.PATHS) * len(common.SIGMA_N)
     for coarse, fine in zip(errors[::2], errors[1::2], strict=True):
         assert (coarse.path, coarse.sigma_N, coarse.rows) == (fine.path, fine.sigma_N, 60)
         assert fine.rows == 480 and fine.seconds > 0.0
@@ -46,7 +47,7 @@ def test_errors_fall_with_the_increments() -> None:
 
 def test_adaptive_increments_draw_the_curve_with_fewer_rows() -> None:
     """The curve stays within three times the tolerance with fewer than 300 rows."""
-    errors = list(accuracy.step_errors((480,), (1e-3,), repeats=1))
+    errors = list(increments.step_errors((480,), (1e-3,), repeats=1))
     for fixed, adaptive in zip(errors[::2], errors[1::2], strict=True):
         assert (fixed.tolerance, adaptive.tolerance) == (0.0, 1e-3)
         assert adaptive.line < 3e-3 and adaptive.rows < 300
@@ -55,7 +56,7 @@ def test_adaptive_increments_draw_the_curve_with_fewer_rows() -> None:
 @pytest.mark.parametrize("sides", [3, 4, 5])
 def test_rings_of_equal_inclination_are_the_regular_pattern(sides: int) -> None:
     """A ring of m planes and a ring of m planes rotated by 180/m degrees form RP-2m."""
-    rings = accuracy.two_rings(sides, 30.0, 0.0).pattern
+    rings = planes.two_rings(sides, 30.0, 0.0).pattern
     regular = Pattern.regular(2 * sides, 30.0, turn=180.0)
     order = np.lexsort(np.round(rings.normals, 12).T), np.lexsort(np.round(regular.normals, 12).T)
     np.testing.assert_allclose(rings.normals[order[0]], regular.normals[order[1]], rtol=0.0, atol=1e-14)
@@ -68,31 +69,31 @@ def test_residual_is_that_of_a_long_slip(sides: int) -> None:
 
     The pressure is small.  The slip directions are up the slope of a plane and midway between two planes.
     """
-    interface = Interface(accuracy.material(), Pattern.regular(sides, 30.0))
+    interface = Interface(common.material(), Pattern.regular(sides, 30.0))
     angles = np.array([0.0, 180.0 / sides])
-    found = accuracy.slip_curves(interface, angles, np.linspace(0.0, 8.0, 801)[1:], -0.5)
+    found = slip_curves(interface, angles, np.linspace(0.0, 8.0, 801)[1:], -0.5)
     strengths = 0.5 * interface.material.residual_strength(30.0, angles)
     np.testing.assert_allclose(found.tau_L[:, -1], strengths, rtol=1e-9)
     spread = found.tau_L[0, -1] / found.tau_L[1, -1] - 1.0
-    assert accuracy.residual_spread(sides, 30.0, 0.5) == pytest.approx(spread, rel=1e-7)
+    assert planes.residual_spread(sides, 30.0, 0.5) == pytest.approx(spread, rel=1e-7)
     assert spread == pytest.approx({4: 0.256, 8: 0.058}[sides], abs=5e-4)  # docs/theory.md, section 8
 
 
 def test_reference_is_isotropic_and_odd_patterns_cancel_in_loops() -> None:
     """The errors of RP-64 are small; loops of RP-7 spread less than those of RP-6 and RP-8."""
-    chosen = [accuracy.regular(m, 30.0) for m in (6, 7, 8, 64)]
-    found = {e.sides: e for e in accuracy.plane_errors(chosen, 30.0, 0.5, (-1.0,), repeats=1)}
+    chosen = [planes.regular(m, 30.0) for m in (6, 7, 8, 64)]
+    found = {e.sides: e for e in planes.plane_errors(chosen, 30.0, 0.5, (-1.0,), repeats=1)}
     assert max(found[64].tau_L, found[64].across, found[64].s_N) < 2e-3
     assert found[7].loop < 0.6 * min(found[6].loop, found[8].loop)
     assert found[6].tau_L > 10.0 * found[64].tau_L > 0.0
-    none = next(accuracy.plane_errors(chosen[:1], 30.0, 0.5, (0.0,), repeats=1))
+    none = next(planes.plane_errors(chosen[:1], 30.0, 0.5, (0.0,), repeats=1))
     assert np.isnan(none.loop) and none.work == pytest.approx(0.0030, abs=2e-4)  # docs/theory.md, RP-6
 
 
 def test_pareto() -> None:
     """The Pareto front holds the points for which no other point is better in both values."""
     points = [(1.0, 5.0), (2.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0)]
-    assert accuracy.pareto(points) == [(1.0, 5.0), (2.0, 3.0), (4.0, 1.0)]
+    assert planes.pareto(points) == [(1.0, 5.0), (2.0, 3.0), (4.0, 1.0)]
 
 
 def test_compensation_cures_the_sums() -> None:
@@ -100,19 +101,19 @@ def test_compensation_cures_the_sums() -> None:
 
     This applies to the separation and to the energies.
     """
-    found = {(d.pattern, d.way): d for d in accuracy.drifts(100_000, 20_000)}
-    total, added, kept = (found["RP-4", way] for way in accuracy.WAYS.values())
+    found = {(d.pattern, d.way): d for d in precision.drifts(100_000, 20_000)}
+    total, added, kept = (found["RP-4", way] for way in precision.WAYS.values())
     assert added.traction[-1] > 30.0 * kept.traction[-1]
     assert max(total.traction[-1], kept.traction[-1]) < 5e-6  # about K s eps divided by the traction
     assert min(total.work[-1], added.work[-1]) > 3.0 * kept.work[-1]
-    flat = [found["flat", way].traction[-1] for way in accuracy.WAYS.values()]
+    flat = [found["flat", way].traction[-1] for way in precision.WAYS.values()]
     assert max(flat) < 1e-4
 
 
 def test_error_grows_with_the_slip() -> None:
     """The error grows as eps K s, unless gap and elastic part of the slip are the stored variables."""
-    found = {d.way: d for d in accuracy.distances(2000, 100.0)}
-    total, carried = found[accuracy.WAYS[1]], found[accuracy.CARRIED]
+    found = {d.way: d for d in precision.distances(2000, 100.0)}
+    total, carried = found[precision.WAYS[1]], found[precision.CARRIED]
     early = np.searchsorted(total.slip, 10.0)
     assert total.traction[-1] > 3.0 * total.traction[early]
     assert carried.traction[-1] < 0.3 * total.traction[-1]
@@ -121,9 +122,9 @@ def test_error_grows_with_the_slip() -> None:
 
 def test_single_precision_refuses_constants_beyond_it() -> None:
     """An error status of the single-precision library raises a ValueError."""
-    interface = Interface(accuracy.Material(1e25, 1e25, 0.9, 0.5), Pattern.regular(0, 0.0))
+    interface = Interface(Material(1e25, 1e25, 0.9, 0.5), Pattern.regular(0, 0.0))
     with pytest.raises(ValueError, match="within the range of single precision"):
-        accuracy.single_replay(interface, 1, np.zeros((1, 3)), 1)
+        precision.single_replay(interface, 1, np.zeros((1, 3)), 1)
 
 
 def test_tangents() -> None:
@@ -131,7 +132,7 @@ def test_tangents() -> None:
 
     The numerical tangent needs as many as the consistent one.
     """
-    runs = {t: accuracy.tangent_run(t, -5.0, 20, 1e-10, 1) for t in accuracy.TANGENTS}
+    runs = {t: tangents.tangent_run(t, -5.0, 20, 1e-10, 1) for t in tangents.TANGENTS}
     assert all(run.end == "converged" and run.residuals[-1] <= 1e-10 for run in runs.values())
     consistent = runs["consistent"]
     assert 2.0 < consistent.mean < 5.0
@@ -140,7 +141,7 @@ def test_tangents() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("study", accuracy_charts.STUDIES)
+@pytest.mark.parametrize("study", command.STUDIES)
 def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command draws the pictures of a study and writes its tables between the markers of a page."""
     page = tmp_path / "page.md"
@@ -176,7 +177,7 @@ def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 def test_page_of_the_docs_is_filled() -> None:
     """The page in docs has the tables and pictures of every study."""
     text = (DOCS / "results" / "accuracy.md").read_text(encoding="utf-8")
-    for study in accuracy_charts.STUDIES:
+    for study in command.STUDIES:
         inside = text.split(f"<!-- accuracy-{study} -->")[1].split(f"<!-- /accuracy-{study} -->")[0]
         assert inside.count("\n|") > 3
         for stem in PICTURES[study]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from test_driver import MATERIAL, RP_4, S_0, driver, run  # noqa: F401  (fixtures)
+from support_driver import MATERIAL, RP_4, S_0
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 
@@ -18,7 +18,7 @@ S_F = 2 * GC / SIGMA0
 ESTIMATE = 1.5
 
 
-def scene(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
+def random_slip_test(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
     """Random interface, direction, reversals and normal traction."""
     rng = np.random.default_rng(seed)
     eta, mu, kc = rng.uniform(0.5, 0.95), rng.uniform(0.0, 0.8), float(rng.choice([1, 10]))
@@ -65,7 +65,7 @@ def curve_error(
 @pytest.mark.parametrize("seed", range(12))
 def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
     """Lines between the rows and energies are within the tolerance; without the middle rows they are not."""
-    interface, direction, turns, sigma_N = scene(seed)
+    interface, direction, turns, sigma_N = random_slip_test(seed)
     reference = dense(interface, direction, turns, sigma_N)
     for tolerance in (1e-2, 1e-3):
         rows = interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
@@ -89,7 +89,7 @@ def test_fracture_energy_of_rp_4(direction: float, converged: float):
 
 def test_turning_points_are_rows():
     """Along the axes every reversal is a row, exactly."""
-    interface, _, turns, sigma_N = scene(4)
+    interface, _, turns, sigma_N = random_slip_test(4)
     history = interface.confined_slip(0.0, turns, sigma_N, tolerance=1e-2)
     for turn in turns:
         assert turn in history.separation[:, 1]
@@ -98,7 +98,7 @@ def test_turning_points_are_rows():
 
 def test_more_rows_than_expected_are_kept():
     """A fine tolerance needs more rows than are allocated at first."""
-    interface, direction, turns, sigma_N = scene(4)
+    interface, direction, turns, sigma_N = random_slip_test(4)
     history = interface.confined_slip(direction, turns, sigma_N, tolerance=1e-6)
     assert len(history.damage) > 512
     assert np.all(history.state[:, asperity.contract.statev_index("status")] == 1.0)
@@ -107,7 +107,7 @@ def test_more_rows_than_expected_are_kept():
 @pytest.mark.parametrize("tolerance", [0.0, -1e-3, 0.2, 1e-9, float("nan")])
 def test_bad_tolerance_in_python(tolerance: float):
     """A tolerance out of range or not finite is an error."""
-    interface, direction, turns, sigma_N = scene(4)
+    interface, direction, turns, sigma_N = random_slip_test(4)
     with pytest.raises(ValueError, match=r"tolerance = .*: expected 1e-8 to 0\.1"):
         interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
 
@@ -122,7 +122,7 @@ def test_lost_equilibrium_in_python():
         flat.confined_slip(0.0, [0.6], 4.0, tolerance=1e-3)
 
 
-def test_driver_takes_a_tolerance(run):  # noqa: F811
+def test_driver_takes_a_tolerance(run):
     """Targets and switches have rows, and the history is that of Python."""
     steps = "&step t_N = -5.0, tolerance = 1e-3 /\n&step slip = 0.4, -0.2, tolerance = 1e-3, time = 2.0 /\n"
     result = run(MATERIAL + RP_4 + steps)
@@ -137,14 +137,14 @@ def test_driver_takes_a_tolerance(run):  # noqa: F811
     assert len(history.damage) == pytest.approx(np.sum(slip), rel=0.2)
 
 
-def test_driver_lands_on_the_onset(run):  # noqa: F811
+def test_driver_lands_on_the_onset(run):
     """The first damaged row is just beyond s0 and has the event onset."""
     result = run(MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25, tolerance = 1e-4 /\n")
     onset = next(i for i, events in enumerate(result.events) if "onset" in events)
     assert S_0 < result["s_Tx"][onset] < S_0 + 1e-4 * S_F
 
 
-def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
+def test_driver_ends_where_equilibrium_does(run):
     """The last row is the last converged state."""
     steps = "&step t_N = 2.0, tolerance = 1e-3 /\n&step slip = 0.6, tolerance = 1e-3 /\n"
     result = run(MATERIAL + "&pattern sides = 0 /\n" + steps + "&expect end = 'lost' /\n")
@@ -153,7 +153,7 @@ def test_driver_ends_where_equilibrium_does(run):  # noqa: F811
 
 
 @pytest.mark.parametrize("tolerance", ["0.0", "0.3", "-1e-3"])
-def test_bad_tolerance_in_a_case(run, tolerance: str):  # noqa: F811
+def test_bad_tolerance_in_a_case(run, tolerance: str):
     """The message has file, line, group, value and range."""
     result = run(MATERIAL + RP_4 + f"&step slip = 0.4, tolerance = {tolerance} /\n", code=1)
     assert f"case.nml:3: &step: tolerance = {tolerance}: expected 1e-8 to 0.1" in result.messages

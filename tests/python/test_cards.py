@@ -75,7 +75,7 @@ def test_abaqus_standard() -> None:
     assert "COH3D8" in card and "COH2D4" not in card
     assert "COH2D4" in RT.card("abaqus", dimension=2)
     assert max(map(len, card.splitlines())) < 256
-    assert "initial stress (TYPE=STRESS) starts a point never called" in card
+    assert "The first call of a point reads an initial stress (TYPE=STRESS)" in card
 
 
 def test_abaqus_explicit() -> None:
@@ -119,7 +119,7 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     assert element in block["elements"]
     assert block["remarks"][0].startswith("mu tan(theta) = 0.289 < 1")
     assert "expected the commit adapter libasperity_kratos.so" in block["remarks"][-2]
-    assert "the host passes no initial stress to a UMAT here" in block["remarks"][-1]
+    assert "Kratos passes no initial stress to a UMAT" in block["remarks"][-1]
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def texts(found: list[remarks.Remark]) -> list[tuple[bool, str]]:
 
 
 def test_locking() -> None:
-    """At mu tan(theta) = 1; the residual strength below is (mu + tan)/(1 - mu tan)."""
+    """The joint locks from mu tan(theta) = 1 on; below, the strength is (mu + tan)/(1 - mu tan)."""
     tan = 3.0**-0.5
     (remark,) = remarks.remarks(TABLE_2, RT.pattern)
     assert remark.good
@@ -201,7 +201,7 @@ def test_snap_back(eta: float) -> None:
 
 
 def test_cohesive_zone_and_compliance() -> None:
-    """E Gc/sigma0^2 over the size of an element, at least 3; E/(K L) with K the slope of the law."""
+    """The number of elements in the cohesive zone and the elastic opening follow from E, Gc, sigma0 and K."""
     stiffness = float(RT.update([[0.0, 0, 0]]).tangent[0, 0, 0])
     for size, good in ((333.0, True), (334.0, False)):
         found = remarks.remarks(TABLE_2, RT.pattern, modulus=30000.0, size=size)
@@ -243,7 +243,7 @@ def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 DEFAULTS = {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0}
-"""PROPS of a host."""
+"""A card has the PROPS of its host."""
 
 
 def test_run_of_a_case(folder: Path) -> None:

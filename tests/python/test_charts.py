@@ -44,7 +44,7 @@ def test_rows(measured: Path) -> None:
             assert (pattern, "roots", precision, False) in have
             limits = {(pattern, kernel, precision, False) for kernel in ("vumat", "stream")}
             assert limits <= have if pattern in FIVE else not limits & have
-    assert {t.scene for t in timings} == {"slip", "all slip", "zones", "scattered"}
+    assert {t.states for t in timings} == {"slip", "all slip", "zones", "scattered"}
     assert {("RP-4", kernel, double, False) for kernel in ("points", "copy")} <= have
 
 
@@ -107,7 +107,7 @@ def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
         single = {
             row["pattern"]: f"{float(row['ns_per_point']):.1f}"
             for row in csv.DictReader(file)
-            if (row["kernel"], row["precision"], row["tangent"], row["scene"])
+            if (row["kernel"], row["precision"], row["tangent"], row["states"])
             == ("block", "single", "no", "slip")
         }
     assert {name: row[" block, single "].strip() for name, row in rows.items()} == single

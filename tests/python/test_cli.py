@@ -94,7 +94,7 @@ def test_what_needs_no_numbers_imports_none(arguments: list[str], folder: Path) 
 
 @pytest.mark.parametrize("name", asperity.__all__)
 def test_names_of_the_package(name: str) -> None:
-    """Each is imported when it is used first, in a process of its own; what is not there is told."""
+    """Public names are imported at their first use; an unknown name is an error."""
     script = f"import asperity\nprint(asperity.{name})\nasperity.nothing"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert name.lower() in done.stdout.lower()

@@ -148,7 +148,7 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     coarse = fit(tests, fixed=study.SET, start=start, starts=1)
     assert coarse.problem.refinement == 1 and coarse.shift > fitting.ENOUGH
     assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.004
-    assert "the increments are too long: finer ones move" in "\n".join(identifiability(coarse))
+    assert "the increments are too long: finer ones change" in "\n".join(identifiability(coarse))
 
 
 @pytest.mark.slow
@@ -211,7 +211,7 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
 def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
     """The reported widths are those of the intervals, for K = sigma0^2/(2 Gc (1 - eta)) from both."""
     [text] = [one for one in identifiability(three_percent) if one.startswith("sigma0, Gc and K")]
-    told = re.fullmatch(r"sigma0, Gc and K are told apart: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
+    told = re.fullmatch(r"sigma0, Gc and K are separated: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
     assert told, text
     free = three_percent.problem.free
     weights = np.array([{"sigma0": 2.0, "Gc": -1.0}.get(name, 0.0) for name in free])
@@ -228,7 +228,7 @@ def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytes
     tests = three_percent.problem.tests
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
     text = "\n".join(identifiability(found))
-    assert "mu and theta are not separated, mu held by bounds" in text
+    assert "mu and theta are not separated, with mu at a bound" in text
     assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in text
     assert found.converged
     monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 2)
@@ -236,12 +236,12 @@ def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytes
     assert "ended before they converged" in "\n".join(identifiability(found))
 
 
-def test_model_that_does_not_fit_is_told() -> None:
+def test_model_that_does_not_fit_is_reported() -> None:
     """A flat joint cannot dilate, so that neighbouring residuals are correlated."""
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
     assert found.neighbours > 0.9
     text = "\n".join(identifiability(found))
-    assert "intervals are too narrow" in text and "the fit is poor: residuals of" in text
+    assert "intervals are too narrow" in text and "the fit is poor: the residuals are" in text
 
 
 # --- records ------------------------------------------------------------------------------------------------
@@ -478,7 +478,7 @@ def test_case_without_a_sweep() -> None:
     text = case_text(found)
     assert "&sweep" not in text and "this case keeps their initial normal traction constant" in text
     assert "&step t_N = -2.0," in text and "slip = 0.5, -0.5, 0.5," in text
-    assert "1 turning point" not in report(found) and "2 turning points" in report(found)
+    assert "1 reversal" not in report(found) and "2 reversals" in report(found)
 
 
 @pytest.mark.parametrize(

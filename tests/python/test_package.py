@@ -303,7 +303,7 @@ GOOD = dict(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 
 
 def build(row: contract.Prop, value: float) -> object:
-    """What holds a constant."""
+    """The object whose field a constant is."""
     if row.owner == "law":
         return Material(**(GOOD | {row.name: value}))
     if row.owner == "pattern":
@@ -313,7 +313,7 @@ def build(row: contract.Prop, value: float) -> object:
 
 
 def bad_values(row: contract.Prop) -> list[float]:
-    """Values of a constant beside its range, which tests/law/test_contract.pf has typed, and none at all."""
+    """Values of a constant outside its range, which stands in tests/law/test_contract.pf, and no value."""
     if row.name == "m":
         return [1.0, 65.0, 2.5, NAN]
     beside = [math.nextafter(row.lower, -INF), math.nextafter(row.upper, INF), NAN, INF]
@@ -431,7 +431,7 @@ def test_bad_confined_slip() -> None:
 
 
 HUGE = 10**400
-"""An integer no double holds, and one Python prints none of whose digits."""
+"""Integers beyond the range of doubles, and beyond the number of digits that Python prints."""
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, NoPatternError, Pattern, Scene, Selection, select
+from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, select
 from asperity.cli import main
 from asperity.oracle import reference
 from asperity.selection import command as select_command
-from asperity.selection.command import Costs, read_costs, read_scene, report
+from asperity.selection.command import Costs, read_costs, read_load_case, report
 from asperity.selection.search import Search, residual_error
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
@@ -22,9 +22,9 @@ S_F = 2 * GC / SIGMA0
 S_0 = (1 - ETA) * S_F
 
 TABLE_2 = Material(SIGMA0, GC, ETA, 0.5)
-SCENE = Scene(TABLE_2, 30.0, (-1.0,), (0.4,))
+CASE = LoadCase(TABLE_2, 30.0, (-1.0,), (0.4,))
 
-CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /
+CASE_FILE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /
 &pattern sides = 4, theta = 20.0, flat = 0.25 /
 &sweep name = 'p', values = -1.0, -2.0 /
 &step t_N = p /
@@ -33,52 +33,52 @@ CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /
 """
 
 
-def random_scene(seed: int) -> Scene:
+def random_case(seed: int) -> LoadCase:
     """Material, surface, stresses and path."""
     rng = np.random.default_rng(seed)
     material = Material(SIGMA0, GC, ETA, rng.uniform(0.0, 0.7), kc=float(rng.choice([1.0, 10.0])))
     sigma_N = tuple(-rng.uniform(0.2, 8.0, rng.integers(1, 3)))
     turns = ((0.3,), (0.25, -0.2), (0.2, 0.05, 0.3))[seed % 3]
-    return Scene(material, rng.uniform(3.0, 35.0), sigma_N, turns, rng.uniform(0.0, 0.6))
+    return LoadCase(material, rng.uniform(3.0, 35.0), sigma_N, turns, rng.uniform(0.0, 0.6))
 
 
-def rows_of(scene: Scene) -> np.ndarray:
+def rows_of(case: LoadCase) -> np.ndarray:
     """Slips of the independent references."""
-    ways = zip([0.0, *scene.turns], scene.turns, strict=False)
+    ways = zip([0.0, *case.turns], case.turns, strict=False)
     return np.concatenate([np.linspace(a, b, 91)[1:] for a, b in ways])
 
 
-def curves(scene: Scene, pattern: Pattern, angles: np.ndarray, sigma_N: float) -> tuple[np.ndarray, ...]:
+def curves(case: LoadCase, pattern: Pattern, angles: np.ndarray, sigma_N: float) -> tuple[np.ndarray, ...]:
     """tau_L, transverse traction and s_N (T, B) by the NumPy reference, and the damage at the end."""
-    m = scene.material
+    m = case.material
     parameters = reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, kc=m.kc)
     planes = reference.regular_pattern(pattern.m, pattern.theta, pattern.flat, pattern.turn)
     history = reference.confined_slip(
-        parameters, planes, angles, rows_of(scene), np.full(angles.size, sigma_N)
+        parameters, planes, angles, rows_of(case), np.full(angles.size, sigma_N)
     )
     t, s = history.traction, history.separation
     c, k = np.cos(np.radians(angles)), np.sin(np.radians(angles))
     return t[..., 1] * c + t[..., 2] * k, t[..., 2] * c - t[..., 1] * k, s[..., 0], history.damage[-1]
 
 
-def independent_error(scene: Scene, answer: Selection, seed: int) -> float:
+def independent_error(case: LoadCase, answer: Selection, seed: int) -> float:
     """Largest error of a result over random directions, from the mean of RP-64 over random directions."""
     rng = np.random.default_rng(seed)
-    dense = Pattern.regular(64, scene.theta, scene.flat)
+    dense = Pattern.regular(64, case.theta, case.flat)
     size = lambda curve: np.sqrt(np.sum(curve**2, axis=0))  # noqa: E731
     worst = 0.0
-    for sigma_N in scene.sigma_N:
+    for sigma_N in case.sigma_N:
         # stratified over half of the angle between planes, which is enough by symmetry
         angles = 360.0 / 64 * (np.arange(4) + rng.uniform(size=4)) / 8
-        tau, _, s_N, damage = curves(scene, dense, angles, sigma_N)
+        tau, _, s_N, damage = curves(case, dense, angles, sigma_N)
         tau, s_N = tau.mean(axis=1, keepdims=True), s_N.mean(axis=1, keepdims=True)
-        own_tau, across, own_s_N, _ = curves(scene, answer.pattern, rng.uniform(0, 360, 16), sigma_N)
+        own_tau, across, own_s_N, _ = curves(case, answer.pattern, rng.uniform(0, 360, 16), sigma_N)
         dilation = max(size(s_N)[0], np.sqrt(len(s_N)) * S_0)
         worst = max(worst, (size(own_tau - tau) / size(tau)).max(), (size(across) / size(tau)).max())
         worst = max(worst, (size(own_s_N - s_N) / dilation).max())
         if damage.min() >= 1.0 - 1e-12 and answer.name != "flat":
-            dead = scene.material.residual_strength(scene.theta, [0.0, 180.0 / answer.pattern.m])
-            worst = max(worst, 1.0 - dead[1] / dead[0])
+            strengths = case.material.residual_strength(case.theta, [0.0, 180.0 / answer.pattern.m])
+            worst = max(worst, 1.0 - strengths[1] / strengths[0])
     return worst
 
 
@@ -86,48 +86,48 @@ def independent_error(scene: Scene, answer: Selection, seed: int) -> float:
 @pytest.mark.parametrize("seed", range(6))
 def test_answer_meets_its_tolerance(seed: int):
     """An independent implementation in other directions and rows confirms the result; fewer planes fail."""
-    scene, tolerance = random_scene(seed), (0.05, 0.02)[seed // 3]
-    answer = select(scene, tolerance)
+    case, tolerance = random_case(seed), (0.05, 0.02)[seed // 3]
+    answer = select(case, tolerance)
     assert answer.errors.worst + answer.uncertainty <= tolerance
-    assert independent_error(scene, answer, seed) <= tolerance
+    assert independent_error(case, answer, seed) <= tolerance
     assert all(one.errors.worst + answer.uncertainty > tolerance for one in answer.tried[:-1])
     assert [one.planes for one in answer.tried] == sorted(one.planes for one in answer.tried)
 
 
 def test_a_tighter_tolerance_needs_more_planes():
     """The errors are below each tolerance."""
-    answers = [select(SCENE, tolerance) for tolerance in (0.2, 0.05, 0.01)]
+    answers = [select(CASE, tolerance) for tolerance in (0.2, 0.05, 0.01)]
     assert answers[0].planes < answers[1].planes < answers[2].planes
-    # 1 - f(pi/m)/f(0) of the closed form: law.md's spreads of RP-8 and RP-16 are 5.8 % and 1.4 % of f(pi/m)
-    assert residual_error(SCENE, 8) == pytest.approx(0.058 / 1.058, abs=5e-4)
-    assert residual_error(SCENE, 16) == pytest.approx(0.014 / 1.014, abs=5e-4)
+    # 1 - f(pi/m)/f(0) of the closed form: f(0) exceeds f(pi/m) by 5.8 % for RP-8 and by 1.4 % for RP-16
+    assert residual_error(CASE, 8) == pytest.approx(0.058 / 1.058, abs=5e-4)
+    assert residual_error(CASE, 16) == pytest.approx(0.014 / 1.014, abs=5e-4)
 
 
 def test_where_two_planes_lock_and_one_does_not():
     """With mu = 1.1 slip up a plane of 45 degrees locks, slip between the two planes of RT does not."""
-    assert residual_error(Scene(Material(SIGMA0, GC, ETA, 1.1), 45.0, (-1.0,), (0.4,)), 2) == 1.0
+    assert residual_error(LoadCase(Material(SIGMA0, GC, ETA, 1.1), 45.0, (-1.0,), (0.4,)), 2) == 1.0
 
 
 @pytest.mark.parametrize(
-    ("scene", "why"),
+    ("case", "why"),
     [
-        (Scene(TABLE_2, 0.0, (-1.0, 0.5), (0.6, -0.6)), "no slope"),
-        (Scene(TABLE_2, 30.0, (-1.0,), (0.6,), flat=1.0), "all flat"),
-        (Scene(TABLE_2, 30.0, (-0.1,), (0.9 * S_0, -0.9 * S_0)), "elastic"),
-        (Scene(TABLE_2, 30.0, (-0.1,), (0.9 * S_0,), planar=True), "elastic ridge"),
+        (LoadCase(TABLE_2, 0.0, (-1.0, 0.5), (0.6, -0.6)), "no slope"),
+        (LoadCase(TABLE_2, 30.0, (-1.0,), (0.6,), flat=1.0), "all flat"),
+        (LoadCase(TABLE_2, 30.0, (-0.1,), (0.9 * S_0, -0.9 * S_0)), "elastic"),
+        (LoadCase(TABLE_2, 30.0, (-0.1,), (0.9 * S_0,), planar=True), "elastic ridge"),
     ],
 )
-def test_less_is_enough(scene: Scene, why: str):
+def test_less_is_enough(case: LoadCase, why: str):
     """The flat plane is exact to rounding if no inclined plane is in contact."""
-    answer = select(scene, 1e-6)
+    answer = select(case, 1e-6)
     assert (answer.name, answer.planes) == ("flat", 1), why
     assert answer.errors.worst < 1e-12
 
 
-def test_planar_scene_gets_three_planes():
+def test_planar_case_gets_three_planes():
     """The planar pattern is rotated to the slip and agrees with the 2D law to rounding."""
-    scene = Scene(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0)
-    answer = select(scene, 0.001)
+    case = LoadCase(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0)
+    answer = select(case, 0.001)
     assert (answer.name, answer.planes, answer.pattern.turn) == ("RT", 3, 25.0)
     assert answer.errors.worst < 1e-12 and answer.uncertainty < 1e-10
     history = Interface(TABLE_2, answer.pattern).confined_slip(25.0, [0.1, 0.2], -1.0)
@@ -137,7 +137,7 @@ def test_planar_scene_gets_three_planes():
 
 def test_reference_is_good():
     """Means over other directions agree far better than the tolerances that patterns reach."""
-    assert Search(SCENE).uncertainty < 1e-4
+    assert Search(CASE).uncertainty < 1e-4
 
 
 def test_no_pattern_is_an_error_with_the_best_one():
@@ -145,7 +145,7 @@ def test_no_pattern_is_an_error_with_the_best_one():
     with pytest.raises(
         NoPatternError, match=r"no pattern up to RP-63 meets the tolerance 1e-05: RP-63 has"
     ) as caught:
-        select(SCENE, 1e-5)
+        select(CASE, 1e-5)
     assert caught.value.best.name == "RP-63"
     assert 1e-5 < caught.value.best.errors.worst < 2e-3
 
@@ -154,7 +154,7 @@ def test_no_pattern_is_an_error_with_the_best_one():
 def test_bad_tolerance(tolerance: float):
     """The message has the value and the expectation."""
     with pytest.raises(ValueError, match=r"tolerance = .*: expected 0 < tolerance < 1"):
-        select(SCENE, tolerance)
+        select(CASE, tolerance)
 
 
 @pytest.mark.parametrize(
@@ -169,37 +169,37 @@ def test_bad_tolerance(tolerance: float):
         ({"material": Material(SIGMA0, GC, ETA, 0.5, tau_v=1.0)}, "tau_v = 1"),
     ],
 )
-def test_bad_scene(change: dict, message: str):
+def test_bad_load_case(change: dict, message: str):
     """The message has every bad field with its value."""
     fields = {"material": TABLE_2, "theta": 30.0, "sigma_N": (-1.0,), "turns": (0.4,)}
     with pytest.raises(ValueError, match=message):
-        Scene(**(fields | change))
+        LoadCase(**(fields | change))
 
 
 @pytest.mark.parametrize("sigma_N", [(1.5 * SIGMA0,), (-5.0, 1.5 * SIGMA0), (1.5 * SIGMA0, -5.0)])
-def test_a_traction_beyond_the_strength_is_no_scene(sigma_N: tuple[float, ...]):
+def test_a_traction_beyond_the_strength_is_no_load_case(sigma_N: tuple[float, ...]):
     """A traction that damages every pattern fully before any slip is an error."""
     with pytest.raises(ValueError, match=r"sigma_N = 4.5: expected"):
-        select(Scene(TABLE_2, 30.0, sigma_N, (0.15,)), 0.05)
+        select(LoadCase(TABLE_2, 30.0, sigma_N, (0.15,)), 0.05)
 
 
-def test_lost_equilibrium_is_told():
+def test_lost_equilibrium_is_reported():
     """Under tension the path of every pattern ends; the result contains the place."""
-    answer = select(Scene(TABLE_2, 30.0, (1.0,), (0.6,)), 0.05)
+    answer = select(LoadCase(TABLE_2, 30.0, (1.0,), (0.6,)), 0.05)
     ((sigma_N, length),) = answer.lost
     assert sigma_N == 1.0 and 0.0 < length < 0.3
     assert "no equilibrium beyond" in report(answer, Costs({"UMAT": (1.0, 1.0), "VUMAT": (1.0, 1.0)}))
 
 
-def test_scene_of_a_case(tmp_path: Path):
+def test_load_case_of_a_case_file(tmp_path: Path):
     """A case gives stress range (sweep), path (steps) and surface (pattern)."""
-    path = tmp_path / "scene.nml"
-    path.write_text(CASE)
-    scene = read_scene(path)
-    assert (scene.theta, scene.flat, scene.sigma_N, scene.material.kc) == (20.0, 0.25, (-1.0, -2.0), 10.0)
-    assert scene.turns == (0.2, -0.2, 0.2, -0.2, 0.3) and scene.cyclic and not scene.planar
-    path.write_text(CASE.replace("sides = 4", "sides = 0"))
-    assert read_scene(path, planar=True).smooth
+    path = tmp_path / "joint.nml"
+    path.write_text(CASE_FILE)
+    case = read_load_case(path)
+    assert (case.theta, case.flat, case.sigma_N, case.material.kc) == (20.0, 0.25, (-1.0, -2.0), 10.0)
+    assert case.turns == (0.2, -0.2, 0.2, -0.2, 0.3) and case.cyclic and not case.planar
+    path.write_text(CASE_FILE.replace("sides = 4", "sides = 0"))
+    assert read_load_case(path, planar=True).smooth
 
 
 @pytest.mark.parametrize(
@@ -224,16 +224,16 @@ def test_scene_of_a_case(tmp_path: Path):
 )
 def test_bad_case(tmp_path: Path, old: str, new: str, message: str):
     """The message has file, group and expectation."""
-    path = tmp_path / "scene.nml"
-    path.write_text(CASE.replace(old, new))
+    path = tmp_path / "joint.nml"
+    path.write_text(CASE_FILE.replace(old, new))
     with pytest.raises(ValueError, match=message) as caught:
-        read_scene(path)
-    assert "scene.nml" in str(caught.value)
+        read_load_case(path)
+    assert "joint.nml" in str(caught.value)
 
 
 def write_bench(path: Path) -> Path:
     """A benchmark with 100 + 20 m nanoseconds (UMAT) and 10 m nanoseconds (VUMAT) for m planes."""
-    head = "pattern,planes,kernel,precision,tangent,scene,points,ns_per_point"
+    head = "pattern,planes,kernel,precision,tangent,states,points,ns_per_point"
     rows = [f"x,{n},umat,double,yes,slip,128,{100 + 20 * n}" for n in (3, 5, 33)]
     rows += [f"x,{n},block,double,no,slip,128,{10 * n}" for n in (3, 5, 33)]
     path.write_text("\n".join([head, *rows]) + "\n")
@@ -244,7 +244,7 @@ def test_costs_are_the_benchmark(tmp_path: Path):
     """Costs are a line through the rows of the benchmark; the report has costs, errors and PROPS."""
     costs = read_costs(write_bench(tmp_path / "bench.csv"))
     assert costs.of("UMAT", 9) == pytest.approx(280.0) and costs.of("VUMAT", 9) == pytest.approx(90.0)
-    answer = select(SCENE, 0.05)
+    answer = select(CASE, 0.05)
     text = report(answer, costs)
     assert f"UMAT       {100 + 20 * answer.planes} ns per point" in text
     assert text.endswith(f"PROPS(6)   3.0, 0.3, 0.9, 0.5, 30.0, {answer.pattern.m}.0")
@@ -258,8 +258,8 @@ def test_costs_are_the_benchmark(tmp_path: Path):
 @pytest.mark.slow
 def test_command(tmp_path: Path):
     """The command ends with 0 and a result, or with 1 and a message."""
-    path = tmp_path / "scene.nml"
-    path.write_text(CASE.replace("values = -1.0, -2.0", "values = -1.0"))
+    path = tmp_path / "joint.nml"
+    path.write_text(CASE_FILE.replace("values = -1.0, -2.0", "values = -1.0"))
     bench = write_bench(tmp_path / "bench.csv")
 
     def run(*options: str) -> subprocess.CompletedProcess[str]:

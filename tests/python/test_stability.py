@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from asperity import Interface, Pattern
 from asperity.cli import main
-from asperity.studies.stability import EDGES, Trial, find, shown, table
+from asperity.studies.stability import MODES, Trial, find, shown, table
 from asperity.studies.stability.catalogue import agree
-from asperity.studies.stability.edges import TABLE_2, drive
 from asperity.studies.stability.explicit import Vumat
-from asperity.studies.stability.law_edges import clamped_reversal, facing_angle
+from asperity.studies.stability.law_modes import clamped_reversal, facing_angle
+from asperity.studies.stability.modes import TABLE_2, drive
 
 ROOT = Path(__file__).parents[2]
-NAMES = [edge.name for edge in EDGES]
+NAMES = [mode.name for mode in MODES]
 
 
 @functools.cache
@@ -63,7 +63,7 @@ def test_an_entry_that_does_not_show_is_found() -> None:
 
 
 def test_snap_is_where_the_fold_is() -> None:
-    """RP-16: s_N .0926 to .1002 at .1736 for steps to 1e-4 (fold found with the independent reference)."""
+    """RP-16 snaps from s_N = .0926 to .1002 at s_L = .1736, as the independent reference does, for all steps."""
     slip, before, after, energy = numbers(measured("snap", "solver"))
     assert slip == pytest.approx(0.1736, abs=2e-4)
     assert before == pytest.approx(0.0926, abs=2e-4)
@@ -71,7 +71,7 @@ def test_snap_is_where_the_fold_is() -> None:
     assert energy > 0.0
 
 
-def test_dead_states_of_the_snap() -> None:
+def test_full_damage_after_the_snap() -> None:
     """Beyond the fold s_N = s_L tan(theta), the smallest fully damaged opening, without traction."""
     run = drive("snap")
     row = run.rows_with("snap")[-1]
@@ -85,13 +85,13 @@ def test_limit_of_the_step_back() -> None:
     """The limit is p/(kc K)/sin(theta) with p = |sigma_N|/(gamma (cos - mu sin)) on the facing plane."""
     gamma, c, s, mu, stiffness = 1.0 / 6.0, np.cos(np.radians(30.0)), 0.5, 0.5, 100.0 * 150.0
     pressure = 1.0 / (gamma * (c - mu * s))
-    limit = numbers(measured("unloading", "back by 0.004 mm"))[-1]
+    limit = numbers(measured("unloading", "back in steps of 0.004 mm"))[-1]
     assert limit == pytest.approx(pressure / stiffness / s, abs=5e-5)
 
 
 def test_second_law_numbers() -> None:
     """The rupture energy falls from .0167 to -.0544 N/mm, and does not fall without the closure."""
-    assert numbers(measured("second-law", "as printed")) == pytest.approx([0.0167, -0.0544], abs=5e-5)
+    assert numbers(measured("second-law", "as published")) == pytest.approx([0.0167, -0.0544], abs=5e-5)
     assert numbers(measured("second-law", "guard = True")) == pytest.approx([0.0167, 0.0167], abs=5e-5)
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     assert clamped_reversal(flat, [0.0, 0.05], [0.1, 0.1], 0.03).max() < 1e-12
@@ -99,7 +99,7 @@ def test_second_law_numbers() -> None:
 
 
 def test_facing_angle() -> None:
-    """Angles to the nearest plane that faces the slip."""
+    """The angle to the nearest facing plane is correct for patterns and directions."""
     assert facing_angle(4, np.array([0.0, 45.0, 100.0, 350.0])) == pytest.approx([0, 45, 10, 10])
 
 
@@ -189,19 +189,19 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_run(capsys: pytest.CaptureFixture[str]) -> None:
     """One entry is shown with its measured numbers; the error for an unknown name has the known ones."""
-    assert main(["stability", "run", "wrong"]) == 0
+    assert main(["stability", "run", "wrong-tangents"]) == 0
     out = capsys.readouterr().out
     assert "fails    zero tangent: increment 1: singular matrix" in out
     assert main(["stability", "run", "unheard-of"]) == 1
     assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
-    assert main(["stability", "run", "wrong", "--check"]) == 1
+    assert main(["stability", "run", "wrong-tangents", "--check"]) == 1
 
 
 def test_table_of_the_page() -> None:
     """The page has the table of these runs; numbers may differ as between compilers."""
     page = (ROOT / "docs" / "results" / "stability.md").read_text(encoding="utf-8")
     found = re.search(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
-    assert found and agree(found[1], table([(edge, trials_of(edge.name)) for edge in EDGES]))
+    assert found and agree(found[1], table([(mode, trials_of(mode.name)) for mode in MODES]))
 
 
 def test_tables_that_differ() -> None:
@@ -217,7 +217,7 @@ def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Markers are filled; a filled page is up to date; a stale page is reported."""
     page = tmp_path / "page.md"
     page.write_text("<!-- stability -->\nold\n<!-- /stability -->\n", encoding="utf-8")
-    command = ["stability", "run", "wrong", "--fill", str(page)]
+    command = ["stability", "run", "wrong-tangents", "--fill", str(page)]
     assert main([*command, "--check"]) == 1
     assert main(command) == 0
     assert "| zero tangent | **fails** |" in page.read_text(encoding="utf-8")

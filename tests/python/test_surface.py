@@ -14,8 +14,10 @@ from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.surface import slopes
-from asperity.surface.command import case_lines, props_line, read_scan
-from asperity.surface.slopes import Planes, Scan, Slips
+from asperity.surface.command import case_lines, props_line
+from asperity.surface.scan import Scan
+from asperity.surface.scan_files import read_scan
+from asperity.surface.slopes import Planes, Slips
 from refresh import follow
 
 EXACT = 1.0e-9
@@ -66,7 +68,7 @@ def egg_box(amplitude: float, n: int, periods: int = 1) -> tuple[slopes.Facets, 
 
 @pytest.mark.parametrize("flat", [0.0, 0.25])
 def test_ridge_is_the_trapezoid(flat: float) -> None:
-    """Period 2: theta is that of the sides, the flat share that of the true length."""
+    """A trapezoidal profile gives the inclination of its sides and the flat fraction of its true length."""
     x = np.arange(401) / 40
     found = profile(x, trapezoid(x, 2.0, flat, T, T))
     share = 2.0 * flat / (2.0 * flat + (2.0 - 2.0 * flat) / np.cos(np.radians(THETA)))
@@ -93,9 +95,9 @@ def test_tilted_ridge() -> None:
 
 
 def test_unequal_sides() -> None:
-    """Slopes of 20 and 40 degrees give two planes in balance, with a residual strength for each."""
+    """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for each direction."""
     rise, fall = np.tan(np.radians([20.0, 40.0]))
-    # five points up and five down, four times
+    # five points up and five down, repeated four times
     period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
     x = np.concatenate([[0.0], np.cumsum(np.tile(period, 4))])
     z = np.tile(np.concatenate([np.arange(5), 5 - np.arange(5)]) / 5, 4)
@@ -178,7 +180,7 @@ def test_plane_is_flat(tilt: tuple[float, float]) -> None:
 
 
 def test_pyramids_with_ridges_along_the_axes() -> None:
-    """z = tent(x) + tent(y): slopes (+-t, +-t), RP-4 turned by 45 degrees, exactly."""
+    """z = tent(x) + tent(y) has the slopes (+-t, +-t) and gives RP-4 rotated by 45 degrees exactly."""
     a, x, y = grid(12, 2)
     found = slopes.facets(Scan(a, a, T * (np.abs(x % 1.0 - 0.5) + np.abs(y % 1.0 - 0.5))))
     pattern = regular(found)
@@ -457,7 +459,7 @@ def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, 
     ],
 )
 def test_bad_options(folder: Path, capsys: pytest.CaptureFixture[str], options: str, message: str) -> None:
-    """Likewise."""
+    """The message of a wrong option has its value and what was expected."""
     write(GRID.replace("4,4,0\n", "4,4,1\n"))
     assert main(["surface", "scan.csv", *options.split()]) == 1
     assert re.search(message, capsys.readouterr().err)
@@ -493,7 +495,7 @@ def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (np.sin(x), ""),
         (1e-4 * np.sin(x), "an rms slope of 7e-05 is unusual: are x and z in the same unit?"),
         (5.0 * np.sin(x), "an rms slope of 3.9 is unusual"),
-        (noise, r"the rms slope at 0.1 mm is \d+% above that at 0.2: no plateau"),
+        (noise, r"the rms slope at 0.1 mm is \d+% above that at 0.2: there is no plateau"),
     ):
         write(rows(x, z, header="x [mm],z [mm]"))
         assert main(["surface", "scan.csv"]) == 0
@@ -503,7 +505,7 @@ def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(rows(a.ravel(), b.ravel(), np.sin(a).ravel(), header="x [mm],y [mm],z [mm]"))
     assert main(["surface", "scan.csv"]) == 0
     out = capsys.readouterr().out
-    assert "\nremark      points are 0.1 to 0.2 mm apart, not one scale: --sampling 0.2 makes it one\n" in out
+    assert "\nremark      points are 0.1 to 0.2 mm apart; --sampling 0.2 gives them one scale\n" in out
     assert "facets      2964 at 0.1 to 0.2 mm" in out
 
 

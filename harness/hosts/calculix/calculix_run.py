@@ -30,7 +30,7 @@ N, TX, TY = 2, 4, 5
 
 @dataclass(frozen=True)
 class Run:
-    """A run: exit code, output, errors, tables of the .dat file by heading, numbers of the .sta file.
+    """Results of a run: exit code, output, errors, tables of the .dat file by heading.
 
     increments: rows of numbers of the converged increments (the fourth: iterations); attempts: number of all
     attempted increments.
@@ -50,7 +50,7 @@ class Run:
         return [int(row[3]) for row in self.increments]
 
     def table(self, start: str) -> tuple[Floats, Floats]:
-        """Times (T,) and rows (T, rows, columns) of the table whose heading begins so."""
+        """Times (T,) and rows (T, rows, columns) of the table whose heading begins with a text."""
         (name,) = [name for name in self.tables if name.startswith(start)]
         times, rows = zip(*self.tables[name], strict=True)
         return np.array(times), np.array(rows)
@@ -88,7 +88,7 @@ def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     data, status = folder / "job.dat", folder / "job.sta"
     rows = [line.split() for line in status.read_text().splitlines()] if status.is_file() else []
     attempts = [row for row in rows if row and row[0].isdigit()]
-    converged = [row for row in attempts if not row[2].endswith("U")]  # U: failed attempt
+    converged = [row for row in attempts if not row[2].endswith("U")]  # A U marks a failed attempt.
     increments = [[float(cell) for cell in row] for row in converged]
     content = data.read_bytes() if data.is_file() else b""
     tables = _tables(content.decode())

@@ -41,7 +41,7 @@ ROWS = 2
 
 @dataclass(frozen=True)
 class Result:
-    """Histories, a row for each increment.
+    """Histories with one row for each increment.
 
     time (T,); moments (T, 2) of the upper and the lower arm; separation (T, 3) of the joint's first point;
     damage of the joint (T, elements); displacement (T, nodes, 3); the run; nodes; corners of the elements.
@@ -82,7 +82,7 @@ def deck(
         return [number[i + a, b, k + c] for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
 
     arms, layer = [], []
-    for i in range(n):  # column by column: a thread takes a range of elements
+    for i in range(n):  # numbered by columns, because a thread takes a range of elements
         for k in range(2 * ROWS + 1):
             if k != ROWS:
                 arms.append(corners(i, k))
@@ -90,7 +90,8 @@ def deck(
                 layer.append(corners(i, k))
     points = grid.reshape(-1, 3)
     last = len(points)
-    axial, turns = (last + 1, last + 2), (last + 3, last + 4)  # of the two ends; the last but one is the sum
+    # Extra nodes: axial displacement of each end, then the sum of the rotations and the lower rotation.
+    axial, turns = (last + 1, last + 2), (last + 3, last + 4)
     extra = np.zeros((4, 3)) + [[-1.0 - i, 0.0, 0.0] for i in range(4)]
     text = calculix_run.nodes(np.concatenate([points, extra]))
     text += calculix_run.elements("C3D8I", "ARMS", 1, arms)
@@ -103,7 +104,7 @@ def deck(
         ("AXIAL", axial),
     ):
         text += f"*NSET, NSET={name}\n" + calculix_run.numbers(members)
-    # the ends stay plane: u_x = axial displacement + z' turn; upper turn = sum - ratio * lower turn
+    # The ends remain plane: u_x = axial displacement + z' rotation; upper rotation = sum - ratio * lower one.
     middle = half + 0.5 * HEIGHT
     for arm, levels in enumerate((range(ROWS + 1, 2 * ROWS + 2), range(ROWS + 1))):
         for k in levels:
@@ -135,12 +136,12 @@ def run(
     done = calculix_run.run(program, folder, text, threads)
     if done.code != 0:
         raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
-    time, forces = done.table("ENDS forces")  # a node with equations only has no reaction
+    time, forces = done.table("ENDS forces")  # a node with equations alone has no reaction
     _, u = done.table("SHOWN displacements")
     _, strain = done.table("ROUGH strains")
     _, state = done.table("ROUGH internal")
     steps = len(forces)
-    # eight points an element; CalculiX prints tensor shears
+    # Each element has eight points. CalculiX prints tensor shears.
     strain = strain[:, :, 2:].reshape(steps, len(layer), 8, 6)
     separation = THICKNESS * strain[..., [N, TX, TY]] * [1.0, 2.0, 2.0]
     state = state[:, :, 2:].reshape(steps, len(layer), 8, -1)

@@ -47,7 +47,7 @@ POINTS = 8
 
 @dataclass(frozen=True)
 class Result:
-    """After every increment.
+    """Results after every increment.
 
     displacement (T, nodes, 3); reaction of the ground (T, 3); separation, traction and state of the points of
     the joint (T, points, ...); the run.

@@ -11,7 +11,7 @@ from kratos_model import Floats, Structure
 ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=20.0))
 YOUNG, POISSON = 3000.0, 0.2
 TOLERANCE = 1.0e-10
-"""Residual force, N; the reactions are of some N."""
+"""Accepted residual force, N; the reactions are some N."""
 
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 

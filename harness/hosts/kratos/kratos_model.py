@@ -35,7 +35,7 @@ INTERFACE = {
     2: "Geo_ULineInterfacePlaneStrainElement2Plus2N",
     3: "Geo_USurfaceInterfaceElement4Plus4N",
 }
-"""Element of the interfaces; its law is that of the card, another pair runs and swaps normal with shear."""
+"""Element of the interfaces with the law of the card; another pair runs, but swaps normal with shear."""
 
 DISPLACEMENTS = (Kratos.DISPLACEMENT_X, Kratos.DISPLACEMENT_Y, Kratos.DISPLACEMENT_Z)
 REACTIONS = (Kratos.REACTION_X, Kratos.REACTION_Y, Kratos.REACTION_Z)

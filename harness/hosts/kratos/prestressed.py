@@ -18,10 +18,10 @@ from triplet import HEIGHT, JOINT, LENGTH, POISSON, PRESSURE, THETA, TOLERANCE, 
 
 SHEAR = 0.15
 TRACTION = np.array([-PRESSURE, SHEAR, 0.0])
-"""Of the joint, (N, Tx, Ty)."""
+"""Traction of the joint, (N, Tx, Ty)."""
 
 SLIPS = np.arange(1, 31) * 0.01
-"""Slips, mm; the joint is fully damaged at the end."""
+"""Slips, mm; at the last one the joint is fully damaged."""
 
 PARTLY = np.array([1.0, 0.5, 0.0])
 """Damage of the planes of a joint that is cracked in part."""
@@ -31,7 +31,7 @@ COLUMNS, ROWS = 12, 3
 
 @dataclass(frozen=True)
 class Result:
-    """Histories, a row for each step, the first at rest.
+    """Histories with one row for each step; the first step has no motion.
 
     displacement (steps, nodes, 2); reaction of the ground (steps, 2); separation and traction (steps, points,
     3); norms of Newton's iterations.

@@ -118,13 +118,19 @@ def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
     force.plot(slip, both.kratos.force, color=blue, linewidth=3.5, alpha=0.5, label="Kratos")
     force.plot(slip, both.python.force, "--", color=red, label="scikit-fem, same mesh and points")
     force.plot(fine.slip, fine.force, ":", color=black, label="scikit-fem, quadratic, Gauss points")
-    force.set(xlabel="displacement of the pulled face [mm]", ylabel="force over width [N/mm]")
+    force.set(xlabel="displacement of the pulled face [mm]", ylabel="force per width [N/mm]")
     force.legend()
-    apart.semilogy(way, both.force, "o-", color=blue, markersize=4, label="force over its peak [-]")
-    apart.semilogy(way, both.separation, "s--", color=red, markersize=4, label="separations, largest [mm]")
-    apart.axhline(FORCE_BOUND, color=blue, linestyle=":", label="bound of the test, force")
-    apart.axhline(SEPARATION_BOUND, color=red, linestyle="-.", label="bound of the test, separations")
-    apart.set(xlabel="way of the pulled face [mm]", ylabel="difference, Kratos from scikit-fem")
+    apart.semilogy(
+        way, both.force, "o-", color=blue, markersize=4, label="force difference over the peak [-]"
+    )
+    apart.semilogy(
+        way, both.separation, "s--", color=red, markersize=4, label="largest separation difference [mm]"
+    )
+    apart.axhline(FORCE_BOUND, color=blue, linestyle=":", label="tolerance of the test, force")
+    apart.axhline(SEPARATION_BOUND, color=red, linestyle="-.", label="tolerance of the test, separation")
+    apart.set(
+        xlabel="accumulated slip of the pulled face [mm]", ylabel="difference between Kratos and scikit-fem"
+    )
     apart.set(ylim=(1e-18, 1e-4))
     apart.legend(fontsize="small", loc="upper right")
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
-"""The commit adapter alone, called as Kratos calls a UMAT, on addresses of our choice; needs no Kratos.
+"""The commit adapter alone, called as Kratos calls a UMAT, on addresses that the test chooses.
 
-Run by `make hosts`; ASPERITY_KRATOS names libasperity_kratos.so.
+Kratos is not needed. `make hosts` runs these tests; ASPERITY_KRATOS names libasperity_kratos.so.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ Floats = NDArray[np.float64]
 LIBRARY = ctypes.CDLL(str(Path(os.environ["ASPERITY_KRATOS"]).resolve()))
 ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 PATH = np.array([[0.0, 0.05, 0.0], [0.03, 0.1, 0.0], [0.01, 0.01, 0.02], [-0.01, -0.05, 0.0]])
-"""Separations, step by step: sliding, opening, unloading, closing."""
+"""Separations of the steps: sliding, opening, unloading, closing."""
 
 ROUNDING = 1.0e-12
-"""Tractions, MPa: the separation is the sum of a start and an increment here."""
+"""Tolerance of tractions, MPa: here the separation is the sum of a start and an increment."""
 
 
 class Point:
@@ -63,7 +63,7 @@ class Point:
         return self.stress.copy()
 
     def follow(self, first: int = 1, path: Floats = PATH) -> Floats:
-        """Tractions (T, 3) along separations, a step each, with Newton's other calls before."""
+        """Tractions (T, 3) along separations, one for each step, after the trial calls of Newton's method."""
         rows = []
         for step, separation in enumerate(path, first):
             self.call(step, 3.0 * separation)
@@ -73,24 +73,24 @@ class Point:
 
 @pytest.fixture(autouse=True)
 def forgotten() -> None:
-    """Every test begins without points of the one before, whose addresses may come again."""
+    """Every test begins without the points of the test before, because addresses may be used again."""
     LIBRARY.asperity_kratos_reset()
 
 
 def same(found: Floats, expected: Floats) -> bool:
-    """Whether tractions are equal but for rounding."""
+    """Whether tractions are equal except for rounding."""
     return bool(np.abs(found - expected).max() <= ROUNDING)
 
 
 def test_steps_are_committed() -> None:
-    """The last call of a step determines the history, whatever was tried before."""
+    """The last call of a step determines the history; trial calls before it have no effect."""
     expected = ROUGH.replay(PATH).traction
     assert same(Point().follow(), expected)
     assert np.abs(ROUGH.update(PATH).traction - expected).max() > 1.0
 
 
 def test_a_number_that_falls_begins_anew() -> None:
-    """The same address and initial values, from step 1 again."""
+    """Another analysis with the same address and initial values starts with step 1 again."""
     point = Point()
     first = point.follow()
     assert np.array_equal(point.follow(), first)
@@ -98,7 +98,7 @@ def test_a_number_that_falls_begins_anew() -> None:
 
 @pytest.mark.parametrize("what", ["statev", "stress"])
 def test_other_initial_values_begin_anew(what: str) -> None:
-    """On the same address, though the numbers of the steps go on: the new start is that of the values."""
+    """Other initial values at the same address start another analysis, although the step numbers continue."""
     point, traction = Point(), np.array([-1.0, 0.3, -0.2])
     point.follow()
     point.start(**{what: ROUGH.initial(traction) if what == "statev" else traction})

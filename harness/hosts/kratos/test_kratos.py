@@ -30,7 +30,7 @@ ADAPTER = Path(os.environ["ASPERITY_KRATOS"]).resolve()
 LIBRARY = Path(os.environ["ASPERITY_LIBRARY"]).resolve()
 
 ROUNDING = 1.0e-12
-"""Tractions, relative to K times the largest separation so far."""
+"""Tolerance of tractions, relative to K times the largest separation so far."""
 
 CASE = """&case title = 'one element' /
 &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 3.0 /
@@ -49,17 +49,17 @@ MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 STIFFNESS = MATERIAL.kc * MATERIAL.K
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]])
-"""Of one element, 2 x 3; the first two those of a plane one."""
+"""Nodes of one element of 2 x 3; the first two are those of a plane element."""
 
 
 def one_element(library: Path, interface: Interface, path: Floats, plane: bool) -> tuple[Floats, Floats]:
-    """Tractions of the element (T, 3) and reactions by its area, where path (T, 3) is imposed."""
+    """Tractions (T, 3) of the element and reactions over its area, along prescribed separations (T, 3)."""
     s = Structure(2 if plane else 3)
     corners = CORNERS[:2, :2] if plane else CORNERS
     area = 2.0 if plane else 6.0
     lower, upper = s.add_nodes(corners), s.add_nodes(corners)
     s.add_interface(lower, upper, s.umat(library, interface))
-    axes = (1, 0) if plane else (2, 0, 1)  # of N, Tx, Ty
+    axes = (1, 0) if plane else (2, 0, 1)  # order N, Tx, Ty
     s.fix([*lower, *upper], *axes)
     tractions, reactions = [], []
     for row in path:
@@ -92,7 +92,7 @@ def scale(path: Floats) -> Floats:
 
 
 def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool]) -> None:
-    """Tractions and reactions of an element are the driver's, through loading, unloading and cycles."""
+    """Tractions and reactions of an element equal the driver's in loading, unloading and cycles."""
     interface, path, expected, plane = driven
     traction, reaction = one_element(ADAPTER, interface, path, plane)
     worst = float((np.abs(traction - expected) / scale(path)).max())
@@ -105,7 +105,7 @@ def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool
 def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:
     """Smallest case of an error of Kratos: every step starts from the virgin state.
 
-    The tractions are those of a virgin point at the separation of the step, whatever went before.
+    The tractions are those of a virgin point at the separation of the step; earlier steps have no effect.
     """
     interface, path, expected, plane = driven
     traction, _ = one_element(LIBRARY, interface, path, plane)
@@ -153,9 +153,10 @@ def test_rows_of_the_water_pressure(drainage: str) -> None:
 
 
 def test_properties_are_written_while_elements_start() -> None:
-    """Kratos replaces IGNORE_UNDRAINED in the properties that all elements share, in a loop of its threads.
+    """Kratos replaces IGNORE_UNDRAINED in properties that all elements share, in a loop over threads.
 
-    What a second thread reads meanwhile makes some runs fully coupled.  Here nothing is left to replace.
+    A second thread may read the value meanwhile, and then some runs are fully coupled. With the card there is
+    nothing to replace.
     """
     interface = Interface(MATERIAL, Pattern.regular(2, 30.0))
     written = []
@@ -173,10 +174,10 @@ def test_properties_are_written_while_elements_start() -> None:
 
 @pytest.mark.parametrize("biot", [1.0, 0.0])
 def test_a_held_node_under_an_open_joint(biot: float) -> None:
-    """A block torn off held nodes that have an interface alone: Kratos leaves a column without entries.
+    """If a block is torn off fixed nodes that only an interface has, Kratos leaves a column without entries.
 
     It sets the diagonal of rows without entries, and then drops the coupling with the fixed water pressure,
-    the only entry there.  The coupling is the Biot coefficient: 1 where none is set; the card has 0.
+    the only entry there. The coupling is the Biot coefficient: 1 where none is set; the card has 0.
     """
     s = Structure(2)
     base, bottom, top = (s.add_nodes(np.array([[0.0, y], [1.0, y]])) for y in (0.0, 0.0, 1.0))
@@ -190,13 +191,13 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
             s.step(1e-10)
         return
     s.step(1e-10)
-    # the residual, 1e-10 N root mean square over four free components
+    # the residual is 1e-10 N, as a root mean square over four free components
     assert s.reaction(top) == pytest.approx([0.0, 0.0], abs=1e-9)
     assert s.points()[0] == pytest.approx(np.array([[1.0, 0.0, 0.0]] * 2), abs=1e-9)
 
 
 def test_wrong_library(tmp_path: Path) -> None:
-    """A library that is not there, is none, or is not the adapter is named before anything runs."""
+    """A file that does not exist, is no library or is not the adapter is named before anything runs."""
     with pytest.raises(FileNotFoundError, match=r"none\.so: expected libasperity_kratos\.so"):
         Structure(2).umat(tmp_path / "none.so", Interface(MATERIAL, Pattern.regular(2, 30.0)))
     text = tmp_path / "text.so"
@@ -209,7 +210,7 @@ def test_wrong_library(tmp_path: Path) -> None:
 
 
 def test_analyses_in_one_process() -> None:
-    """Analyses one after the other, on addresses that come again, do not know of each other."""
+    """Analyses one after the other are independent, although addresses are used again."""
     path = np.array([[0.0, 0.05, 0.0], [0.1, 0.0, 0.0], [0.01, 0.01, 0.0]])
     for sides in (4, 64, 2, 4):
         interface = Interface(MATERIAL, Pattern.regular(sides, 30.0))
@@ -219,7 +220,7 @@ def test_analyses_in_one_process() -> None:
 
 
 def test_a_step_solved_again_starts_from_the_same_state() -> None:
-    """A step taken too far and then with less, as after a cut, leaves no trace of the first try."""
+    """A step that is too large and is repeated with a smaller one, as after a cut, has no effect."""
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
@@ -242,7 +243,7 @@ def assert_law_is_kept(interface: Interface, separation: Floats, traction: Float
 
 
 def test_blocks_converge_quadratically() -> None:
-    """Two blocks in shear under compression: Newton's ratios, and what a symmetrised tangent costs."""
+    """Two blocks in shear under compression: convergence of Newton, and cost of a symmetrised tangent."""
     norms, separation, traction = blocks.run(ADAPTER)
     assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
     assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
@@ -252,7 +253,7 @@ def test_blocks_converge_quadratically() -> None:
         print(
             f"step {step + 1}:", *(f"{norm:.1e}" for norm in found), " ratios", *(f"{r:.1e}" for r in ratios)
         )
-        # the last is rounding: the reactions have 1e-16 of some N
+        # the last residual is a rounding error of reactions of some N
         quadratic += sum(ratio < 100.0 for ratio, norm in zip(ratios, found[1:], strict=True) if norm > 1e-15)
     assert quadratic >= 10
     assert max(map(len, norms)) <= 6
@@ -265,12 +266,12 @@ def test_blocks_converge_quadratically() -> None:
         library.asperity_kratos_symmetrise(0)
     counts = [sum(map(len, n)) for n in (norms, slow)]
     print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
-    assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, but to the same result
+    assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, with the same result
     assert counts[1] > 2 * counts[0]
 
 
 def test_two_threads() -> None:
-    """The adapter keeps its points apart where two threads of Kratos call; `kratos_model` sets one."""
+    """The adapter separates its points if two threads of Kratos call it; `kratos_model` sets one thread."""
     utilities = KratosMultiphysics.ParallelUtilities
     assert utilities.GetNumThreads() == 1
     _, expected, _ = blocks.run(ADAPTER, 2)
@@ -281,12 +282,12 @@ def test_two_threads() -> None:
     finally:
         utilities.SetNumThreads(1)
     assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
-    # the sums of a node are in another order, and Newton's iterations end at 1e-10 N
+    # The sums of a node have another order, and Newton's iterations end at a residual of 1e-10 N.
     assert np.allclose(separation, expected, rtol=0, atol=1e-10)
 
 
 def test_triplet() -> None:
-    """Cyclic shear of a masonry triplet: the law in every point, residual strength and dilation predicted."""
+    """In the cyclic shear of a triplet every point follows the law; strength and dilation are predicted."""
     result = triplet.run(ADAPTER, [0.3, -0.3, 0.3], 0.01, nx=12, ny=3)
     assert_law_is_kept(triplet.JOINT, result.separation, result.traction, 1e-11)
     assert max(map(len, result.norms)) <= 10
@@ -298,6 +299,6 @@ def test_triplet() -> None:
     slope = (result.rise[-1] - result.rise[-6]) / (result.slip[-1] - result.slip[-6])
     print(f"rise {rise:.4f} mm, its slope {slope:.4f}, of two facing planes {2.0 * np.tan(theta):.4f}")
     assert slope == pytest.approx(2.0 * np.tan(theta), rel=2e-2)
-    # the whole joint does not break at once: the peak is below that of one material point
+    # The joint does not break everywhere at once, so its peak is below that of one material point.
     force, _ = triplet.prediction(result.slip[triplet.PRELOAD_STEPS :])
     assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()

@@ -22,7 +22,7 @@ from triplet import JOINT, LENGTH, PRESSURE
 ADAPTER = Path(os.environ["ASPERITY_KRATOS"]).resolve()
 
 EXACT = 1.0e-10
-"""Error of a returned initial traction over the strength (contract)."""
+"""Largest error of a returned initial traction over the strength, as the contract promises."""
 
 INTERFACE = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0), Pattern.regular(4, theta=30.0))
 INITIAL = np.array([-1.0, 0.3, -0.2])
@@ -40,7 +40,7 @@ def one_element(**other: object) -> tuple[Structure, Floats]:
 
 @pytest.mark.parametrize("damage", [0.0, 0.5, 1.0])
 def test_state_variables_carry_a_traction(damage: float) -> None:
-    """A state of Interface.initial as STATE_VARIABLES: its traction without separation, then its own law."""
+    """A point with a state of Interface.initial as STATE_VARIABLES has its traction, then follows the law."""
     state = INTERFACE.initial(INITIAL, damage)
     s, upper = one_element(STATE_VARIABLES=state.tolist())
     s.step(0.0)
@@ -110,7 +110,8 @@ def _stresses_of_the_last_stage(s: Structure) -> None:
 
 @pytest.mark.parametrize("hand_over", [_k0_procedure, _stresses_of_the_last_stage])
 def test_stress_of_an_earlier_stage_does_not_reach_the_umat(hand_over: Callable[[Structure], None]) -> None:
-    """Pressed by 4 MPa, handed over, then without separation: a stress handed over would be there."""
+    """After a pressure of 4 MPa and a transfer the point has no traction at separation zero: none was passed.
+    """
     s, upper = one_element()
     s.move(upper, 2, -0.01)
     s.step(0.0)
@@ -123,7 +124,8 @@ def test_stress_of_an_earlier_stage_does_not_reach_the_umat(hand_over: Callable[
 
 @pytest.mark.parametrize("elastic", [False, True])
 def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> None:
-    """Kratos' prestress of a joint by the solid beside it: its own elastic law takes it, a UMAT does not."""
+    """Kratos can prestress a joint by the solid beside it: its own elastic law accepts this, a UMAT does not.
+    """
     s = Structure(3)
     bottom, lower, upper = s.add_nodes(SQUARE - [0.0, 0.0, 1.0]), s.add_nodes(SQUARE), s.add_nodes(SQUARE)
     s.add_solid([*bottom, *lower], s.elastic(100.0, 0.0))
@@ -142,18 +144,19 @@ def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> Non
         s.part.CreateSubModelPart(name).AddElements(elements)
     names = '"model_part_name": "Main.Joint", "model_part_name_for_neighbouring_elements": "Main.Solid"'
     Geo.FindNeighboursOfInterfacesProcess(s.model, Kratos.Parameters(f"{{{names}}}")).ExecuteInitialize()
-    s.interfaces[0].Initialize(s.part.ProcessInfo)  # as the next stage of an analysis does
+    s.interfaces[0].Initialize(s.part.ProcessInfo)  # the next stage of an analysis does this
     expected = [-1.0, 0.0, 0.0] if elastic else [0.0, 0.0, 0.0]
     assert s.points()[1] == pytest.approx(np.tile(expected, (4, 1)), abs=1e-12)
 
 
 REST = 1.0e-9
-"""Displacement of bricks at rest, as a share of what the loads do without initial stress; see EXACT."""
+"""Displacement of bricks in equilibrium, relative to that without initial stress; see EXACT."""
 
 
 @pytest.mark.parametrize(("name", "state", "direction"), prestressed.STARTS)
 def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction: float) -> None:
-    """Under the loads of its stress nothing moves; then the joint slides with its residual strength."""
+    """Under the loads of the initial stress nothing moves; then the joint slides with its residual strength.
+    """
     moved = np.abs(prestressed.run(ADAPTER, bricks_stressed=False).displacement).max()
     result = prestressed.run(ADAPTER, state, direction * prestressed.SLIPS)
     largest = float(np.abs(result.displacement[0]).max())
@@ -187,7 +190,7 @@ def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction:
 
 
 def test_prestressed_joint_needs_its_state() -> None:
-    """The bricks with their stress, the joint without: it closes and slips by what its state would hold."""
+    """If only the bricks have initial stress, the joint closes and slips by the separation of its stress."""
     offset = JOINT.initial(TRACTION)[[contract.statev_index("offset_Tx"), contract.statev_index("offset_N")]]
     top = prestressed.run(ADAPTER).displacement[0, -prestressed.ROWS - 1 :]
     print(f"the upper brick moves by {top.mean(axis=0)} mm, the offset of the state is {offset} mm")
@@ -196,7 +199,7 @@ def test_prestressed_joint_needs_its_state() -> None:
 
 
 def test_analyses_of_one_step() -> None:
-    """Analyses whose step number does not fall are told apart by the initial state, on the same addresses."""
+    """Analyses with rising step numbers at the same addresses are distinguished by their initial state."""
     for damage in (0.0, 1.0, 0.5):
         traction = (1.0 + damage) * INITIAL
         s, _ = one_element(STATE_VARIABLES=INTERFACE.initial(traction, damage).tolist())
@@ -205,7 +208,8 @@ def test_analyses_of_one_step() -> None:
 
 
 def test_next_stage_keeps_the_history() -> None:
-    """Elements that start once more, as a next stage of an analysis does, go on where the numbers go on."""
+    """Elements that are initialised again, as in the next stage of an analysis, continue with their history.
+    """
     s, upper = one_element()
     path = np.array([[0.05, 0.0, 0.0], [0.1, 0.0, 0.0], [0.02, 0.0, 0.0], [0.03, 0.0, 0.0]])
     expected = INTERFACE.replay(path).traction

@@ -28,7 +28,7 @@ JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Patt
 PRESSURE = 0.5
 PRELOAD_STEPS = 4
 TOLERANCE = 1.0e-9
-"""Residual force, N; the loads are of 1 to 100 N a node."""
+"""Accepted residual force, N; the loads are 1 to 100 N on a node."""
 
 
 @dataclass(frozen=True)

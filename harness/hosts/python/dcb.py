@@ -1,8 +1,8 @@
-"""Double cantilever beam: the law inside scikit-fem, against beam theory and the J integral.
+"""Double cantilever beam with the law in scikit-fem, compared with beam theory and the J integral.
 
-Two elastic arms on a rough interface are opened at their ends.  Beam theory gives force and opening of a
-crack that grows at G = Gc.  The J integral, P times the rotation between the ends, is the energy that the
-interface dissipates at the tip: Gc once the cohesive zone has formed, for any pattern.
+Two elastic arms on a rough interface are opened at their ends. Beam theory gives force and opening of a crack
+that grows at G = Gc. The J integral is P times the rotation between the ends. It is the energy that the
+interface dissipates at the tip, which is Gc for any pattern once the cohesive zone has formed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PLANE_STRAIN = MODULUS / (1 - POISSON**2)
 SHEAR = MODULUS / (2 * (1 + POISSON))
 GAMMA = 1.18 * MODULUS / SHEAR
 ROOT = float(np.sqrt(MODULUS / (11 * SHEAR) * (3 - 2 * (GAMMA / (1 + GAMMA)) ** 2)))
-"""chi of Williams (1989), isotropic: additional crack length over the arm height, for the root rotation."""
+"""chi of Williams (1989) for isotropic arms: additional crack length over the height, for root rotation."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def growth(opening: Floats) -> Floats:
 
 
 def run(opening: float, steps: int, size: float, symmetric: bool = False) -> Curve:
-    """Open the ends in steps; elements of a size along the beam, two over the height of an arm."""
+    """Open the ends in steps; the mesh has elements of `size` along the beam and two over each arm."""
     arms, places, upper_face, lower_face = _bodies(size)
     n = arms[0].N
     stiffness = sparse.block_diag([_elastic(arm) for arm in arms]).tocsr()
@@ -97,7 +97,7 @@ def run(opening: float, steps: int, size: float, symmetric: bool = False) -> Cur
 
 
 def _bodies(size: float) -> tuple[list[Basis], list[dict[str, np.ndarray]], FacetBasis, FacetBasis]:
-    """Bases of the arms, unknowns (x, y) of the loaded places, and the faces ahead of the crack."""
+    """Bases of the arms, unknowns (x, y) of the loaded nodes, and the faces ahead of the crack."""
     element = ElementVector(ElementQuad2())
     x = np.linspace(0.0, LENGTH, round(LENGTH / size) + 1)
     arms, places, faces = [], [], []
@@ -134,17 +134,21 @@ def draw(curve: Curve, path: Path) -> None:
     figure, (force, energy, shape) = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
     force.plot(curve.opening, curve.force, color="#0072B2", label="scikit-fem with asperity")
     force.plot(
-        curve.opening, growth(np.maximum(curve.opening, 1e-9)), "--", color="#D55E00", label="beam, G = Gc"
+        curve.opening,
+        growth(np.maximum(curve.opening, 1e-9)),
+        "--",
+        color="#D55E00",
+        label="beam theory, G = Gc",
     )
     force.plot(
         curve.opening,
         beam(curve.opening, np.array(CRACK)),
         ":",
         color="black",
-        label="beam, first crack, rigid joint",
+        label="beam theory, initial crack, rigid joint",
     )
     force.set(
-        xlabel="opening of the ends [mm]", ylabel="force over width [N/mm]", ylim=(0, 1.3 * curve.force.max())
+        xlabel="opening of the ends [mm]", ylabel="force per width [N/mm]", ylim=(0, 1.3 * curve.force.max())
     )
     force.legend()
     energy.plot(curve.opening, curve.j_integral / MATERIAL.Gc, color="#0072B2")

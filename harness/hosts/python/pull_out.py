@@ -129,7 +129,7 @@ def draw(curve: Curve, path: Path) -> None:
     slips = np.linspace(0, curve.slip[-1], 201)[1:]
     force.plot(slips, material_point(slips), "--", color="#D55E00", label="material point")
     force.axhline(residual_strength(), color="black", linestyle=":", label="residual strength")
-    force.set(xlabel="displacement of the pulled face [mm]", ylabel="force over width [N/mm]")
+    force.set(xlabel="displacement of the pulled face [mm]", ylabel="force per width [N/mm]")
     force.legend()
     rise.plot(curve.slip, curve.rise, color="#0072B2")
     rise.set(xlabel="displacement of the pulled face [mm]", ylabel="rise of the block [mm]")
@@ -146,7 +146,7 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
 
 
 def main() -> None:
-    """Run with the whole tangent and with its symmetric part, print and draw."""
+    """Run with the whole tangent and with its symmetric part, then print and draw the results."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

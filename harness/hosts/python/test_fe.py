@@ -1,4 +1,4 @@
-"""The law in scikit-fem: closed forms of the structure, small meshes.  `make hosts` runs these tests."""
+"""The law in scikit-fem, compared with closed forms on small meshes. `make hosts` runs these tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import pull_out
 
 
 def test_pull_out() -> None:
-    """The force ends at the residual strength, the rise is tan(theta) times the slip; Newton is quadratic."""
+    """The force ends at the residual strength, the rise at tan(theta) times the slip; Newton is quadratic."""
     curve = pull_out.run(0.4, 16, 8)
     # Newton's tolerance is 1e-10 of the largest nodal force
     assert curve.force[-1] == pytest.approx(pull_out.residual_strength(), rel=1e-8)
@@ -71,15 +71,15 @@ def test_pull_out_is_that_of_kratos() -> None:
     forgetful = pulled_block.compare(alone, 0.4, 16, 16, back=0.0)
     print(f"without the adapter the force is wrong by {forgetful.force.max():.2f} of the peak")
     turn = int(forgetful.python.slip.argmax()) + 1
-    assert forgetful.force[:turn].max() <= pulled_block.FORCE_BOUND  # forward
-    assert forgetful.force[turn:].max() > 0.5  # back
+    assert forgetful.force[:turn].max() <= pulled_block.FORCE_BOUND  # the slip forward
+    assert forgetful.force[turn:].max() > 0.5  # the slip back
 
 
 def test_double_cantilever_beam() -> None:
-    """A growing crack: J = Gc to 2 %, the force of beam theory to 1 %."""
+    """While the crack grows J equals Gc to 2 % and the force that of beam theory to 1 %."""
     curve = dcb.run(1.5, 12, 0.5)
     grown = curve.opening > 1.3
     assert grown.sum() >= 2 and curve.crack[-1] > dcb.CRACK + 2
-    # the cohesive zone moves by an element at a time: five or six elements long
+    # The cohesive zone is five or six elements long and moves by one element at a time.
     assert curve.j_integral[grown] == pytest.approx(dcb.MATERIAL.Gc, rel=0.02)
     assert curve.force[grown] == pytest.approx(dcb.growth(curve.opening[grown]), rel=0.01)

@@ -11,15 +11,15 @@ from .. import contract
 from ..installed import library
 
 PER_LINE = 8
-"""Constants on a line of an Abaqus or CalculiX input."""
+"""Largest number of constants on a line of an Abaqus or CalculiX input."""
 
 CALCULIX_MAX_CONSTANTS = 21
-"""CalculiX takes no more constants, and does not check."""
+"""Largest number of constants that CalculiX accepts; it does not check their number."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """What a material block says; props and statev as the library has them."""
+    """Contents of a material block; props and statev are in the order of the library."""
 
     name: str
     props: contract.Floats
@@ -34,12 +34,12 @@ class Block:
         return float(self.props[contract.index(name)])
 
     def thickness(self) -> float:
-        """Thickness the host divides by; 0 means 1."""
+        """Thickness by which the host divides; 0 stands for 1."""
         return self.prop("h") or 1.0
 
 
 def card(host: str, block: Block) -> str:
-    """Text for the input of a host; raises ValueError for what it cannot take."""
+    """Text for the input of a host; raises ValueError for a value that the host cannot take."""
     writers = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos}
     if host not in writers:
         raise ValueError(f"host = {host!r}: expected one of {', '.join(writers)}")
@@ -57,7 +57,7 @@ def card(host: str, block: Block) -> str:
 
 
 def _abaqus(block: Block) -> str:
-    """Abaqus: friction needs the unsymmetric solver; the names of the state variables show in the output."""
+    """Block for Abaqus, with the unsymmetric solver that friction needs and names of the state variables."""
     if block.explicit:
         run = "abaqus job=NAME user=asperity_abaqus.f90 double=both"
         solver = ""
@@ -66,7 +66,7 @@ def _abaqus(block: Block) -> str:
         solver = ", unsymm"
     if block.explicit and block.density is None:
         raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
-    # a VUMAT keeps the separation there, as the host passes none
+    # A VUMAT stores the separation there, because the host passes none.
     names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
     density = [] if block.density is None else ["*Density", f"{block.density!r},"]
@@ -76,13 +76,15 @@ def _abaqus(block: Block) -> str:
         *density,
         f"*User Material, constants={len(block.props)}{solver}",
         *_constants(block.props),
-        "** no DELETE: contact survives rupture, no point is ever deleted; status is 1 once it was called",
-        "** zero state variables are the virgin interface: no initial conditions are needed",
-        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION",
+        "** There is no DELETE, because contact survives rupture. status is 1 after the first call of a "
+        "point.",
+        "** Zero state variables are a virgin interface, so no initial conditions are needed.",
+        "** The first call of a point reads an initial stress (TYPE=STRESS); TYPE=SOLUTION gives cracked "
+        "planes.",
         "*Depvar",
         f"{len(block.statev)},",
         *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),
-        f"** elements {element}; Tx is their first shear direction (an orientation turns it)",
+        f"** Elements: {element}. Tx is their first shear direction, which an orientation rotates.",
         f"*Cohesive Section, elset={block.name}, material={block.name}, response=TRACTION SEPARATION, "
         "thickness=SPECIFIED",
         f"{block.thickness()!r},",
@@ -90,7 +92,7 @@ def _abaqus(block: Block) -> str:
 
 
 def _calculix(block: Block) -> str:
-    """CalculiX: a material whose name begins with ABAQUS goes to the UMAT; SDV names are comments."""
+    """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
     if len(block.props) > CALCULIX_MAX_CONSTANTS:
         raise ValueError(
             f"{len(block.props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
@@ -107,22 +109,25 @@ def _calculix(block: Block) -> str:
         _comments(block, "ccx with the UMAT of asperity linked in"),
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
         f"*MATERIAL, NAME=ABAQUS{name}",
-        "** all constants in full: a count of 8 or 16 would need one more line, for the temperature",
+        "** All constants are given, because 8 or 16 of them would need a further line, with the "
+        "temperature.",
         f"*USER MATERIAL, CONSTANTS={len(block.props)}",
         *_constants(block.props),
-        "** zero state variables are the virgin interface: no initial conditions are needed",
-        "** initial stress (TYPE=STRESS) starts a point never called; cracked planes by TYPE=SOLUTION, USER",
+        "** Zero state variables are a virgin interface, so no initial conditions are needed.",
+        "** The first call of a point reads an initial stress (TYPE=STRESS).",
+        "** TYPE=SOLUTION, USER gives cracked planes.",
         "*DEPVAR",
         f"{len(block.statev)}",
-        "** one layer of C3D8 (not C3D8R, C3D8I), its normal along z, without NLGEOM, "
-        f"of thickness h = {block.thickness()!r}",
-        f"** r = {block.prop('r')!r}: 0 for a layer bonded on both faces, 1e-9 cures free stretching",
+        "** The section is one layer of C3D8 (not C3D8R or C3D8I) with its normal along z, without NLGEOM, "
+        f"of the thickness h = {block.thickness()!r}.",
+        f"** r = {block.prop('r')!r}: 0 suits a layer that is bonded on both faces, 1e-9 a face that can "
+        "stretch freely.",
         f"*SOLID SECTION, ELSET={name}, MATERIAL=ABAQUS{name}",
     )
 
 
 def _kratos(block: Block) -> str:
-    """Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
+    """Block for Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
     _only("kratos' interface laws (1 is for its older elements)", "map", block.prop("map"), 0.0)
     _only("kratos, whose interface elements pass separations", "h", block.thickness(), 1.0)
     if block.dimension == 3:
@@ -139,8 +144,8 @@ def _kratos(block: Block) -> str:
             "Variables": {
                 "UDSM_NAME": str(library()),
                 "IS_FORTRAN_UDSM": True,
-                "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else 0/0 in the rows of the water pressure
-                "BIOT_COEFFICIENT": 0.0,  # the water pressure is coupled with nothing
+                "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else the rows of the water pressure are 0/0
+                "BIOT_COEFFICIENT": 0.0,  # the water pressure is not coupled with the displacements
                 "UMAT_PARAMETERS": block.props.tolist(),
                 "STATE_VARIABLES": [0.0] * len(block.statev),
             },
@@ -149,28 +154,30 @@ def _kratos(block: Block) -> str:
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
     history = (
         "UDSM_NAME: expected the commit adapter libasperity_kratos.so (-DASPERITY_HOSTS=ON) in place of this "
-        "library, which runs, but these elements commit no step: damage would heal on unloading"
+        "library. An analysis with this library runs, but these elements commit no step, so damage would "
+        "heal "
+        "on unloading"
     )
     initial = (
-        "zero STATE_VARIABLES are the virgin interface; the host passes no initial stress to a UMAT here: "
-        "give a state of Interface.initial instead of the zeros"
+        "Zero STATE_VARIABLES are a virgin interface. Kratos passes no initial stress to a UMAT; a state of "
+        "Interface.initial in place of the zeros has an initial stress"
     )
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
 
 
 def _only(host: str, name: str, value: float, expected: float) -> None:
-    """Refuse a value that a host cannot take."""
+    """Raise ValueError for a value that a host cannot take."""
     if value != expected:
         raise ValueError(f"{name} = {value:g}: expected {expected:g} for {host}")
 
 
 def _comments(block: Block, run: str) -> str:
-    """Head of a block: who wrote it, the entries of PROPS, how to run it, what to respect."""
+    """Head of a block: its origin, the entries of PROPS, how to run it, and the remarks."""
     names = ", ".join(row.name for row in contract.props_table())
     lines = [
         f"asperity {contract.library_version()}: {names}",
-        "units: one consistent set, as mm, N, MPa, N/mm; theta and turn in degrees",
+        "units: one consistent set, such as mm, N, MPa, N/mm; theta and turn in degrees",
         run,
         *block.remarks,
     ]
@@ -178,11 +185,11 @@ def _comments(block: Block, run: str) -> str:
 
 
 def _text(*lines: str) -> str:
-    """Lines, the last one ended."""
+    """Text of lines, each with its line end."""
     return "\n".join(lines) + "\n"
 
 
 def _constants(props: contract.Floats) -> list[str]:
-    """Constants in full precision, eight a line."""
+    """Text of constants with all digits, eight on a line."""
     texts = [repr(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]

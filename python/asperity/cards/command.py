@@ -46,7 +46,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
 
 
 def _card(options: argparse.Namespace) -> int:
-    """Print or write the block; warnings go to standard error, one line each."""
+    """Print or write the block; each warning is a line on standard error."""
     with shown_warnings():
         run = read_run(options.case, options.value)
         of_host = run.of_host()
@@ -76,7 +76,7 @@ def _card(options: argparse.Namespace) -> int:
 
 
 def read_run(path: Path, value: str | None = None) -> Run:
-    """Run of a case, for a value of its sweep if PROPS change with it.
+    """Return the run of a case for a value of its sweep, if PROPS change with it.
 
     Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
     """

@@ -47,12 +47,12 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     of |= {"s_f": length, "s0": length, "height": length, "W0": f"{stress} {length}"}
     lines = []
     for test in problem.tests:
-        held = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
+        load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
         seen = "with dilation" if test.s_N is not None else "no dilation"
         turns = len(test.turns) - 1
-        points = f"{turns} turning point{'s' * (turns != 1)}"
-        lines.append(f"test        {test.name}: {test.slip.size} rows, {seen}, {held}, {points}")
-    told = {
+        points = f"{turns} reversal{'s' * (turns != 1)}"
+        lines.append(f"test        {test.name}: {test.slip.size} rows, {seen}, {load}, {points}")
+    given = {
         name: value
         for name, value in problem.fixed.items()
         if (problem.sides > 0 or name not in ("theta", "flat")) and (value or name not in ABSENT)
@@ -60,15 +60,15 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     lines += [
         f"assumed     {pattern}, slip along {problem.direction:g} degrees"
-        + "".join(f", {name} = {value:g}" for name, value in told.items()),
-        f"scatter     of the range of each test: tau {found.scatter[0]:.2%}"
+        + "".join(f", {name} = {value:g}" for name, value in given.items()),
+        f"scatter     of the residuals, relative to the range of each test: tau {found.scatter[0]:.2%}"
         + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}; "
         f"{found.evaluations} evaluations",
         f"derivatives central differences, step {STEP:g}; with {FINER * STEP:g} a column changes by at most "
         f"{found.derivative_error:.1e}",
-        f"increments  1/{problem.increments * problem.refinement} of a test or shorter; cut into {REFINE} "
-        f"they move a parameter by at most {found.shift:.1g} standard errors",
+        f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
+        f"they change a parameter by at most {found.shift:.1g} standard errors",
         "",
         f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals",
     ]
@@ -113,8 +113,9 @@ def identifiability(found: Fit) -> list[str]:
     poor = [value for value in found.scatter if value > POOR]
     if poor and found.neighbours > DEPENDENT:
         texts.append(
-            f"the fit is poor: residuals of {max(poor):.0%} of the range. Look at the plot, at the units and "
-            "at what is set; the numbers say little"
+            f"the fit is poor: the residuals are {max(poor):.0%} of the range. Check the plot, the units "
+            "and the "
+            "constants that are set; the numbers are not reliable"
         )
     if {"mu", "theta"} <= set(free):
         texts += _mu_and_theta(found)
@@ -140,7 +141,7 @@ def identifiability(found: Fit) -> list[str]:
         low, high = problem.bounds[name]
         texts.append(
             f"{name} = {found.values[name]:.4g} is at one of its bounds, {low:g} to {high:g}: "
-            "its interval says nothing"
+            "its interval has no meaning"
         )
     lowest = min(test.sigma_N for test in problem.tests)
     interface = found.interface
@@ -153,18 +154,20 @@ def identifiability(found: Fit) -> list[str]:
         )
     if found.shift > ENOUGH:
         texts.append(
-            f"the increments are too long: finer ones move a parameter by {found.shift:.2g} standard errors, "
+            f"the increments are too long: finer ones change a parameter by {found.shift:.2g} standard "
+            "errors; "
             "raise --increments"
         )
     if found.agreeing == 1 and len(found.costs) > 1:
         texts.append(
-            "only one start reached the least sum of squares: there may be a lower one, raise --starts"
+            "only one start reached the smallest sum of squares: there may be a smaller one; raise --starts"
         )
     if found.neighbours > DEPENDENT:
         factor = np.sqrt((1.0 + found.neighbours) / (1.0 - found.neighbours))
         texts.append(
-            f"residuals of neighbouring rows go together (correlation {found.neighbours:.2f}): the model "
-            "differs from the record by more than noise, intervals are too narrow by a factor of about "
+            f"residuals of neighbouring rows are correlated ({found.neighbours:.2f}): the model differs "
+            "from the "
+            "test data by more than noise, so the intervals are too narrow by a factor of about "
             f"{factor:.1f}"
         )
     return texts
@@ -178,7 +181,9 @@ def _mu_and_theta(found: Fit) -> list[str]:
     ratio = found.estimates["mu"], found.estimates["theta"]
     formula = "(mu + tan theta)/(1 - mu tan theta)"
     if not np.isfinite(residual_ratio(found.values)):
-        return [f"mu and theta: {formula} is infinite, the planes lock; correlation {correlation:.3f}"]
+        return [
+            f"mu and theta: {formula} is infinite, because the planes lock; correlation {correlation:.3f}"
+        ]
     together = found.of(residual_ratio)
     alone = [(one.high - one.low) / (2.0 * one.value) for one in ratio]
     width = (together.high - together.low) / (2.0 * together.value)
@@ -186,18 +191,18 @@ def _mu_and_theta(found: Fit) -> list[str]:
         f"{formula} = {together.value:.5g} is known to +-{width:.2%}, mu to +-{alone[0]:.2%}, theta to "
         f"+-{alone[1]:.2%} (correlation {correlation:.4f})"
     )
-    held = [name for name in ("mu", "theta") if name in found.at_bounds]
-    if held:
-        return [f"mu and theta are not separated, {' and '.join(held)} held by bounds: {numbers}"]
+    at_bounds = [name for name in ("mu", "theta") if name in found.at_bounds]
+    if at_bounds:
+        return [f"mu and theta are not separated, with {' and '.join(at_bounds)} at a bound: {numbers}"]
     apart = abs(correlation) <= COUPLED and max(alone) <= UNDETERMINED - 1.0
     if found.problem.dilation:
         verdict = "are separated by the dilation" if apart else "cannot be separated"
         return [f"mu and theta {verdict}: {numbers}"]
     worse = max(alone) / width if width > 0.0 else np.inf
     verdict = (
-        "are told apart by the shape of tau alone, which rests on the pattern assumed"
+        "are separated only by the shape of tau, which depends on the assumed pattern"
         if apart
-        else f"cannot be separated, apart they are known {worse:.0f} times worse than together"
+        else f"cannot be separated; each alone is known {worse:.0f} times worse than the ratio"
     )
     return [f"no dilation: mu and theta {verdict}: {numbers}; measure the dilation or set one of them"]
 
@@ -210,18 +215,18 @@ def _bond(found: Fit) -> str:
         "K": found.of(lambda values: derived(values)["K"])
     }
     widths = {name: _width(one) for name, one in numbers.items()}
-    told = ", ".join(f"{name} {text}" for name, text in widths.items())
+    known = ", ".join(f"{name} {text}" for name, text in widths.items())
     places = [free.index(name) for name in names]
     block = np.abs(found.correlation[np.ix_(places, places)] - np.eye(len(places)))
     wide = any(_is_wide(one) for one in numbers.values())
     if not wide and block.max() <= COUPLED:
-        return f"sigma0, Gc and K are told apart: {told}"
+        return f"sigma0, Gc and K are separated: {known}"
     sizes, vectors = np.linalg.eigh(found.covariance[np.ix_(places, places)])
     half = found.quantile * float(np.sqrt(max(sizes[0], 0.0)))
     best = _combination(names, vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]))
     return (
-        f"sigma0, Gc and K cannot be separated: {told}; known best is {best}, to +-{half:.2g}. Rows before "
-        "the peak tell K, at it sigma0, beyond it Gc"
+        f"sigma0, Gc and K cannot be separated: {known}; best known is {best}, to +-{half:.2g}. Rows before "
+        "the peak determine K, rows at the peak sigma0, rows beyond it Gc"
     )
 
 
@@ -297,7 +302,7 @@ def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)
     handles, texts = axes[0, 0].get_legend_handles_labels()
-    title = f"points: record, lines: fit; stresses in {stress}"
+    title = f"points: test data, lines: fit; stresses in {stress}"
     figure.legend(
         handles,
         texts,

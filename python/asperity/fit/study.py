@@ -143,11 +143,11 @@ def coverage(
 
 
 STUDIES: dict[str, tuple[Sequence[str], dict[str, object]]] = {
-    "held, dilation": (DEFAULT_FREE, {}),
-    "held, no dilation": (DEFAULT_FREE, {"dilation": False}),
-    "spring, dilation": (DEFAULT_FREE, {"k_N": K_N}),
+    "CNL, dilation": (DEFAULT_FREE, {}),
+    "CNL, no dilation": (DEFAULT_FREE, {"dilation": False}),
+    "CNS, dilation": (DEFAULT_FREE, {"k_N": K_N}),
     "cycle, dilation": (DEFAULT_FREE, CYCLIC),
-    "held, dilation, all seven": (tuple(TRUTH), {}),
+    "CNL, dilation, all seven": (tuple(TRUTH), {}),
 }
 """Synthetic tests and free parameters of each row of the table."""
 
@@ -162,7 +162,7 @@ def table(repetitions: int) -> str:
     The fits start at the true values; the first OWN_STARTS of them are repeated from random starts, and the
     last column is the number of these that reach a sum of squares as small.
     """
-    head = ["record", "noise", *TRUTH, "ratio", "found"]
+    head = ["test data", "noise", *TRUTH, "ratio", "found"]
     lines = []
     with tqdm(
         total=len(STUDIES) * len(NOISES) * (repetitions + min(OWN_STARTS, repetitions)),

@@ -20,13 +20,13 @@ from ..results import ENERGIES, Rows, drive
 from . import planar, reference
 
 LAW_TOLERANCE = 1.0e-12
-"""Accepted difference along given separations, in the scales of `Difference`: rounding errors of sums."""
+"""Accepted difference along given separations, in the scales of `Difference`; sums have rounding errors."""
 
 TEST_TOLERANCE = 1.0e-10
-"""Accepted difference where each implementation solves for s_N: its residual over the smallest slope."""
+"""Accepted difference if each implementation solves for s_N: its residual over the smallest slope."""
 
 OPENING_TOLERANCE = 1.0e-9
-"""Accepted difference of a computed s_N: before equilibrium is lost t_N hardly depends on s_N."""
+"""Accepted difference of a computed s_N; it is large because t_N hardly depends on s_N near a loss."""
 
 
 class Difference(NamedTuple):
@@ -119,7 +119,7 @@ class _Curve:
 
 
 def parameters_of(material: Material) -> reference.Parameters:
-    """Constants of a material as the reference takes them; raises ValueError for one it does not know."""
+    """Constants of a material for the reference; raises ValueError for a constant that it does not have."""
     values = material.values() | {"kc": material.kc or contract.default("kc")}
     known = {field.name for field in fields(reference.Parameters)}
     beyond = [name for name in values if name not in known and values[name] != contract.default(name)]
@@ -129,13 +129,13 @@ def parameters_of(material: Material) -> reference.Parameters:
 
 
 def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
-    """Law and test against the reference, law and test against the 2D law."""
+    """Compare law and test with the reference, then with the 2D law."""
     m, p = test.material, test.pattern
     if m.tau_v > 0.0 or m.guard:
         raise ValueError("tau_v, guard: expected a case without viscous damage and without the guard")
     parameters = parameters_of(m)
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
-    # a lost equilibrium ends within an increment
+    # The last row of a lost equilibrium lies within an increment.
     whole = len(rows) - ("lost" in rows.events[-1])
     if any("substeps" in event for event in rows.events[:whole]):
         raise ValueError("an increment was solved in sub-increments: expected a case with smaller increments")
@@ -191,7 +191,7 @@ def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, 
     steps = np.diff(ours.separation, axis=0, prepend=0.0)
     path = np.cumsum(np.linalg.norm(steps, axis=1))[rows]
     largest, ours = largest[rows], ours[rows]
-    if len(ours.damage) != len(theirs.damage):  # the equilibrium was lost in another row
+    if len(ours.damage) != len(theirs.damage):  # the two lose equilibrium in different rows
         return Difference(*(4 * [math.inf]))
     stiffest = max(parameters.Kn, parameters.Kt) * max(1.0, parameters.kc)
     return Difference(
@@ -203,6 +203,6 @@ def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, 
 
 
 def _largest(difference: Floats, scale: Floats) -> float:
-    """Largest ratio of rows (T, n) to a scale (T,); a row whose scale is 0 is not divided."""
+    """Largest ratio of rows (T, n) to a scale (T,); rows with the scale 0 are not divided."""
     size = np.abs(difference).max(axis=1)
     return float(np.divide(size, scale, out=size.copy(), where=scale > 0.0).max())

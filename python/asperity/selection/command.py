@@ -22,8 +22,8 @@ from .search import (
     REFERENCE_SIDES,
     Candidate,
     Errors,
+    LoadCase,
     NoPatternError,
-    Scene,
     Search,
     Selection,
     patterns,
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tolerance",
         type=float,
         default=0.01,
-        metavar="SHARE",
+        metavar="ERROR",
         help="largest error of traction, dilation and residual strength (default: %(default)s)",
     )
     parser.add_argument(
@@ -94,11 +94,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(action=_run)
 
 
-def read_scene(path: Path, planar: bool = False) -> Scene:
-    """Load case from a case file of the driver; a sweep may give several sigma_N or directions.
+def read_load_case(path: Path, planar: bool = False) -> LoadCase:
+    """Read the load case from a case file of the driver; a sweep may give several sigma_N or directions.
 
-    Raises ValueError with the messages of the driver, and for a case that is no slip under a constant t_N; a
-    ModelWarning reports a soft contact.
+    Raises ValueError with the messages of the driver, and for a case that is not a slip under a constant t_N.
+    A ModelWarning reports a soft contact.
     """
     tests = list(slip_tests(read_case(path)))
     first = tests[0]
@@ -116,7 +116,7 @@ def read_scene(path: Path, planar: bool = False) -> Scene:
     if planar and any(test.direction != first.direction for test in tests):
         raise ValueError(f"{path}: expected one direction for a planar load case")
     warn_of_limits(first.material, first.pattern, min(test.sigma_N for test in tests))
-    return Scene(
+    return LoadCase(
         first.material,
         first.pattern.theta if first.pattern.m else 0.0,
         tuple(dict.fromkeys(test.sigma_N for test in tests)),
@@ -149,18 +149,21 @@ class Costs:
 
 
 def read_costs(path: Path | None) -> Costs:
-    """Costs from a CSV of the benchmark, or from a quick run; raises ValueError where kernels are missing."""
+    """Read costs from a CSV of the benchmark, or measure them now.
+
+    Raises ValueError if the CSV has no rows of a kernel.
+    """
     timings = measure("--quick", "--costs", quiet=True) if path is None else read_timings(path)
     source = str(path or "bench")
     return Costs({host: _line(timings, kernel, tangent, source) for host, kernel, tangent in KERNELS})
 
 
 def _line(timings: list[Timing], kernel: str, tangent: bool, source: str) -> tuple[float, float]:
-    """Constant and slope by least squares of the relative errors."""
+    """Constant and slope of the cost over the planes, by least squares of the relative errors."""
     rows = [
         (t.planes, t.ns_per_point)
         for t in timings
-        if (t.kernel, t.precision, t.tangent, t.scene) == (kernel, "double", tangent, "slip")
+        if (t.kernel, t.precision, t.tangent, t.states) == (kernel, "double", tangent, "slip")
     ]
     if len({planes for planes, _ in rows}) < 2:
         raise ValueError(f"{source}: expected rows of the kernel {kernel} for two patterns")
@@ -180,14 +183,14 @@ def _run(options: argparse.Namespace) -> int:
     if options.output is not None:
         raise ValueError(f"-o {options.output}: expected with --map only")
     with shown_warnings():
-        scene = read_scene(options.case, options.planar)
+        case = read_load_case(options.case, options.planar)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # already reported
         costs = read_costs(options.bench)
         with _progress("pattern", REFERENCE_SIDES) as bar:
             try:
                 answer = select(
-                    scene, options.tolerance, lambda name: (bar.update(), bar.set_postfix_str(name))
+                    case, options.tolerance, lambda name: (bar.update(), bar.set_postfix_str(name))
                 )
             except NoPatternError as error:
                 bar.close()
@@ -199,16 +202,16 @@ def _run(options: argparse.Namespace) -> int:
 
 def report(answer: Selection, costs: Costs) -> str:
     """Text of the load case, the candidates, the selected pattern, and its line of PROPS."""
-    scene = answer.scene
-    path = " to ".join(f"{slip:g}" for slip in (0.0, *scene.turns))
-    where = f"along {scene.direction:g} degrees, across a ridge" if scene.planar else "in any direction"
+    case = answer.case
+    path = " to ".join(f"{slip:g}" for slip in (0.0, *case.turns))
+    where = f"along {case.direction:g} degrees, across a ridge" if case.planar else "in any direction"
     lines = [
-        f"load case  sigma_N {', '.join(f'{value:g}' for value in scene.sigma_N)}; slip {path} {where}",
-        f"surface    theta {scene.theta:g} degrees, flat fraction {scene.flat:g}, mu {scene.material.mu:g}",
+        f"load case  sigma_N {', '.join(f'{value:g}' for value in case.sigma_N)}; slip {path} {where}",
+        f"surface    theta {case.theta:g} degrees, flat fraction {case.flat:g}, mu {case.material.mu:g}",
         f"reference  {answer.reference}, good to {answer.uncertainty:.1e}; tolerance {answer.tolerance:g}",
         *(
-            f"lost       sigma_N {held:g}: no equilibrium beyond a path of {length:.3g}, compared up to there"
-            for held, length in answer.lost
+            f"lost       sigma_N {sigma_N:g}: no equilibrium beyond a path of {length:.3g}; compared up to it"
+            for sigma_N, length in answer.lost
         ),
         "",
         f"{'pattern':<10}{'planes':>6}" + "".join(f"{field.name:>12}" for field in fields(Errors)),
@@ -244,11 +247,11 @@ def _progress(unit: str, total: int) -> Iterator[tqdm]:
         bar.close()
 
 
-def planes_needed(scene: Scene, tolerances: tuple[float, ...]) -> list[Candidate | None]:
+def planes_needed(case: LoadCase, tolerances: tuple[float, ...]) -> list[Candidate | None]:
     """First candidate that meets each tolerance in search and check, or None."""
-    search = Search(scene)
+    search = Search(case)
     found: list[Candidate | None] = [None] * len(tolerances)
-    for name, sides, pattern in patterns(scene):
+    for name, sides, pattern in patterns(case):
         open_ones = [i for i, one in enumerate(found) if one is None]
         loosest = max(tolerances[i] for i in open_ones)
         candidate = search.candidate(name, sides, pattern, loosest)
@@ -264,15 +267,15 @@ def planes_needed(scene: Scene, tolerances: tuple[float, ...]) -> list[Candidate
 
 
 def _map(output: Path) -> int:
-    """Write picture and CSV over mu, theta and sigma_N."""
+    """Write a picture and a CSV of the planes needed over mu, theta and sigma_N."""
     if output.suffix not in (".png", ".pdf"):
         raise ValueError(f"{output}: expected a name that ends in .png or .pdf")
     rows = []
     grid = [(s, m, t) for s in MAP_SIGMA_N for m in MAP_MU for t in MAP_THETA]
-    with _progress("scene", len(grid)) as bar:
+    with _progress("load case", len(grid)) as bar:
         for sigma_N, mu, theta in grid:
-            scene = Scene(Material(3.0, 0.3, 0.9, mu), theta, (sigma_N,), MAP_TURNS)
-            rows.append((sigma_N, mu, theta, planes_needed(scene, MAP_TOLERANCES)))
+            case = LoadCase(Material(3.0, 0.3, 0.9, mu), theta, (sigma_N,), MAP_TURNS)
+            rows.append((sigma_N, mu, theta, planes_needed(case, MAP_TOLERANCES)))
             bar.update()
     with output.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -298,8 +301,8 @@ def _draw_map(rows: list[tuple[float, float, float, list[Candidate | None]]], ou
     for i, tolerance in enumerate(MAP_TOLERANCES):
         for j, sigma_N in enumerate(MAP_SIGMA_N):
             planes = np.full((len(MAP_MU), len(MAP_THETA)), most)
-            for held, mu, theta, found in rows:
-                if held == sigma_N and found[i] is not None:
+            for pressure, mu, theta, found in rows:
+                if pressure == sigma_N and found[i] is not None:
                     planes[MAP_MU.index(mu), MAP_THETA.index(theta)] = found[i].planes
             ax = axes[i, j]
             picture = ax.imshow(planes, origin="lower", cmap="cividis", vmin=1, vmax=most, aspect="auto")

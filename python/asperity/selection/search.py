@@ -1,6 +1,6 @@
 """Search for the cheapest pattern of a load case: regular patterns against a fine one of the same surface.
 
-A load case (class Scene) is a range of normal tractions and a slip path on a surface.  The surface is
+A load case (class LoadCase) is a range of normal tractions and a slip path on a surface. The surface is
 isotropic (planes of one inclination in every azimuth, slip in any direction) or planar (a ridge with slip
 across it).  docs/how-to/select.md describes the command.
 """
@@ -52,7 +52,7 @@ LEAST_ROWS, MOST_ROWS = 60, 4000
 PRELOAD = 50
 """Increments of the preload."""
 
-DEAD = 1.0 - 1.0e-9
+FULLY_DAMAGED = 1.0 - 1.0e-9
 """The residual strength counts if the damage of the reference at the end is at least this."""
 
 Tick = Callable[[str], object]
@@ -60,7 +60,7 @@ Tick = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Scene:
+class LoadCase:
     """Load case of an interface: material, surface, stress range and slip path.
 
     theta, flat: inclination (degrees) and flat fraction of the surface; sigma_N: constant normal tractions,
@@ -84,8 +84,8 @@ class Scene:
             raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, because a load case has no rate")
         if self.material.W0 > 0.0 and not (self.planar or self.smooth):
             raise ValueError(
-                f"W0 = {self.material.W0:g}: expected 0, or a planar load case: a facet wears by the work per its "
-                "own area, so that W0 belongs to one pattern"
+                f"W0 = {self.material.W0:g}: expected 0, or a planar load case: a facet wears by the work "
+                "per area of its own, so that W0 belongs to one pattern"
             )
         if not np.isfinite(self.direction):
             raise ValueError(f"direction = {self.direction!r}: expected a finite angle")
@@ -116,13 +116,13 @@ class Scene:
 
     def slips(self, finer: float = 1.0) -> Floats:
         """Path in equal increments of at most STEP s_f, with LEAST_ROWS to MOST_ROWS rows."""
-        ways = np.diff([0.0, *self.turns])
-        length = np.abs(ways).sum()
+        lengths = np.diff([0.0, *self.turns])
+        length = np.abs(lengths).sum()
         rows = finer * np.clip(length / (STEP * self.material.s_f), LEAST_ROWS, MOST_ROWS)
-        parts = np.maximum(1, np.ceil(rows * np.abs(ways) / length)).astype(int)
+        parts = np.maximum(1, np.ceil(rows * np.abs(lengths) / length)).astype(int)
         starts = [0.0, *self.turns[:-1]]
         return np.concatenate(
-            [a + w * np.arange(1, n + 1) / n for a, w, n in zip(starts, ways, parts, strict=True)]
+            [a + w * np.arange(1, n + 1) / n for a, w, n in zip(starts, lengths, parts, strict=True)]
         )
 
 
@@ -166,11 +166,11 @@ class Selection:
     """The cheapest pattern that meets a tolerance.
 
     errors: the larger ones of the search and of the independent check.  uncertainty: difference between the
-    reference and its mean over other directions (planar: from the 2D law), which counts as a part of the
-    error.  tried: the candidates in their order.
+    reference and its mean over other directions (planar: difference from the 2D law); it is added to the
+    errors.  tried: the candidates in the order in which they were run.
     """
 
-    scene: Scene
+    case: LoadCase
     tolerance: float
     name: str
     pattern: Pattern
@@ -185,7 +185,7 @@ class Selection:
     @property
     def interface(self) -> Interface:
         """Interface with the selected pattern."""
-        return Interface(self.scene.material, self.pattern)
+        return Interface(self.case.material, self.pattern)
 
     def props(self) -> Floats:
         """PROPS up to the last one that differs from its default."""
@@ -205,7 +205,10 @@ class NoPatternError(ValueError):
 
 
 class Curves(NamedTuple):
-    """Curves of a pattern under one normal traction over directions, then slips; rows: number converged."""
+    """Curves of a pattern under one normal traction: one row for each direction, one column for each slip.
+
+    rows: number of converged slips.
+    """
 
     tau_L: Floats
     tau_across: Floats
@@ -217,31 +220,31 @@ class Curves(NamedTuple):
 class DenseRun:
     """Reference along a path: mean curves of the fine pattern over directions; planar: the three planes."""
 
-    def __init__(self, scene: Scene, finer: float = 1.0, average: Sequence[float] = SEARCH_AVERAGE) -> None:
+    def __init__(self, case: LoadCase, finer: float = 1.0, average: Sequence[float] = SEARCH_AVERAGE) -> None:
         """Run refined increments in directions that are fractions of the angle between planes."""
-        self.scene = scene
-        self.slips = scene.slips(finer)
-        if scene.planar:
-            angles = np.array([scene.direction])
-            interface = Interface(scene.material, scene.regular(2, scene.direction))
+        self.case = case
+        self.slips = case.slips(finer)
+        if case.planar:
+            angles = np.array([case.direction])
+            interface = Interface(case.material, case.regular(2, case.direction))
         else:
             pitch = 360.0 / REFERENCE_SIDES
             angles = pitch * np.array(average)
-            interface = Interface(scene.material, scene.regular(REFERENCE_SIDES))
+            interface = Interface(case.material, case.regular(REFERENCE_SIDES))
         self.interface = interface
         runs = self._run(interface, angles)
         self.rows = [int(run.rows.min()) for run in runs]
-        for held, rows in zip(scene.sigma_N, self.rows, strict=True):
+        for sigma_N, rows in zip(case.sigma_N, self.rows, strict=True):
             if rows < 1:
                 raise ValueError(
-                    f"sigma_N = {held:g}: expected a normal traction under which the surface can slip, "
+                    f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
                     f"the reference has no equilibrium"
                 )
         self.tau_L = np.array([run.tau_L.mean(axis=0) for run in runs])
         self.s_N = np.array([run.s_N.mean(axis=0) for run in runs])
-        self.dead = any(
-            held < 0.0 and run.damage[:, -1].min() >= DEAD
-            for held, run in zip(scene.sigma_N, runs, strict=True)
+        self.fully_damaged = any(
+            sigma_N < 0.0 and run.damage[:, -1].min() >= FULLY_DAMAGED
+            for sigma_N, run in zip(case.sigma_N, runs, strict=True)
         )
 
     @property
@@ -249,8 +252,8 @@ class DenseRun:
         """sigma_N and length of path at which equilibrium is lost before the end of the path."""
         length = np.cumsum(np.abs(np.diff(self.slips, prepend=0.0)))
         return tuple(
-            (held, float(length[rows - 1]))
-            for held, rows in zip(self.scene.sigma_N, self.rows, strict=True)
+            (sigma_N, float(length[rows - 1]))
+            for sigma_N, rows in zip(self.case.sigma_N, self.rows, strict=True)
             if rows < self.slips.size
         )
 
@@ -265,19 +268,19 @@ class DenseRun:
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the residual strength."""
-        return self._compare(self._run(Interface(self.scene.material, pattern), angles))
+        return self._compare(self._run(Interface(self.case.material, pattern), angles))
 
     def _run(self, interface: Interface, angles: Floats) -> list[Curves]:
         """Curves in all directions for each normal traction, on all processors."""
-        held = np.repeat(self.scene.sigma_N, len(angles))
-        run = slip_curves(interface, np.tile(angles, len(self.scene.sigma_N)), self.slips, held, PRELOAD)
-        parts = [slice(i, i + len(angles)) for i in range(0, len(held), len(angles))]
+        sigma_N = np.repeat(self.case.sigma_N, len(angles))
+        run = slip_curves(interface, np.tile(angles, len(self.case.sigma_N)), self.slips, sigma_N, PRELOAD)
+        parts = [slice(i, i + len(angles)) for i in range(0, len(sigma_N), len(angles))]
         return [
             Curves(run.tau_L[p], run.tau_across[p], run.s_N[p], run.damage[p], run.rows[p]) for p in parts
         ]
 
     def _compare(self, runs: Sequence[Curves]) -> Errors:
-        s_0 = self.scene.material.s_0
+        s_0 = self.case.material.s_0
         total = Errors()
         for k, run in enumerate(runs):
             n = self.rows[k]
@@ -300,30 +303,30 @@ class DenseRun:
         return total
 
 
-def residual_error(scene: Scene, sides: int) -> float:
+def residual_error(case: LoadCase, sides: int) -> float:
     """Relative difference of the residual strengths between two planes and up a plane.
 
     Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
     """
-    material = scene.material
-    if scene.smooth or scene.curved:
+    material = case.material
+    if case.smooth or case.curved:
         return 0.0
-    dense = float(material.residual_strength(scene.theta))
-    weakest = float(material.residual_strength(scene.theta, 180.0 / sides)) if sides else material.mu
+    dense = float(material.residual_strength(case.theta))
+    weakest = float(material.residual_strength(case.theta, 180.0 / sides)) if sides else material.mu
     if dense == np.inf:
         return 0.0 if weakest == np.inf else 1.0
     return abs(1.0 - weakest / dense) if dense > 0.0 else 0.0
 
 
-def patterns(scene: Scene) -> Iterator[tuple[str, int, Pattern]]:
+def patterns(case: LoadCase) -> Iterator[tuple[str, int, Pattern]]:
     """Candidates by increasing number of planes: name, sides, pattern."""
-    yield "flat", 0, scene.regular(0)
-    if scene.smooth:
+    yield "flat", 0, case.regular(0)
+    if case.smooth:
         return
-    yield "RT", 2, scene.regular(2, scene.direction if scene.planar else 0.0)
-    if not scene.planar:
+    yield "RT", 2, case.regular(2, case.direction if case.planar else 0.0)
+    if not case.planar:
         for sides in range(3, REFERENCE_SIDES):
-            yield f"RP-{sides}", sides, scene.regular(sides)
+            yield f"RP-{sides}", sides, case.regular(sides)
 
 
 def planes_of(pattern: Pattern) -> int:
@@ -331,51 +334,51 @@ def planes_of(pattern: Pattern) -> int:
     return len(pattern.weights)
 
 
-def directions(scene: Scene, sides: int, shares: Sequence[float]) -> Floats:
+def directions(case: LoadCase, sides: int, shares: Sequence[float]) -> Floats:
     """Directions in which a pattern is run, degrees: from a plane of symmetry to the next."""
-    if scene.planar:
-        return np.array([scene.direction])
+    if case.planar:
+        return np.array([case.direction])
     return np.array([0.0]) if sides == 0 else 180.0 / sides * np.array(shares)
 
 
 class Search:
     """Errors of the candidates of a load case; reference and check are run once."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, case: LoadCase) -> None:
         """Run the reference."""
-        self.scene = scene
-        self.dense = DenseRun(scene)
+        self.case = case
+        self.dense = DenseRun(case)
 
     @cached_property
     def check(self) -> DenseRun:
         """Reference of the check, with finer increments and other directions."""
-        return DenseRun(self.scene, FINER, CHECK_AVERAGE)
+        return DenseRun(self.case, FINER, CHECK_AVERAGE)
 
     @cached_property
     def uncertainty(self) -> float:
         """Difference between the reference and its mean over other directions; planar: from another law."""
-        if self.scene.planar:
-            return max(_distance_from_other_law(self.check, k) for k in range(len(self.scene.sigma_N)))
-        return self.dense.mean_error(DenseRun(self.scene, 1.0, CHECK_AVERAGE))
+        if self.case.planar:
+            return max(_distance_from_other_law(self.check, k) for k in range(len(self.case.sigma_N)))
+        return self.dense.mean_error(DenseRun(self.case, 1.0, CHECK_AVERAGE))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
-        """Errors of a pattern; NaN for its curves if the error of the residual strength is above `most`."""
-        exact = self.scene.planar and sides == 2
-        left = residual_error(self.scene, sides) if self.dense.dead and not exact else 0.0
-        if self.scene.planar and sides == 0 and self.dense.dead:
-            left = residual_error(self.scene, 0)
+        """Errors of a pattern; if that of the residual strength exceeds `most`, the others are NaN."""
+        exact = self.case.planar and sides == 2
+        left = residual_error(self.case, sides) if self.dense.fully_damaged and not exact else 0.0
+        if self.case.planar and sides == 0 and self.dense.fully_damaged:
+            left = residual_error(self.case, 0)
         errors = Errors(np.nan, np.nan, np.nan, left)
         if left <= most:
-            errors = errors.joined(self.dense.errors(pattern, directions(self.scene, sides, SEARCH)))
+            errors = errors.joined(self.dense.errors(pattern, directions(self.case, sides, SEARCH)))
         return Candidate(name, pattern, planes_of(pattern), errors)
 
     def checked(self, candidate: Candidate, sides: int) -> Errors:
         """Errors of a candidate in search and check."""
-        angles = directions(self.scene, sides, CHECK)
+        angles = directions(self.case, sides, CHECK)
         return candidate.errors.joined(self.check.errors(candidate.pattern, angles))
 
 
-def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Selection:
+def select(case: LoadCase, tolerance: float, tick: Tick = lambda name: None) -> Selection:
     """Pattern with the fewest planes whose errors plus the uncertainty of the reference meet the tolerance.
 
     A second run in other directions with finer increments confirms every result.  tolerance: relative,
@@ -383,9 +386,9 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
-    search = Search(scene)
+    search = Search(case)
     tried = []
-    for name, sides, pattern in patterns(scene):
+    for name, sides, pattern in patterns(case):
         tick(name)
         candidate = search.candidate(name, sides, pattern, tolerance)
         tried.append(candidate)
@@ -395,21 +398,21 @@ def select(scene: Scene, tolerance: float, tick: Tick = lambda name: None) -> Se
         if errors.worst + search.uncertainty > tolerance:
             tried[-1] = Candidate(name, pattern, candidate.planes, errors)
             continue
-        other = "NumPy law" if scene.curved else "2D law"
+        other = "NumPy law" if case.curved else "2D law"
         return Selection(
-            scene,
+            case,
             tolerance,
             name,
             pattern,
             candidate.planes,
             errors,
             search.uncertainty,
-            other if scene.planar else f"RP-{REFERENCE_SIDES}",
+            other if case.planar else f"RP-{REFERENCE_SIDES}",
             tuple(tried),
             search.dense.lost,
         )
     # patterns that the residual strength excludes have no curves
-    finest = search.candidate(*list(patterns(scene))[-1])
+    finest = search.candidate(*list(patterns(case))[-1])
     best = min(
         [one for one in tried if one.errors.worst <= tolerance] + [finest], key=lambda one: one.errors.worst
     )
@@ -431,20 +434,20 @@ def _distance_from_other_law(dense: DenseRun, k: int) -> float:
     The difference is relative to the largest traction; each law follows the equilibrium itself.  The 2D law
     has neither asperity height nor wear: with them the NumPy reference takes its place.
     """
-    scene = dense.scene
-    n, held = dense.rows[k], scene.sigma_N[k]
+    case = dense.case
+    n, sigma_N = dense.rows[k], case.sigma_N[k]
     if n < 1:
         return 0.0
-    history = dense.interface.confined_slip(scene.direction, dense.slips[:n], held, PRELOAD)
-    e = direction_vector(scene.direction)
+    history = dense.interface.confined_slip(case.direction, dense.slips[:n], sigma_N, PRELOAD)
+    e = direction_vector(case.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
-    parameters = parameters_of(scene.material)
-    if scene.curved:
-        pattern = reference.regular_pattern(2, scene.theta, scene.flat, scene.direction)
-        numpy = reference.confined_slip(parameters, pattern, scene.direction, slip, held, PRELOAD)
+    parameters = parameters_of(case.material)
+    if case.curved:
+        pattern = reference.regular_pattern(2, case.theta, case.flat, case.direction)
+        numpy = reference.confined_slip(parameters, pattern, case.direction, slip, sigma_N, PRELOAD)
         other = numpy.traction[:, 1:] @ e
     else:
-        planes = planar.trapezoid(scene.theta, scene.flat)
-        rows = planar.confined_slip(parameters, planes, slip.tolist(), held, PRELOAD)
+        planes = planar.trapezoid(case.theta, case.flat)
+        rows = planar.confined_slip(parameters, planes, slip.tolist(), sigma_N, PRELOAD)
         other = np.array([row.traction[1] for row in rows])
     return float(np.abs(other - tau).max() / np.abs(tau).max())

@@ -45,7 +45,7 @@ DPI = 110
 
 
 def ramp(*corners: float, steps: int = 200) -> Floats:
-    """Values from corner to corner, the first one included."""
+    """Values along straight lines between corners, the first corner included."""
     parts = [np.linspace(a, b, steps, endpoint=False) for a, b in pairwise(corners)]
     return np.append(np.concatenate(parts), corners[-1])
 
@@ -63,7 +63,7 @@ def parts(history: History, interface: Interface) -> tuple[Floats, Floats]:
 
 
 def plane() -> Figure:
-    """Draw bond and contact of one plane: opening and closing, damage, shear under pressure and back."""
+    """Draw bond and contact of one plane: opening and closing, damage, cyclic shear under pressure."""
     figure, (normal, damage, shear) = new_figure(12.0, 3.9, ncols=3)
     opening = ramp(0.0, 0.07, 0.0, 1.15 * S_F, steps=400)
     flat = Interface(replace(MATERIAL, kc=1.0), Pattern.regular(0, 0.0))
@@ -317,7 +317,7 @@ def _action(options: argparse.Namespace) -> int:
     for name, draw in PICTURES.items():
         path = options.output / f"{name}.png"
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelWarning)  # both are shown
+            warnings.simplefilter("ignore", ModelWarning)  # both boundaries are shown
             figure = draw()
         figure.savefig(path, dpi=DPI, metadata={"Software": None})
         plt.close(figure)

@@ -79,7 +79,7 @@ def joint() -> Figure:
         apart.text(*np.add(origin, place), name)
     apart.plot(
         *origin, "o", color=BLACK, markersize=8, markerfacecolor="white"
-    )  # T_y = N x T_x: away from us
+    )  # T_y = N x T_x points away from the reader.
     apart.plot(*origin, "x", color=BLACK, markersize=5)
     apart.text(origin[0] - 0.42, origin[1] - 0.1, "$T_y$")
     apart.text(0.15, -0.6, "lower side", **NOTE)
@@ -155,7 +155,7 @@ def patterns() -> Figure:
     for i, (name, m) in enumerate(drawn.items()):
         ax = figure.add_subplot(1, len(drawn) + 1, i + 1)
         plan(ax, Pattern.regular(m, 30.0), name, numbers=False)
-        for patch in list(ax.patches)[1:]:  # without the flat plane; a side rises towards the middle
+        for patch in list(ax.patches)[1:]:  # The flat plane is left out. Every side rises towards the middle.
             faces = patch.get_xy()[:-1, 0].mean() < -1e-6
             patch.set_facecolor(FACING if faces else GREYS[1])
         arrow(ax, (-0.2, -0.8), (0.4, 0.0), BLACK)

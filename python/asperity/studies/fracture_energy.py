@@ -47,12 +47,12 @@ COARSEST, FINEST = 420, 107520
 """Increments of a path in the first and the last halving; onset (0.1 s_f) and s_f fall on a row."""
 
 LEFT = 1.0e-9
-"""Traction over sigma0 at the end of a path that counts as zero."""
+"""Traction at the end of a path, relative to sigma0, that counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)
 class Energies:
-    """G_T (C,) of the directions (C,), degrees; error (C,): change by the last halving of the steps."""
+    """G_T (C,) in the directions (C,), degrees; error (C,): change by the last halving of the steps."""
 
     directions: Floats
     values: Floats

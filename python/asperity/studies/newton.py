@@ -108,10 +108,10 @@ def newton_study(
     most: int = 25,
     dt: float | None = None,
 ) -> NewtonStudy:
-    """`Interface.confined_slip` by Newton's method without safeguards; the preload's increments come first.
+    """Run `Interface.confined_slip` by Newton's method without safeguards; the preload comes first.
 
     slips (T,), length, along direction_deg (degrees) under the normal traction sigma_N, stress, which is
-    applied in `preload` increments.  Raises ValueError as `newton_path` does.
+    applied in `preload` increments. Raises ValueError as `newton_path` does.
     """
     slips = np.asarray(slips, dtype=float)
     targets = np.zeros((preload + len(slips), 3))

@@ -51,7 +51,7 @@ class Timing:
     kernel: str
     precision: str
     tangent: bool
-    scene: str
+    states: str
     ns_per_point: float
 
 
@@ -66,7 +66,7 @@ def read_timings(path: Path) -> list[Timing]:
                     row["kernel"],
                     row["precision"],
                     {"yes": True, "no": False}[row["tangent"]],
-                    row["scene"],
+                    row["states"],
                     float(row["ns_per_point"]),
                 )
                 for row in csv.DictReader(file)
@@ -123,7 +123,7 @@ COLUMNS = (
 def table(timings: Sequence[Timing]) -> str:
     """Nanoseconds per point as a table in Markdown, a row per pattern."""
     rows = []
-    for pattern, planes in dict.fromkeys((t.pattern, t.planes) for t in timings if t.scene == "slip"):
+    for pattern, planes in dict.fromkeys((t.pattern, t.planes) for t in timings if t.states == "slip"):
         cells = [pattern, str(planes)]
         for _, kernel, precision, tangent in COLUMNS:
             times = {t.pattern: t.ns_per_point for t in _rows(timings, kernel, precision, tangent)}
@@ -182,6 +182,6 @@ def _ratios(ax: Axes, timings: Sequence[Timing]) -> None:
 
 
 def _rows(timings: Sequence[Timing], kernel: str, precision: str, tangent: bool) -> Iterator[Timing]:
-    """Rows of a kernel, all points slipping."""
+    """Rows of a kernel whose points all slip."""
     wanted = (kernel, precision, tangent, "slip")
-    return (t for t in timings if (t.kernel, t.precision, t.tangent, t.scene) == wanted)
+    return (t for t in timings if (t.kernel, t.precision, t.tangent, t.states) == wanted)

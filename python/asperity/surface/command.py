@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -18,44 +17,16 @@ from ..contract import Floats
 from ..interface import Interface
 from ..pattern import Pattern
 from . import slopes
-from .slopes import EVEN, Facets, Planes, Scan, Slips
-
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "in": 0.0254}
-"""Units of length that a header may name, in metres."""
+from .report import ROUNDING, remarks, report
+from .scan import Scan, lengths_of
+from .scan_files import PATIENCE, UNITS, read_scan
+from .slopes import Facets, Planes, Slips
 
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
 
 REQUIRED = tuple(row.name for row in contract.props_table() if row.default is None)
 """Constants of a material that have no default."""
-
-PLAUSIBLE = (3.0e-3, 3.0)
-"""Rms slopes beyond these are told: z may be in another unit than x."""
-
-GROWTH = 1.1
-"""The slopes depend on the scale, and it is told, where half the sampling length raises their rms by this."""
-
-UNLIKE = 1.5
-"""Ratio of the largest to the smallest spacing from which on it is told: slopes depend on the spacing."""
-
-PATIENCE = 2.0
-"""Seconds before progress is shown."""
-
-EXPECTED = (
-    "expected columns x, z (profile) or x, y, z (map), as x [mm],z [um]; --spacing for a matrix of heights"
-)
-
-ROUNDING = 1.0e-9
-"""Errors and angles (degrees) below this are shown as 0."""
-
-PERCENT = (50, 90, 99, 100)
-"""Percentiles of the inclination that are told."""
-
-_COMMA = re.compile(r"^[-+]?\d*,\d+$")
-"""A number with a decimal comma."""
-
-_CELL = re.compile(r"^\W*([A-Za-z]\w*)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\W*$")
-"""Name of a column and its unit in brackets."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scan",
         type=Path,
         metavar="SCAN.csv",
-        help="columns x, z (profile) or x, y, z (map), with units in the header as x [mm]; or --spacing",
+        help="columns x, z (profile) or x, y, z (map), with units in the header, or a matrix (--spacing)",
     )
     parser.add_argument(
         "--spacing",
@@ -75,86 +46,62 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit",
         default="mm",
-        help="of the lengths, where the header names none (default: %(default)s)",
+        help="unit of lengths whose header names none (default: %(default)s)",
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
-    scale.add_argument("--smooth", type=float, metavar="L", help="Gaussian filter of this cut-off first")
+    scale.add_argument("--smooth", type=float, metavar="L", help="cut-off length of a Gaussian filter")
     scale.add_argument(
-        "--sampling", type=float, metavar="L", help="facets of this length (default: the points')"
+        "--sampling", type=float, metavar="L", help="length of the facets (default: that of the scan)"
     )
     planes = parser.add_argument_group("planes")
     planes.add_argument(
         "--regular", action="store_true", help="the nearest regular pattern, not listed planes"
     )
-    planes.add_argument("--sides", type=int, metavar="M", help="of the regular pattern (default: looked for)")
+    planes.add_argument("--sides", type=int, metavar="M", help="sides of the regular pattern (default: best)")
     planes.add_argument(
         "--directions", type=int, metavar="D", help="sectors of azimuth of the listed planes (default: 8)"
     )
     planes.add_argument("--bins", type=int, metavar="B", help="classes of inclination in each (default: 3)")
     planes.add_argument(
-        "--planes", type=int, metavar="N", help="at most so many listed planes: as many bins as that allows"
+        "--planes", type=int, metavar="N", help="largest number of listed planes; it sets the bins"
     )
     planes.add_argument(
         "--flat",
         type=float,
         metavar="DEG",
-        help="facets up to this are the flat plane (default: 0)",
+        help="facets inclined by at most this form the flat plane (default: 0)",
     )
     planes.add_argument(
         "--direction",
         type=float,
         default=0.0,
         metavar="DEG",
-        help="of the profile, or of the first sector, from Tx towards Ty (default: 0)",
+        help="direction of the profile, or of the first sector, from Tx towards Ty (default: 0)",
     )
     planes.add_argument(
         "--material",
         type=_material,
         metavar="SIGMA0,GC,ETA,MU",
-        help=f"for the PROPS line and the residual strength (default: names, mu = {MU:g})",
+        help=f"constants for PROPS and the residual strength (default: names only, and mu = {MU:g})",
     )
     parser.add_argument(
         "--case",
         type=Path,
         metavar="CASE.nml",
-        help="a case of the driver: STEM.nml is written, the same with this pattern, for run, card, select",
+        help="case of the driver; STEM.nml is the same case with the pattern found, for run, card and select",
     )
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="STEM",
-        help="of STEM.csv, STEM.png and STEM.nml (default: the name of the scan with _planes, here)",
+        help="writes STEM.csv, STEM.png and STEM.nml (default: the name of the scan with _planes, here)",
     )
     parser.set_defaults(action=_run)
 
 
-def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
-    """Profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
-
-    Separators are commas, semicolons or blanks; lines from # on are left out.  Lengths are turned into the
-    unit of x; `unit` is that of a file that names none.  Raises ValueError that names line and value.
-    """
-    header, rows = _cells(path)
-    if spacing is not None:
-        if header:
-            raise ValueError(f"{path}: {', '.join(header)}: expected a matrix of numbers, as --spacing says")
-        z = _table(path, rows)
-        dx, dy = spacing[0], spacing[-1]
-        _enough(path, "columns", z.shape[1])
-        _enough(path, "rows", z.shape[0])
-        return Scan(dx * np.arange(z.shape[1]), dy * np.arange(z.shape[0]), z, unit)
-    names, units = _columns(path, header, len(rows[0][1]) if rows else 0)
-    table = _table(path, rows)
-    unit = units[names.index("x")] or unit
-    data = {n: table[:, i] * (_metres(path, u) / _metres(path, unit) if u else 1.0)
-            for i, (n, u) in enumerate(zip(names, units, strict=True))}  # fmt: skip
-    lines = [line for line, _ in rows]
-    return _profile(path, data, lines, unit) if len(names) == 2 else _map(path, data, lines, unit)
-
-
 def case_lines(pattern: Pattern) -> str:
-    """Group &pattern of a case file, a plane a line."""
+    """Group &pattern of a case file, with a line for each plane."""
     if pattern.m >= 0:
         text = f"&pattern sides = {pattern.m}"
         if pattern.m > 0:
@@ -168,7 +115,10 @@ def case_lines(pattern: Pattern) -> str:
 
 
 def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str:
-    """PROPS of a pattern, up to the last value that is not its default; names for a material not given."""
+    """PROPS of a pattern, up to the last value that is not its default.
+
+    Without a material the names of its constants stand for their values.
+    """
     defaults = [row.default for row in contract.props_table()]
     props = contract.pack(pattern.values())
     last = contract.N_FIXED_PROPS
@@ -183,7 +133,7 @@ def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Read, level, bin, compare, write."""
+    """Read a scan, find the planes of its average and their classes, compare patterns, write the results."""
     _check(options)
     table, png, case = _outputs(options)
     template = None if options.case is None else read_case(options.case)
@@ -202,13 +152,13 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
     listed, label = _listed(options, found, _directions(options, found))
     angles = slopes.directions_of(found, options.direction)
-    lengths = slopes.lengths_of(smooth)
+    lengths = lengths_of(smooth)
     total = 2 * len(angles) + len(lengths)
     with tqdm(total=total, unit="step", disable=None, delay=PATIENCE, leave=False) as bar:
         slips = Slips.of(found, angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
         scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))
-    print("\n".join(_report(original, scan, found, slips, options)))
+    print("\n".join(report(original, scan, found, slips, options)))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
     of_listed = Planes.of(listed).residual(angles, slips.mu)
     for pattern in (listed, regular):
@@ -219,8 +169,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
     for length, mean, rms, theta, flat in scales:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    remarks = [f"remark      {text}" for text in _remarks(scan, found, options.direction)]
-    print("\n".join(["", *remarks, ""]) if remarks else "")
+    doubts = [f"remark      {text}" for text in remarks(scan, found, options.direction)]
+    print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
     written = [table, png]
     props = props_line(chosen, options.material)
@@ -239,7 +189,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Options that need no scan."""
+    """Check the options that do not depend on the scan."""
     listing = (options.bins, options.planes, options.directions, options.flat)
     if options.regular and any(value is not None for value in listing):
         raise ValueError(
@@ -258,7 +208,10 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
-    """Table, picture and case; never the scan or the case that is read, and in a folder that is there."""
+    """Names of table, picture and case.
+
+    Raises ValueError if one of them is the scan or the case that is read, or if the folder does not exist.
+    """
     stem = options.output or Path(f"{options.scan.stem}_planes")
     if stem.suffix in (".csv", ".png", ".nml"):
         stem = stem.with_suffix("")
@@ -275,7 +228,7 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
 
 
 def _shown(error: float) -> str:
-    """An error in the table."""
+    """Text of an error in the table."""
     if np.isinf(error):
         return "locks"
     return f"{error:.1e}" if error > ROUNDING else "0"
@@ -284,7 +237,7 @@ def _shown(error: float) -> str:
 def _scales(
     scan: Scan, lengths: Floats, regular: Pattern, direction: float, tick: slopes.Tick
 ) -> Iterator[tuple[float, ...]]:
-    """Sampling length, mean and rms slope, theta and flat share of the regular pattern of the same sides."""
+    """Sampling length, mean and rms slope, theta and flat weight of the regular pattern of the same sides."""
     for length in lengths:
         found = slopes.facets(scan.sampled(length), direction)
         pattern = slopes.nearest_regular(found, None, regular.m or 2, direction)
@@ -293,71 +246,8 @@ def _scales(
         tick()
 
 
-def _remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
-    """Doubts about units and scale."""
-    rms, unit = found.rms_slope, scan.unit
-    if rms > slopes.FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
-        yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
-    low, high = scan.steps()
-    if high > UNLIKE * low:
-        yield f"points are {low:g} to {high:g} {unit} apart, not one scale: --sampling {high:g} makes it one"
-    length = 2.0 * scan.spacing
-    if rms > slopes.FLATNESS and length <= slopes.longest(scan):
-        coarse = slopes.facets(scan.sampled(length), direction).rms_slope
-        if rms > GROWTH * coarse:
-            yield (
-                f"the rms slope at {scan.spacing:g} {unit} is {rms / coarse - 1.0:.0%} above that at "
-                f"{length:g}: no plateau, the planes are those of this scale; --sampling, --smooth choose it"
-            )
-
-
-def _report(
-    original: Scan,
-    scan: Scan,
-    found: Facets,
-    slips: Slips,
-    options: argparse.Namespace,
-) -> list[str]:
-    """What the scan is like."""
-    unit = scan.unit
-    points = (
-        f"{len(original.x)} points" if original.y is None else f"{len(original.x)} x {len(original.y)} points"
-    )
-    extent = f"{np.ptp(original.x):g} {unit}" if original.y is None else (
-        f"{np.ptp(original.x):g} x {np.ptp(original.y):g} {unit}")  # fmt: skip
-    order = np.argsort(found.slopes)
-    below = np.cumsum(found.nominal[order])
-    at = [
-        found.slopes[order][min(np.searchsorted(below, p / 100 * below[-1]), len(order) - 1)] for p in PERCENT
-    ]
-    steep = ", ".join(f"{p} %: {np.degrees(np.arctan(t)):.2f}" for p, t in zip(PERCENT, at, strict=True))
-    heights = scan.heights()
-    tilt = found.tilt if found.tilt > ROUNDING else 0.0
-    lean = lean if (lean := scan.lean()) > ROUNDING else 0.0
-    low, high = slips.residual.min(), slips.residual.max()
-    shown = ["locks" if np.isinf(value) else f"{value:.4f}" for value in (low, high)]
-    filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
-    return [
-        f"scan        {'profile' if scan.is_profile else 'map'}, {points}, {extent}{filtered}",
-        f"level       average plane tilted by {tilt:.4g} degrees, turned away; "
-        f"{lean:.3g} degrees from that of least squares",
-        f"facets      {len(found.gamma)} at {_apart(scan)} {unit}; true/nominal area {found.ratio:.4f}",
-        f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
-        f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
-        f"inclined    {steep} degrees (share of the nominal area)",
-        f"residual    {shown[0]} to {shown[1]} |sigma_N| over {len(slips.angles)} directions, "
-        f"mu = {slips.mu:g}: set by the steepest facet along the slip",
-    ]
-
-
-def _apart(scan: Scan) -> str:
-    """Spacing of the points."""
-    low, high = scan.steps()
-    return f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"
-
-
 def _directions(options: argparse.Namespace, found: Facets) -> int:
-    """Sectors of azimuth."""
+    """Number of sectors of azimuth."""
     if found.profile:
         if options.directions not in (None, 2):
             raise ValueError(f"--directions {options.directions}: expected 2 for a profile")
@@ -368,7 +258,7 @@ def _directions(options: argparse.Namespace, found: Facets) -> int:
 
 
 def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tuple[Pattern, np.ndarray]:
-    """Listed planes by the options."""
+    """Listed planes according to the options."""
     for name in ("bins", "planes"):
         value = getattr(options, name)
         if value is not None and not 1 <= value <= contract.MAX_INCLINED:
@@ -421,151 +311,14 @@ def _write(path: Path, pattern: Pattern) -> None:
             writer.writerow([k, *(f"{value:.9f}" for value in row)])
 
 
-def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Header (empty without one) and the rows with their line numbers."""
-    header: list[str] = []
-    rows: list[tuple[int, list[str]]] = []
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise ValueError(f"{path}: {error.strerror}: expected a CSV with a profile or a height map") from None
-    except UnicodeDecodeError as error:
-        raise ValueError(
-            f"{path}: byte {error.start} is no text in UTF-8: expected a CSV with a profile or a height map"
-        ) from None
-    shown = tqdm(lines, unit="line", desc="read", disable=None, delay=PATIENCE, leave=False)
-    for line, text in enumerate(shown, start=1):
-        text = text.split("#")[0].strip()
-        if not text:
-            continue
-        mark = next((mark for mark in ";,\t" if mark in text), None)
-        cells = [cell.strip().strip('"') for cell in text.split(mark)]
-        if not rows and not header and not any(_is_number(cell) or _COMMA.match(cell) for cell in cells):
-            header = cells if mark else re.findall(r"\w+\s*(?:[\[(][^\])]*[\])])?", text)
-        else:
-            rows.append((line, cells))
-    return header, rows
-
-
-def _columns(path: Path, header: list[str], count: int) -> tuple[list[str], list[str]]:
-    """Names and units of the columns."""
-    if not header:
-        if count not in (2, 3):
-            raise ValueError(f"{path}: {count} columns without names: {EXPECTED}")
-        return ["x", "z"] if count == 2 else ["x", "y", "z"], [""] * count
-    found = [_CELL.match(cell) for cell in header]
-    names = ["" if m is None else m[1].lower() for m in found]
-    if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
-        raise ValueError(f"{path}: columns {', '.join(header)}: {EXPECTED}")
-    units = ["" if m is None else m[2] or "" for m in found]
-    if any(units) and not all(units):
-        raise ValueError(f"{path}: columns {', '.join(header)}: expected a unit for all or none, as x [mm]")
-    return names, units
-
-
-def _table(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """Numbers of the rows."""
-    if not rows:
-        raise ValueError(f"{path}: expected rows of numbers")
-    width = len(rows[0][1])
-    for line, cells in rows:
-        if len(cells) != width:
-            raise ValueError(f"{path}, line {line}: {len(cells)} values: expected {width}")
-        for cell in cells:
-            if not _is_number(cell) or not np.isfinite(float(cell)):
-                point = " with a decimal point" if _COMMA.match(cell) else ""
-                raise ValueError(f"{path}, line {line}: {cell or 'nothing'}: expected a finite number{point}")
-    return np.array([cells for _, cells in rows], dtype=float)
-
-
-def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Profile with x increasing; one that decreases throughout is turned round."""
-    x, z = data["x"], data["z"]
-    _enough(path, "points", len(x))
-    steps = np.diff(x)
-    if (steps < 0.0).all():
-        x, z, lines, steps = x[::-1], z[::-1], lines[::-1], -steps[::-1]
-    if not (steps > 0.0).all():
-        i = int((steps <= 0.0).argmax())
-        what = "vertical" if steps[i] == 0.0 else "overhang, or the points are not in order"
-        raise ValueError(
-            f"{path}, line {lines[i + 1]}: x = {x[i + 1]:g} after {x[i]:g}: expected x to increase ({what})"
-        )
-    return Scan(x.copy(), None, z[None, ::1].copy(), unit)
-
-
-def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Map on the grid of its points, which may come in any order."""
-    axes, places = [], []
-    for name in ("x", "y"):
-        given = data[name]
-        order = np.argsort(given, kind="stable")
-        sizes = np.diff(given[order])
-        # values of a grid line may differ by rounding
-        new = sizes > EVEN * max(sizes.max(initial=0.0), 0.0)
-        place = np.empty(len(given), dtype=int)
-        place[order] = np.concatenate([[0], np.cumsum(new)])
-        axis = np.bincount(place, given) / np.bincount(place)
-        if len(axis) == 1:
-            raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
-        _enough(path, f"different {name}", len(axis))
-        steps = np.diff(axis)
-        if np.abs(axis - slopes.even(axis)).max() > EVEN * steps.mean():
-            i = int((np.abs(steps - np.median(steps)) > EVEN * np.median(steps)).argmax())
-            raise ValueError(
-                f"{path}: {name} = {axis[i]:g} and {axis[i + 1]:g}, {len(axis)} different {name}: expected a "
-                f"regular grid along x and y, here of spacing {np.median(steps):g}; interpolate points that "
-                "lie elsewhere onto one"
-            )
-        axes.append(slopes.even(axis))
-        places.append(place)
-    x, y = axes
-    count = np.zeros((len(y), len(x)), dtype=int)
-    np.add.at(count, (places[1], places[0]), 1)
-    if (count > 1).any():
-        j, i = np.argwhere(count > 1)[0]
-        second = lines[np.flatnonzero((places[0] == i) & (places[1] == j))[1]]
-        raise ValueError(
-            f"{path}, line {second}: x = {x[i]:g}, y = {y[j]:g} again: expected one height a point"
-        )
-    if (count == 0).any():
-        j, i = np.argwhere(count == 0)[0]
-        raise ValueError(
-            f"{path}: {np.count_nonzero(count == 0)} points of the grid are missing, the first at "
-            f"x = {x[i]:g}, y = {y[j]:g}: expected a regular grid of {len(x)} x {len(y)} points"
-        )
-    z = np.empty((len(y), len(x)))
-    z[places[1], places[0]] = data["z"]
-    return Scan(x, y, z, unit)
-
-
-def _enough(path: Path, what: str, count: int) -> None:
-    if count < slopes.LEAST_POINTS:
-        raise ValueError(f"{path}: {count} {what}: expected at least {slopes.LEAST_POINTS}")
-
-
-def _metres(path: Path, unit: str) -> float:
-    if unit not in UNITS:
-        raise ValueError(f"{path}: unit {unit}: expected one of {', '.join(UNITS)}")
-    return UNITS[unit]
-
-
 def _rounded(values: Floats) -> Floats:
-    """Values to the digits that are printed, without -0."""
+    """Values rounded to the digits that are printed, without -0."""
     found: Floats = np.round(values, 9) + 0.0
     return found
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _lengths(text: str) -> tuple[float, ...]:
-    """Spacings of the option."""
+    """Read the spacings of the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -576,7 +329,7 @@ def _lengths(text: str) -> tuple[float, ...]:
 
 
 def _material(text: str) -> tuple[float, ...]:
-    """Constants of the option."""
+    """Read the constants of the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
         if len(found) != contract.N_REQUIRED_PROPS:

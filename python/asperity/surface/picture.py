@@ -13,7 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from ..contract import Floats
 from ..pattern import Pattern, unit_vector
 from ..plots import COLOURS, plt
-from .slopes import Facets, Planes, Scan, Slips
+from .scan import Scan
+from .slopes import Facets, Planes, Slips
 
 MOST_CELLS = 600
 """Largest number of drawn cells along a side of a map."""
@@ -81,7 +82,7 @@ def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndar
     steepest = max(np.abs(along).max(), 1.0e-12)
     lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0, zorder=3)
     lines.set_clim(-steepest, steepest)
-    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # an outline, because flat facets are pale
+    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # The outline is needed because flat facets are pale.
     ax.add_collection(lines)
     ax.autoscale_view()
     bar = ax.figure.colorbar(lines, ax=ax)
@@ -114,7 +115,7 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
     density, a, r = np.histogram2d(
         azimuth, incl, bins=(72, 30), range=((0.0, 2.0 * np.pi), (0.0, top)), weights=found.gamma
     )
-    density /= np.diff(a)[:, None] * np.diff(r**2)  # per area of the plot
+    density /= np.diff(a)[:, None] * np.diff(r**2)  # the density is per area of the plot
     shown = np.ma.masked_where(density == 0.0, density).T
     ax.pcolormesh(a, r, shown, cmap="Greys", vmin=0.0, vmax=2.0 * np.percentile(density[density > 0.0], 90.0))
     _marks(ax, planes, "o", COLOURS[3], "listed planes")

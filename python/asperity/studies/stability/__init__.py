@@ -1,6 +1,6 @@
 """Catalogue of failure modes and maps of convergence, `asperity stability`."""
 
-from .catalogue import EDGES, find, shown, table
-from .edges import Edge, Trial
+from .catalogue import MODES, find, shown, table
+from .modes import FailureMode, Trial
 
-__all__ = ["EDGES", "Edge", "Trial", "find", "shown", "table"]
+__all__ = ["MODES", "FailureMode", "Trial", "find", "shown", "table"]

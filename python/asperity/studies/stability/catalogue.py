@@ -6,21 +6,21 @@ import re
 from collections.abc import Iterable, Sequence
 
 from ...tables import markdown
-from . import law_edges, solver_edges
-from .edges import Edge, Trial
+from . import law_modes, solver_modes
+from .modes import FailureMode, Trial
 
-EDGES: tuple[Edge, ...] = solver_edges.EDGES + law_edges.EDGES
+MODES: tuple[FailureMode, ...] = solver_modes.MODES + law_modes.MODES
 """Entries in the order of the page."""
 
 
-def find(names: Iterable[str]) -> list[Edge]:
+def find(names: Iterable[str]) -> list[FailureMode]:
     """Entries by name, `all` for every one; raises ValueError for an unknown name."""
-    known = {edge.name: edge for edge in EDGES}
+    known = {mode.name: mode for mode in MODES}
     wanted = list(names)
     unknown = [name for name in wanted if name != "all" and name not in known]
     if unknown:
         raise ValueError(f"{', '.join(unknown)}: expected all or names of {', '.join(known)}")
-    return list(EDGES) if "all" in wanted else [known[name] for name in wanted]
+    return list(MODES) if "all" in wanted else [known[name] for name in wanted]
 
 
 def shown(trials: Sequence[Trial]) -> bool:
@@ -28,14 +28,14 @@ def shown(trials: Sequence[Trial]) -> bool:
     return all(trial.holds for trial in trials) and len({trial.expected for trial in trials}) == 2
 
 
-def table(results: Iterable[tuple[Edge, Sequence[Trial]]]) -> str:
+def table(results: Iterable[tuple[FailureMode, Sequence[Trial]]]) -> str:
     """Body of docs/results/stability.md: description, advice and measurements of each failure mode."""
-    return "\n\n".join(_section(edge, trials) for edge, trials in results)
+    return "\n\n".join(_section(mode, trials) for mode, trials in results)
 
 
-def _section(edge: Edge, trials: Sequence[Trial]) -> str:
-    lines = [f"### {edge.name}", "", f"**{edge.title}.** {edge.happens}", ""]
-    lines += [f"*What to do.* {edge.advice}", ""]
+def _section(mode: FailureMode, trials: Sequence[Trial]) -> str:
+    lines = [f"### {mode.name}", "", f"**{mode.title}.** {mode.happens}", ""]
+    lines += [f"*What to do.* {mode.advice}", ""]
     rows = [(t.method, "survives" if t.survives else "**fails**", t.measured) for t in trials]
     return "\n".join([*lines, markdown(("method", "", "measured"), rows)])
 

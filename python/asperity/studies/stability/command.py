@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from ... import tables
-from .catalogue import EDGES, agree, find, shown, table
+from .catalogue import MODES, agree, find, shown, table
 
 NOT_SHOWN = 1
 """Exit code of an entry with an unexpected result, and of a table that is not up to date."""
@@ -56,9 +56,9 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 def _list(options: argparse.Namespace) -> int:
     """Print the catalogue: description and advice."""
     del options
-    for edge in EDGES:
-        print(f"{edge.name}: {edge.title}")
-        for text in (edge.happens, f"-> {edge.advice}"):
+    for mode in MODES:
+        print(f"{mode.name}: {mode.title}")
+        for text in (mode.happens, f"-> {mode.advice}"):
             print(textwrap.fill(text, 100, initial_indent="  ", subsequent_indent="  "))
     return 0
 
@@ -69,14 +69,14 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--check: expected with --fill FILE.md")
     quiet = options.table or options.fill is not None
     results, bad = [], []
-    for edge in find(options.names):
+    for mode in find(options.names):
         start = time.monotonic()
-        trials = edge.run()
-        results.append((edge, trials))
+        trials = mode.run()
+        results.append((mode, trials))
         if not shown(trials):
-            bad.append(edge.name)
+            bad.append(mode.name)
         file = sys.stderr if quiet else sys.stdout
-        print(f"{edge.name}: {edge.title} ({time.monotonic() - start:.1f} s)", file=file, flush=True)
+        print(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=file, flush=True)
         for trial in trials:
             if quiet and trial.holds:
                 continue

@@ -34,7 +34,7 @@ class Vumat:
         self._energy = np.zeros(2, self.kind)
 
     def step(self, ds: Array, time: float = 1.0) -> Array:
-        """Traction (N, Tx, Ty) after a change ds (3,) of the separation; time: at the end, > 0."""
+        """Return the traction (N, Tx, Ty) after a change ds (3,) of the separation; time: at its end, > 0."""
         n_n, n_tx, n_ty = ds
         strain = np.array([n_n, 0.5 * n_ty, 0.5 * n_tx], self.kind)
         nothing = np.zeros(9, self.kind)

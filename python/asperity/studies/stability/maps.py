@@ -20,9 +20,9 @@ from ...interface import Interface
 from ...pattern import Pattern
 from ...plots import COLOURS, plt
 from ..newton import newton_study
-from .edges import S_F, TABLE_2, K, drive
-from .law_edges import clamped_reversal, locks
-from .solver_edges import SPRING, pulled, ramp
+from .law_modes import clamped_reversal, locks
+from .modes import S_F, TABLE_2, K, drive
+from .solver_modes import SPRING, pulled, ramp
 
 Row = dict[str, float | str]
 """Values of one cell of a map by the columns of its CSV."""
@@ -271,8 +271,8 @@ def draw_steps(rows: Sequence[Row]) -> Figure:
     figure.colorbar(image, ax=axes, label="iterations per increment [-]", format="%g")
     handles = [
         Line2D([], [], color="0.4", marker="x", linestyle="", label="does not converge"),
-        Line2D([], [], color=COLOURS[1], marker="o", linestyle="", label="snap, then converges"),
-        Line2D([], [], color=COLOURS[1], linewidth=2.0, label="snap line"),
+        Line2D([], [], color=COLOURS[1], marker="o", linestyle="", label="snaps, then converges"),
+        Line2D([], [], color=COLOURS[1], linewidth=2.0, label="boundary of the snaps"),
         Line2D([], [], color="0.3", marker="_", linestyle="", label="no equilibrium (tension)"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
@@ -333,10 +333,10 @@ def draw_law(rows: Sequence[Row]) -> Figure:
     )
     right.set_facecolor("white")
     figure.colorbar(image, ax=right, label=r"decrease of the rupture energy [$G_c$]")
-    edge = FIRST_SLIP / TABLE_2.mu
-    right.plot([clamp[-1], edge, edge], [FIRST_SLIP, FIRST_SLIP, back[-1]], color=COLOURS[1], linewidth=2.0)
-    right.set(xlabel=r"clamp $-s_N/s_f$ [-]", ylabel=r"reversal $-s_L/s_f$ [-]")
-    right.set_title(rf"damage with clamped slip, slid to {FIRST_SLIP:g} $s_f$ before", fontsize="medium")
+    first = FIRST_SLIP / TABLE_2.mu
+    right.plot([clamp[-1], first, first], [FIRST_SLIP, FIRST_SLIP, back[-1]], color=COLOURS[1], linewidth=2.0)
+    right.set(xlabel=r"closure $-s_N/s_f$ [-]", ylabel=r"slip after the reversal $-s_L/s_f$ [-]")
+    right.set_title(rf"flat plane: slip to {FIRST_SLIP:g} $s_f$, closure, slip back", fontsize="medium")
     line = Line2D([], [], color=COLOURS[1], linewidth=2.0, label="closed form")
     right.legend(handles=[line], fontsize="small", loc="upper left")
     return figure

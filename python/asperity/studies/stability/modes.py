@@ -40,7 +40,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Edge:
+class FailureMode:
     """A failure mode of the law or of its solvers: description, advice, and the trials that show both."""
 
     name: str
@@ -89,7 +89,7 @@ def plain(label: str, study: NewtonStudy, expected: bool, what: str = "") -> Tri
     """Trial of Newton's method without safeguards."""
     if study.converged:
         mean = sum(study.iterations) / len(study.iterations)
-        found = f"{mean:.1f} iterations an increment, at most {max(study.iterations)}"
+        found = f"{mean:.1f} iterations per increment, at most {max(study.iterations)}"
     else:
         found = f"increment {len(study.iterations)}: {study.end}"
     return Trial(label, expected, study.converged, f"{found}{what and f'; {what}'}")

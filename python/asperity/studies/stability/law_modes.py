@@ -16,9 +16,9 @@ from ...material import Material, ModelWarning
 from ...pattern import Pattern, direction_vector
 from ..extensions import locked
 from ..newton import NewtonStudy, newton_study
-from .edges import S_F, TABLE_2, Edge, K, Trial
 from .explicit import Flight, Vumat, fly
-from .solver_edges import ramp
+from .modes import S_F, TABLE_2, FailureMode, K, Trial
+from .solver_modes import ramp
 
 S_0 = TABLE_2.s_0
 """Separation at the onset of damage, mm."""
@@ -51,32 +51,37 @@ def steps() -> list[Trial]:
         error, rupture = ledger_error(study), study.state[-1, RUPTURE]
         label = f"slip of 10 s_f under -1 MPa in {n} step{'s' * (n > 1)}"
         if n == 1:
-            found = f"{max(study.iterations)} iterations; off by {off:.1g} from 1000 steps"
+            found = f"{max(study.iterations)} iterations; relative difference from 1000 steps {off:.1g}"
             trials.append(Trial(f"{label}: traction", True, off < ACCEPTED, found))
-        found = f"work - stored - rupture - friction = {error:.3g} of the work; rupture {rupture:.4g} N/mm"
+        found = f"work - stored - rupture - friction = {error:.3g} times the work; rupture {rupture:.4g} N/mm"
         trials.append(Trial(f"{label}: energies", energies, error < ACCEPTED, found))
     for name, corners in (
         ("closing from 10 s_f", [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [-0.01, 0.0, 0.0]]),
-        ("slip of 10 s_f and back, clamped", [[0, 0, 0], [-0.01, 0, 0], [-0.01, 2, 0], [-0.01, -2, 0]]),
+        (
+            "slip of 10 s_f and back while the joint is closed",
+            [[0, 0, 0], [-0.01, 0, 0], [-0.01, 2, 0], [-0.01, -2, 0]],
+        ),
     ):
         for n, survives in ((1, False), (1000, True)):
             ends = [rough.replay(path(corners, steps)).traction[-1] for steps in (n, 2000)]
             off = np.abs(ends[0] - ends[1]).max() / np.abs(ends[1]).max()
-            label = f"{name}, {n} step{'s' * (n > 1)} a leg: traction"
-            trials.append(Trial(label, survives, off < ACCEPTED, f"off by {off:.2g} from 2000 steps"))
+            label = f"{name}, {n} step{'s' * (n > 1)} for each straight part: traction"
+            trials.append(
+                Trial(label, survives, off < ACCEPTED, f"relative difference from 2000 steps {off:.2g}")
+            )
     return trials
 
 
 def path(corners: ArrayLike, steps: int) -> Floats:
-    """Straight legs from corner to corner, each in `steps` steps."""
+    """Straight lines from corner to corner, each in `steps` steps."""
     corners = np.asarray(corners, dtype=float)
     share = np.linspace(0.0, 1.0, steps + 1)[1:, None]
     return np.concatenate([a + share * (b - a) for a, b in pairwise(corners)])
 
 
-STEPS = Edge(
+STEPS = FailureMode(
     "steps",
-    "Large steps",
+    "Large increments",
     "The return mapping is implicit. A step of 10 s_f through onset, rupture and sliding converges and, "
     "under a constant pressure, ends at the right traction. The energies are sums over the path and are "
     "wrong. Tractions are also wrong if the path reverses while planes slide.",
@@ -140,10 +145,10 @@ def locking() -> list[Trial]:
     names = "RT, RP-3, RP-4, RP-6, RP-16"
     trials.append(
         Trial(
-            f"the law, {names}, mu tan(theta) = 0.5 to 2, every 5°",
+            f"the law for {names}, mu tan(theta) = 0.5 to 2, every 5°",
             True,
             agree == total,
-            f"{agree} of {total} runs lock where the closed form says so ({locked} lock)",
+            f"{agree} of {total} runs agree with the closed form ({locked} of them lock)",
         )
     )
     return trials + [_steep(height) for height in (0.0, 0.2)]
@@ -160,7 +165,7 @@ def _steep(height: float) -> Trial:
     return Trial(label, height > 0.0, bool(last < at), f"{at:.4g} MPa at 0.1 mm, {last:.4g} MPa at 1 mm")
 
 
-LOCKING = Edge(
+LOCKING = FailureMode(
     "locking",
     "Locking at mu tan(theta) = 1",
     "On a steep, rough plane friction prevents any sliding up: the traction grows in proportion to the "
@@ -177,10 +182,10 @@ LOCKING = Edge(
 def clamped_reversal(
     flat: Interface, clamp: ArrayLike, back: ArrayLike, slip: float, steps: int = 400
 ) -> Floats:
-    """Decrease of the rupture energy, stress*length, of a flat plane slid to `slip`, closed, and slid back.
+    """Decrease of the rupture energy, stress*length, if a flat plane slips, is closed, and slips back.
 
-    clamp, back (n,): closure and slip at the end of each path, both positive, length.  The result (n,) is the
-    largest fall of the rupture energy below an earlier value, >= 0.
+    slip: first slip; clamp, back (n,): closure and slip at the end of each path, all positive, length. The
+    result (n,) is the largest fall of the rupture energy below an earlier value, >= 0.
     """
     clamp, back = np.asarray(clamp, dtype=float), np.asarray(back, dtype=float)
     zero = np.zeros(len(clamp))
@@ -203,22 +208,22 @@ def clamped_reversal(
 
 
 def second_law() -> list[Trial]:
-    """Damage with clamped slip: the law of the paper, the closed-form region, the guard."""
+    """Damage while a slipped joint is pressed: the law of the paper, the closed-form region, the guard."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
     state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
     trials = [
         Trial(
-            "the law as printed: slid open to 0.03, clamped to -0.2, back to -0.05 mm",
+            "the law as published: slip to 0.03 mm, closure by 0.2 mm, slip back to -0.05 mm",
             False,
             bool(np.diff(state).min() >= -1e-12),
-            f"rupture {state[1999]:.4f}, then {state[-1]:.4f} N/mm, without friction",
+            f"rupture energy {state[1999]:.4f}, then {state[-1]:.4f} N/mm",
         )
     ]
     guarded = Interface(replace(TABLE_2, guard=True), Pattern.regular(0, 0.0))
     kept = guarded.replay(path(corners, 1000)).state[:, RUPTURE]
-    found = f"rupture {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
-    trials.append(Trial("the same with guard = True", True, bool(np.diff(kept).min() >= -1e-12), found))
+    found = f"rupture energy {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
+    trials.append(Trial("the same path with guard = True", True, bool(np.diff(kept).min() >= -1e-12), found))
     clamp, back = (
         axis.ravel() for axis in np.meshgrid(np.linspace(0.005, 0.2, 14), np.linspace(0.005, 0.1, 14))
     )
@@ -227,25 +232,25 @@ def second_law() -> list[Trial]:
     agree = int(np.sum((fall > 1e-9) == predicted))
     trials.append(
         Trial(
-            "region of this failure: mu |s_N| > s_1 and reversal beyond s_1 (closed form)",
+            "the closed form of the region of this failure: mu |s_N| > s_1 and r > s_1",
             True,
             agree == len(fall),
-            f"{agree} of {len(fall)} paths as predicted ({int(predicted.sum())} fall, by up to "
-            f"{fall.max():.3f} N/mm)",
+            f"{agree} of {len(fall)} paths agree ({int(predicted.sum())} of them lose rupture "
+            f"energy, up to {fall.max():.3f} N/mm)",
         )
     )
     fall = clamped_reversal(guarded, clamp, back, 0.03, steps=200)
-    found = f"largest fall {fall.max():.1g} N/mm"
-    trials.append(Trial(f"these {len(fall)} paths, with the guard", True, bool(fall.max() <= 1e-12), found))
+    found = f"largest decrease {fall.max():.1g} N/mm"
+    trials.append(Trial(f"these {len(fall)} paths with the guard", True, bool(fall.max() <= 1e-12), found))
     return trials
 
 
-SECOND_LAW = Edge(
+SECOND_LAW = FailureMode(
     "second-law",
-    "Damage with clamped slip",
-    "A plane is slid open to s_1, closed to s_N and slid back to -r. Beyond r = s_1 its damage grows again. "
+    "Damage of a joint that is closed between two slips",
+    "A plane slips to s_1, is closed to s_N and slips back to -r. Beyond r = s_1 its damage grows again. "
     "The elastic slip of its contact is then up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2, and "
-    "growing damage releases energy where q > r. This happens for mu |s_N| > s_1.",
+    "growing damage has a negative dissipation where q > r. This happens for mu |s_N| > s_1.",
     "Look at STATEV 3 (rupture): if it decreases, the law is outside its range of validity (CNS, seismic "
     "paths). The guard (PROPS 17) prevents this growth of damage.",
     second_law,
@@ -254,7 +259,7 @@ SECOND_LAW = Edge(
 # --- stiffness ----------------------------------------------------------------------------------------------
 
 
-def held_error(material: Material, slips: Floats, sigma_N: float) -> float:
+def traction_error(material: Material, slips: Floats, sigma_N: float) -> float:
     """Largest error of the prescribed normal traction over sigma0 in a slip test; inf: lost equilibrium."""
     rough = Interface(material, Pattern.regular(4, 30.0))
     try:
@@ -273,14 +278,14 @@ def stiffness() -> list[Trial]:
         warnings.simplefilter("ignore", ModelWarning)
         for ratio in ratios:
             contact, sigma_N = replace(TABLE_2, kc=ratio), -min(1.0, 0.1 * ratio * K * S_F)
-            closing.append(held_error(contact, slips, sigma_N))
+            closing.append(traction_error(contact, slips, sigma_N))
             rough = Interface(contact, Pattern.regular(4, 30.0))
             plain_closing.append(newton_study(rough, 20.0, slips, sigma_N, 10).converged)
             mode_2, reach = (
                 replace(TABLE_2, sigma02=TABLE_2.sigma0, Gc2=TABLE_2.Gc / ratio),
                 max(1.0, 1.0 / ratio),
             )
-            shear.append(held_error(mode_2, slips * reach, -1.0))
+            shear.append(traction_error(mode_2, slips * reach, -1.0))
             rough = Interface(mode_2, Pattern.regular(4, 30.0))
             plain_shear.append(newton_study(rough, 20.0, slips * reach, -1.0, 10).converged)
         stiff = newton_study(
@@ -298,14 +303,14 @@ def stiffness() -> list[Trial]:
         listed = ", ".join(f"{ratio:.0e}" for ratio, yes in zip(ratios, good, strict=True) if not yes)
         trials.append(Trial(f"plain Newton, {name} from 1e-9 to 1e9", False, all(good), f"fails at {listed}"))
         worst = max(errors[:-1])
-        found = f"t_N held to {worst:.0e} sigma0"
+        found = f"error of t_N up to {worst:.0e} sigma0"
         trials.append(Trial(f"solver, {name} from 1e-9 to 1e6", True, worst < 1e-6, found))
-        found = f"t_N held to {errors[-1]:.0e} sigma0: some hundred roundings of s times the stiffness"
+        found = f"error of t_N {errors[-1]:.0e} sigma0: some hundred rounding errors of K s"
         trials.append(Trial(f"solver, {name} = 1e9", False, errors[-1] < 1e-9, found))
     return trials
 
 
-STIFFNESS = Edge(
+STIFFNESS = FailureMode(
     "stiffness",
     "Stiffness ratios",
     "A separation has 16 digits. With a contact 1e9 times as stiff as the bond, the traction has seven "
@@ -339,21 +344,21 @@ def units() -> list[Trial]:
         study = newton_study(scaled(1.0, stress), 20.0, slips, -stress, 10, tolerance=1e-6 / (4.0 * stress))
         off = np.abs(study.traction[-1] / stress - one[len(study.iterations) - 11, 3:6]).max() / 3.0
         good = study.converged and off < ACCEPTED
-        found = f"{study.end}, off by {off:.2g} sigma0" if study.converged else study.end
-        label = f"plain Newton to 1e-6, absolute, sigma0 = {3.0 * stress:g}"
+        found = f"{study.end}, error of the traction {off:.2g} sigma0" if study.converged else study.end
+        label = f"plain Newton, absolute tolerance 1e-6, sigma0 = {3.0 * stress:g}"
         trials.append(Trial(label, survives, good, found))
     trials.append(
         Trial(
             f"relative tolerance, {len(factors) ** 2} units of length and stress",
             True,
             bool(worst < 1e-12),
-            f"the same numbers to {worst:.0e}",
+            f"relative difference up to {worst:.0e}",
         )
     )
     return trials
 
 
-UNITS = Edge(
+UNITS = FailureMode(
     "units",
     "Units",
     "The law has no built-in constant with a unit. An absolute tolerance accepts everything or nothing if "
@@ -380,13 +385,13 @@ def single() -> list[Trial]:
         change, exact = float(before[1]) - float(after[1]), K * back
         found = f"traction falls by {change:.4f} instead of {exact:.4f} MPa"
         kind = "single" if is_single else "double"
-        label = f"{kind}, slip of {far:g} mm, back {back:g} mm by {back / n:g} mm a step"
+        label = f"{kind} precision, slip of {far:g} mm, then back by {back:g} mm in steps of {back / n:g} mm"
         trials.append(Trial(label, survives, abs(change - exact) < 0.1 * exact, found))
     return trials
 
 
-SINGLE = Edge(
-    "single",
+SINGLE = FailureMode(
+    "single-precision",
     "Single precision",
     "An explicit code passes increments; the separation is their sum. In single precision increments below "
     "6e-8 of the separation are lost, and K (s_T - s_di) has an error of 6e-8 K |s_T|.",
@@ -411,9 +416,10 @@ def explicit() -> list[Trial]:
         growth = np.abs(flight.energy).max() / scale
         reach = np.abs(flight.separation).max() / S_0
         found = (
-            f"energy up to {growth:.3g} of the start's, damage {flight.damage:.2g}, reaches {reach:.2g} s_0"
+            f"energy up to {growth:.3g} times the initial one, damage {flight.damage:.2g}, largest |s| "
+            f"{reach:.2g} s_0"
         )
-        found += f"; closed form of the energy {bound:.3g}" if share < 1.0 else ""
+        found += f"; closed form of the largest energy {bound:.3g}" if share < 1.0 else ""
         good = growth < (1.0 + ACCEPTED) * bound and flight.damage == 0.0
         trials.append(Trial(label, survives, bool(good), found))
 
@@ -422,7 +428,7 @@ def explicit() -> list[Trial]:
         start = np.array([velocity, 0.0, 0.0])
         flight = fly(bond, mass, share * 2.0 / omega, 400, start, np.zeros(3))
         judge(f"bond, dt = {share:g} x 2/omega", flight, energy, share, survives)
-    # an initial closure and a velocity: the mass oscillates about its closure and never opens
+    # With an initial closure and a velocity the mass oscillates about its closure and never opens.
     kc, pressure = 100.0, 0.3
     stiff = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
     closed, push = -pressure / (kc * K), 0.05 * pressure / np.sqrt(kc * K * mass)
@@ -439,7 +445,7 @@ def explicit() -> list[Trial]:
     return trials
 
 
-EXPLICIT = Edge(
+EXPLICIT = FailureMode(
     "explicit",
     "Time step of an explicit code",
     "Central differences are stable below dt = 2/omega, with omega^2 = K/m for the bond and kc K/m for the "
@@ -449,5 +455,5 @@ EXPLICIT = Edge(
     explicit,
 )
 
-EDGES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, UNITS, SINGLE, EXPLICIT)
+MODES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, UNITS, SINGLE, EXPLICIT)
 """Entries of this module."""

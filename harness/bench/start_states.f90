@@ -1,21 +1,21 @@
-!> Scenes: increments of many points for the measurements.
-module scene
+!> States of many points at the start of the measured increment, and the separations at its end.
+module start_states
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   implicit none
   private
-  public :: new_scene
+  public :: new_start_states
 
-  !> Kinds of scene: all points slip under compression, or 90 % are virgin, 8 % under growing damage and 2 % open, in
-  !> zones or scattered.
+  !> Choices: all points slip under compression; or 90 % are virgin, 8 % are being damaged and 2 % are open, either in
+  !> zones or scattered over the arrays.
   integer, parameter, public :: slip = 1, zones = 2, scattered = 3
-  character(len=9), parameter, public :: scene_names(3) = [character(len=9) :: "slip", "zones", "scattered"]
+  character(len=9), parameter, public :: state_names(3) = [character(len=9) :: "slip", "zones", "scattered"]
 
 contains
 
   !> Separations and states at the start of the increment, separations at its end.
-  pure subroutine new_scene(joint, kind, s_old, s, state)
+  pure subroutine new_start_states(joint, kind, s_old, s, state)
     type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: kind                     !! slip, zones or scattered
     real(wp), intent(out) :: s_old(:, :)            !! (3, n) at the start, length
@@ -56,6 +56,6 @@ contains
       x(1) = 0.2_wp*joint%material%s0*multiple - 0.5_wp*joint%material%s0
     end function compressed_slip
 
-  end subroutine new_scene
+  end subroutine new_start_states
 
-end module scene
+end module start_states

@@ -12,19 +12,19 @@ from ...interface import Interface, work_along
 from ...material import Material
 from ...pattern import Pattern, direction_vector
 from ..newton import NewtonStudy, newton_path, newton_study
-from .edges import S_F, TABLE_2, Edge, K, Trial, drive, plain
+from .modes import S_F, TABLE_2, FailureMode, K, Trial, drive, plain
 
 SPRING = 0.3
 """Stiffness of the springs that shear the point of `pulled`, over K."""
 
 
 def ramp(*corners: float, steps: int) -> Floats:
-    """Values from the first corner, which is left out, to the last, in `steps` steps for each leg."""
+    """Values from the first corner, which is left out, to the last, in `steps` steps from one to the next."""
     return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)])
 
 
 def period(residuals: Floats, most: int = 6) -> int:
-    """Period of the last residuals, 0 if they do not repeat."""
+    """Number of iterations after which the last residuals repeat, 0 if they do not."""
     tail = residuals[-2 * most :]
     for n in range(1, most + 1):
         if len(tail) == 2 * most and np.allclose(tail[n:], tail[:-n], rtol=1e-6, atol=0.0):
@@ -58,10 +58,10 @@ def snap() -> list[Trial]:
     ):  # fmt: skip
         rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
         study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
-        leap = (
-            "one step leaps over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
+        place = (
+            "one step passes over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
         )
-        trials.append(plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, leap))
+        trials.append(plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, place))
     run = drive("snap")
     row = run.rows_with("snap")[-1]
     s_n, stored = run.columns["s_N"], run.columns["stored"]
@@ -75,16 +75,16 @@ def snap() -> list[Trial]:
         study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
         work = work_along(study.separation, study.traction)[-1]
         more = 100.0 * (work / run.last("work") - 1.0)
-        label = f"plain Newton, RP-16, {steps} steps, tau_v = 0.003 of the test's time"
+        label = f"plain Newton, RP-16, {steps} steps, tau_v = 0.003 times the duration of the test"
         trials.append(plain(label, study, True, f"{more:.1f} % more work"))
     return trials
 
 
-SNAP = Edge(
+SNAP = FailureMode(
     "snap",
     "Fold of the slip path at low pressure",
     "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last planes "
-    "open; the next equilibrium is a jump away. Small steps stop at the fold; large ones pass it by chance.",
+    "open; the next equilibrium is far away. Small steps stop at the fold; large ones pass it by chance.",
     "Small steps do not help. Use viscous damage, an implicit dynamic step, or a solver that continues at "
     "the next equilibrium, as the driver does with the event snap.",
     snap,
@@ -112,7 +112,7 @@ def chatter() -> list[Trial]:
             False,
             study.converged,
             f"s_L = {study.separation[-1, 1]:.3f} mm: residuals of {tail[-2]:.1e} and {tail[-1]:.1e} of the "
-            f"stress scale return with period {period(tail)}",
+            f"stress scale repeat every {period(tail)} iterations",
         ),
         plain("elastic tangent, closing with kc = 1.9, 400 iterations", closing(1.9, "elastic"), True),
         plain("elastic tangent, closing with kc = 2.1, 400 iterations", closing(2.1, "elastic"), False),
@@ -121,13 +121,13 @@ def chatter() -> list[Trial]:
             "solver, RP-6, 50°, -0.05 MPa",
             True,
             run.code == 0,
-            f"event snap, s_N {s_n[row - 1]:.3f} to {s_n[row]:.3f} mm, and on to s_L = {run.last('s_Tx'):g} "
-            "mm",
+            f"event snap from s_N = {s_n[row - 1]:.3f} to {s_n[row]:.3f} mm; the path goes on to s_L = "
+            f"{run.last('s_Tx'):g} mm",
         ),
     ]
 
 
-CHATTER = Edge(
+CHATTER = FailureMode(
     "chatter",
     "Iterates that alternate across s_n = 0",
     "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes at a "
@@ -140,7 +140,7 @@ CHATTER = Edge(
 # --- full damage --------------------------------------------------------------------------------------------
 
 
-def dead() -> list[Trial]:
+def full_damage() -> list[Trial]:
     """Tension and pressure on an interface without bond."""
     rough = Interface(TABLE_2, Pattern.regular(4, 30.0))
     broken = rough.update([[1.0, 0.0, 0.0]]).state
@@ -149,7 +149,7 @@ def dead() -> list[Trial]:
     best = rough.update(s, np.repeat(broken, len(s), axis=0)).traction[:, 0].max()
     climbed = np.column_stack([np.zeros(110), ramp(0.0, 0.4, 0.3, steps=55), np.zeros(110)])
     pressed = newton_path(rough, np.vstack([climbed, [[-1.0, 0.3, 0.0]]]))
-    lost, closes = drive("dead"), drive("dead_closes")
+    lost, closes = drive("full_damage"), drive("full_damage_closes")
     return [
         Trial(
             "any method, t_N = +0.1 MPa",
@@ -173,21 +173,21 @@ def dead() -> list[Trial]:
     ]
 
 
-DEAD = Edge(
-    "dead",
+FULL_DAMAGE = FailureMode(
+    "full-damage",
     "Fully damaged interface under a prescribed traction",
     "An open and fully damaged interface has no stiffness. Under tension there is no solution at all; under "
     "pressure there is one, but no tangent leads to it.",
     "Prescribe separations, or add stiffness around the point (the adjacent bodies, or a weak spring). Never "
     "delete the point: its contact must remain.",
-    dead,
+    full_damage,
 )
 
 # --- unloading ----------------------------------------------------------------------------------------------
 
 
 def unloading() -> list[Trial]:
-    """Slip back after a climb, with a contact stiffer than the bond."""
+    """Slip back after a dilation, with a contact stiffer than the bond."""
     rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0), Pattern.regular(4, 30.0))
 
     def back(steps: int, spring: float = 0.0) -> NewtonStudy:
@@ -201,7 +201,7 @@ def unloading() -> list[Trial]:
     limit = -float(facing @ crest) / np.sin(np.radians(30.0))
     trials = [
         plain(
-            f"plain Newton, slip back by {0.4 / n:g} mm a step",
+            f"plain Newton, slip back in steps of {0.4 / n:g} mm",
             back(n),
             ok,
             f"limit {limit:.4f} mm" * (n == 100),
@@ -211,20 +211,25 @@ def unloading() -> list[Trial]:
     soft = back(100, 1e-6 * K)
     error = abs(float(soft.traction[-1, 0]) + 1.0)
     trials.append(
-        plain("with a spring of 1e-6 K beside it, 0.004 mm a step", soft, True, f"t_N off by {error:.0e} MPa")
+        plain(
+            "with a spring of 1e-6 K beside the joint, steps of 0.004 mm",
+            soft,
+            True,
+            f"error of t_N {error:.0e} MPa",
+        )
     )
     run = drive("unloading")
     measured = f"exit code {run.code}, t_N = {run.last('t_N'):.6f} MPa at s_L = {run.last('s_Tx'):g} mm"
-    trials.append(Trial("solver, 0.004 mm a step", True, run.code == 0, measured))
+    trials.append(Trial("solver, steps of 0.004 mm", True, run.code == 0, measured))
     return trials
 
 
-UNLOADING = Edge(
+UNLOADING = FailureMode(
     "unloading",
-    "Reversal after a climb",
-    "After a climb only the facing planes are in contact. A first step back of more than |s_n|/sin(theta), "
-    "the closure of the facing plane over the sine of the slope, opens them while s_N is still unchanged: "
-    "then the joint has no stiffness.",
+    "Reversal of a slip with dilation",
+    "When a joint dilates while it slips, only the facing planes are in contact. A first step back of more "
+    "than |s_n|/sin(theta), where s_n is the closure of a facing plane, opens these planes, because s_N has "
+    "not changed yet. The joint then has no stiffness.",
     "Use steps below |s_n|/sin(theta) at reversals, or a weak spring in the normal direction.",
     unloading,
 )
@@ -257,19 +262,19 @@ def softening() -> list[Trial]:
         trials.append(plain(f"plain Newton, spring of {share:g} K_s, {steps} steps", study, survives))
     study = through(0.9, 20, tau_v=0.01)
     peak = f"peak {study.traction[:, 0].max():.2f} MPa"
-    label = "plain Newton, spring of 0.9 K_s, 20 steps, tau_v = 0.01 of the test's time"
+    label = "plain Newton, spring of 0.9 K_s, 20 steps, tau_v = 0.01 times the duration of the test"
     trials.append(plain(label, study, True, peak))
     run = drive("softening_separation")
-    measured = f"rupture {run.last('rupture'):.5f} N/mm, Gc = {TABLE_2.Gc:g}"
+    measured = f"rupture energy {run.last('rupture'):.5f} N/mm, Gc = {TABLE_2.Gc:g} N/mm"
     trials.append(Trial("separation control", True, run.code == 0, measured))
     return trials
 
 
-SOFTENING = Edge(
+SOFTENING = FailureMode(
     "softening",
     "Softening after the peak",
     "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
-    "surroundings softer than K_s snap back, whatever the step.",
+    "surroundings softer than K_s snap back with every step size.",
     "Prescribe separations, or use arc length. Refine until the bulk beside the interface is stiffer than "
     "K_s, or use viscous damage.",
     softening,
@@ -295,9 +300,9 @@ def tangents() -> list[Trial]:
         if good:
             cost = np.mean([np.mean(study.iterations) for study in good])
             updates = np.mean([np.mean(study.updates) for study in good])
-            found += f"; {cost:.1f} iterations and {updates:.1f} updates an increment"
+            found += f"; {cost:.1f} iterations and {updates:.1f} updates of the law per increment"
         name = {
-            "start": "modified Newton: tangent at the start of the increment",
+            "start": "modified Newton (tangent of the start of the increment)",
             "elastic": "tangent of the virgin joint",
         }
         label = (
@@ -307,7 +312,7 @@ def tangents() -> list[Trial]:
     return trials
 
 
-TANGENTS = Edge(
+TANGENTS = FailureMode(
     "tangents",
     "Symmetric and elastic tangents",
     "Friction makes the tangent unsymmetric, softening makes it indefinite. Load case: RP-4 pressed by 1 MPa "
@@ -332,8 +337,8 @@ def wrong() -> list[Trial]:
     ]
 
 
-WRONG = Edge(
-    "wrong",
+WRONG = FailureMode(
+    "wrong-tangents",
     "Zero and wrong-signed tangents",
     "A user routine leaves DDSDDE at zero or gives it the wrong sign.",
     "Compare DDSDDE with differences of the traction before the first run (`newton_path(..., "
@@ -341,5 +346,5 @@ WRONG = Edge(
     wrong,
 )
 
-EDGES = (SNAP, CHATTER, DEAD, UNLOADING, SOFTENING, TANGENTS, WRONG)
+MODES = (SNAP, CHATTER, FULL_DAMAGE, UNLOADING, SOFTENING, TANGENTS, WRONG)
 """Entries of this module."""

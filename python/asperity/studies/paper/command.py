@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from .gallery import ENTRIES, Entry
+from .entries import ENTRIES, Entry
 
 DPI = 100
 """Resolution of the PNG files, in dots per inch."""
@@ -23,14 +23,16 @@ HEAD = """# The paper, recomputed
 
 Albarella, Serpieri, Alfano, Sacco, *A 3D multiscale cohesive zone model for quasi-brittle materials
 accounting for friction, damage and interlocking* (2015). This page is written by
-`asperity paper -o docs/gallery`; every number on it is computed by that command, with the library through
-the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. Material of
-Table 2 unless stated: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm, $\\eta$ = 0.9, $\\mu$ = 0.5. Corrections
-to the printed text: [theory, section 7](../theory.md#7-corrections-to-the-printed-text).
+`asperity paper -o docs/gallery`. The command computes every number on the page with the library, through
+the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. The constants are
+those of Table 2 unless an entry gives others: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm, $\\eta$ = 0.9,
+$\\mu$ = 0.5. [Theory, section 7](../theory.md#7-corrections-to-the-printed-text) lists corrections to the
+printed text. [Concepts](../concepts.md) defines the words.
 
-Load programmes that the text leaves open are assumed; each entry says which. The pictures of the paper were
-not at hand, only its text: "the paper says" is what text, captions and tables say. A CSV holds about 100
-rows of each curve. A cross in a picture marks the end of equilibrium.
+The text of the paper leaves some load paths open; each entry says what is assumed. Only the text of the paper
+was at hand, not its pictures, so "the paper says" refers to text, captions and tables. "Converged" values are
+those for steps so small that the result no longer changes; the entry of Table 5 has the details. A CSV holds
+about 100 rows of each curve. A cross in a picture marks the end of equilibrium.
 """
 
 
@@ -42,7 +44,7 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("gallery"),
         metavar="DIR",
-        help="folder of pictures, numbers and page (default: %(default)s)",
+        help="folder of the pictures, the numbers and the page (default: %(default)s)",
     )
     paper.add_argument("--pdf", action="store_true", help="also write vector pictures (PDF)")
     paper.add_argument(
@@ -64,7 +66,7 @@ def _action(options: argparse.Namespace) -> int:
 
 
 def select(numbers: Sequence[str]) -> tuple[Entry, ...]:
-    """Entries by their numbers, "4" for 4a and 4b; raises ValueError for an unknown number."""
+    """Return entries by their numbers; "4" means 4a and 4b. Raises ValueError for an unknown number."""
     wanted = [number.lower().replace(" ", "") for number in numbers]
     known = {entry: _names(entry) for entry in ENTRIES}
     for number, name in zip(numbers, wanted, strict=True):
@@ -84,7 +86,7 @@ def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str
     folder.mkdir(parents=True, exist_ok=True)
     workers = min(os.cpu_count() or 1, len(entries))
     numbers = [(ENTRIES.index(entry), folder, pdf) for entry in entries]
-    # disable=None: a bar on terminals only
+    # With disable=None the bar is shown on terminals only.
     bar = tqdm(total=len(entries), unit="figure", disable=None)
     if workers == 1:
         texts = []
@@ -93,7 +95,7 @@ def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str
             bar.update()
     else:
         with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            # the last entries take longest and start first
+            # The last entries take longest, so they start first.
             futures = [pool.submit(_write_one, job) for job in reversed(numbers)][::-1]
             for future in futures:
                 future.add_done_callback(lambda _: bar.update())

@@ -1,0 +1,139 @@
+!> Judge of a row of the solver, independent of its tangents and its tolerances: the increment is divided into smaller
+!> and smaller ones, until either every part moves little and its energies balance, or a part of negligible size
+!> remains that does not.
+module solver_judge
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_control_point, only: control_type, energy_defect, ledger, new_point, point_type
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_mixed_control, only: advance, report_type
+  use random_numbers, only: draw
+  implicit none
+  private
+  public :: judge_row, judge_start
+
+  !> Smallest jump of a free separation that counts, relative to s0 and to the separation: where viscous damage has
+  !> opened a joint far, its separation is inaccurate. Smallest energy that counts, relative to K s0^2 or, where the
+  !> energies do not balance, to their terms. A snap that releases less may belong to the path of smaller increments
+  !> alone, and with viscous damage every snap may; a jump that changes no energy leads from one equilibrium without
+  !> traction to another.
+  real(wp), parameter :: least_jump = 0.1_wp, least_share = 1.0e-3_wp, least_energy = 1.0e-3_wp
+  !> Number of halvings.
+  integer, parameter :: deepest = 24
+
+  !> Findings.
+  type, public :: verdict_type
+    real(wp) :: jump = 0.0_wp      !! largest jump of a free separation that is not reported, relative to s0
+    real(wp) :: defect = 0.0_wp    !! largest relative energy that does not balance in a part of negligible size
+  end type verdict_type
+
+contains
+
+  !> Judge a row.
+  subroutine judge_row(joint, control, start, target, old, new, snaps, verdict)
+    type(interface_type), intent(in) :: joint      !! the interface
+    type(control_type), intent(in) :: control      !! what is given
+    real(wp), intent(in) :: start(3), target(3)    !! given values
+    type(point_type), intent(in) :: old, new       !! the point at both ends of the row
+    integer, intent(in) :: snaps                   !! reported snaps
+    type(verdict_type), intent(out) :: verdict     !! findings
+    if (moves_far(joint, control, old, new, snaps) .or. energy_defect(joint, old, new) > least_energy) then
+      call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict)
+    end if
+    if (snaps > 0) verdict%jump = 0.0_wp
+  end subroutine judge_row
+
+  !> Largest energy that does not balance in small random increments of the separation from an initial state on,
+  !> relative to K s0^2 or to its terms, whichever is larger.
+  subroutine judge_start(joint, state, seed, defect)
+    type(interface_type), intent(in) :: joint      !! the interface
+    real(wp), intent(in) :: state(:)               !! STATEV
+    integer(int64), intent(inout) :: seed          !! 1..largest_seed
+    real(wp), intent(out) :: defect                !! relative
+    !> Number of increments, and their length, relative to s0 where all stiffnesses are equal: a kink of the law has an
+    !> error of 1/8 of the square of the length, and a stiff contact changes its friction in a shorter one.
+    integer, parameter :: increments = 20
+    real(wp), parameter :: length = 5.0e-4_wp
+    type(control_type) :: all_given
+    type(point_type) :: first, point
+    real(wp) :: reached, start(3), target(3), x(3)
+    integer :: i, used
+    first = new_point(joint, state)
+    point = first
+    target = 0.0_wp
+    defect = 0.0_wp
+    do i = 1, increments
+      start = target
+      call draw(seed, x)
+      associate (m => joint%material)
+        target = target + length*m%s0*(min(m%k_n, m%k_t)/max(m%k_n, m%k_t, m%k_c))*x
+      end associate
+      call advance(joint, all_given, start, target, point, used, reached)
+      defect = max(defect, energy_defect(joint, first, point))
+    end do
+    if (abs(first%work - sum(first%state(ledger))) > 0.0_wp) defect = huge(defect)
+  end subroutine judge_start
+
+  !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
+  recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict)
+    type(interface_type), intent(in) :: joint        !! the interface
+    type(control_type), intent(in) :: control        !! what is given in the whole increment
+    real(wp), intent(in) :: start(3), target(3)      !! given values at its ends
+    real(wp), intent(in) :: from, to                 !! the part, as fractions of the increment
+    type(point_type), intent(in) :: old              !! the point at `from`
+    integer, intent(in) :: depth                     !! further halvings
+    type(verdict_type), intent(inout) :: verdict     !! findings so far
+    type(control_type) :: half
+    type(point_type) :: last, point
+    type(report_type) :: report
+    real(wp) :: defect, ends(3), reached
+    logical :: far
+    integer :: i, used
+
+    half = control
+    half%dt = 0.5_wp*(to - from)*control%dt
+    ends = [from, 0.5_wp*(from + to), to]
+    point = old
+    associate (m => joint%material)
+      do i = 1, 2
+        last = point
+        call advance(joint, half, start + ends(i)*(target - start), start + ends(i + 1)*(target - start), point, used, &
+          reached, report=report)
+        ! smaller increments may lose the equilibrium of the row
+        if (reached < 1.0_wp) return
+        if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. m%tau_v > 0.0_wp) then
+          verdict%jump = max(verdict%jump, maxval(abs(report%after - report%before))/m%s0)
+        end if
+        far = moves_far(joint, control, last, point, report%snaps)
+        defect = energy_defect(joint, last, point)
+        if (depth > 0 .and. (far .or. defect > least_energy)) then
+          call examine(joint, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict)
+        else
+          far = far .and. maxval(abs(point%state(ledger) - last%state(ledger))) > least_energy*m%k_n*m%s0**2
+          if (far) verdict%jump = max(verdict%jump, move_between(control, last, point)/m%s0)
+          if (defect > least_energy) verdict%defect = max(verdict%defect, defect)
+        end if
+      end do
+    end associate
+  end subroutine examine
+
+  !> Whether a part without a reported snap moves far.
+  pure function moves_far(joint, control, old, new, snaps) result(yes)
+    type(interface_type), intent(in) :: joint      !! the interface
+    type(control_type), intent(in) :: control      !! what is given
+    type(point_type), intent(in) :: old, new       !! the point at both ends
+    integer, intent(in) :: snaps                   !! reported snaps
+    logical :: yes
+    yes = snaps == 0 .and. move_between(control, old, new) > max(least_jump*joint%material%s0, &
+      least_share*maxval(abs(new%s), mask=control%traction))
+  end function moves_far
+
+  !> Largest change of a free separation.
+  pure function move_between(control, old, new) result(move)
+    type(control_type), intent(in) :: control      !! what is given
+    type(point_type), intent(in) :: old, new       !! the point at both ends
+    real(wp) :: move
+    move = maxval(abs(new%s - old%s), mask=control%traction)
+  end function move_between
+
+end module solver_judge

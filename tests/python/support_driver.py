@@ -1,0 +1,111 @@
+"""Constants, results and closed forms that the tests of the driver share; conftest.py has their fixtures."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from asperity.oracle import reference
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = ROOT / "harness" / "cases"
+COLUMNS = (
+    "step increment time s_N s_Tx s_Ty t_N t_Tx t_Ty damage stored rupture friction work iterations event"
+).split()
+
+# The parameters of Table 2 of the paper, and the quantities that follow from them by (12).
+SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
+S_F = 2 * GC / SIGMA0
+S_0 = (1 - ETA) * S_F
+K = SIGMA0 / S_0
+
+MATERIAL = f"&material sigma0 = {SIGMA0}, Gc = {GC}, eta = {ETA}, mu = {MU} /\n"
+FLAT = "&pattern sides = 0 /\n"
+RP_4 = "&pattern sides = 4, theta = 30.0 /\n"
+
+# The solver accepts a residual of 1e-13 (K |s| + |sigma|), here at most 1e-13 (150*0.6 + 20) MPa.
+# The tolerance is ten times that.
+TRACTION_TOLERANCE = 1.1e-10
+
+EVENTS = "onset damaged open close slip snap substeps cut lost".split()
+
+# Sub-increments of the load path to an initial traction, as in docs/solver.md.
+PARTS = 32
+
+
+class Result:
+    """Results of a run of the driver: exit code, messages and rows."""
+
+    def __init__(self, process: subprocess.CompletedProcess[str], output: Path):
+        """Read the CSV if the run has written one."""
+        self.code, self.messages, self.stdout = process.returncode, process.stderr, process.stdout
+        self.header, self.rows = read_csv(output.read_text()) if output.exists() else ([], [])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a column as numbers."""
+        return np.array([float(row[self.header.index(name)]) for row in self.rows])
+
+    @property
+    def events(self) -> list[set[str]]:
+        """The events of each row."""
+        column = self.header.index("event")
+        return [set(row[column].split("+")) - {""} for row in self.rows]
+
+    def vector(self, prefix: str) -> np.ndarray:
+        """Return the components N, Tx, Ty of the separation (prefix `s`) or traction (`t`), shape (T, 3)."""
+        return np.stack([self[f"{prefix}_{c}"] for c in ("N", "Tx", "Ty")], axis=1)
+
+
+def read_csv(text: str) -> tuple[list[str], list[list[str]]]:
+    """Return header and rows of a CSV; every row must be complete."""
+    assert text.endswith("\n")
+    lines = [line.split(",") for line in text.splitlines()]
+    assert {len(line) for line in lines} == {len(lines[0])}
+    return lines[0], lines[1:]
+
+
+def call(driver: Path, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the driver in a folder."""
+    return subprocess.run([driver, *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def assert_traction(actual: np.ndarray, expected: np.ndarray | float) -> None:
+    """Assert that tractions are equal within the residual that the solver accepts."""
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=TRACTION_TOLERANCE)
+
+
+def tension_limit(eta: float, sigma: float) -> float:
+    """Return the slip beyond which no opening s_N satisfies (1-alpha) K s_N = sigma (7)."""
+    s_0 = (1 - eta) * S_F
+    opening = np.linspace(0.0, S_F, 200001)
+
+    def largest(slip: float) -> float:
+        r = np.maximum(1.0, np.hypot(opening, slip) / s_0)
+        return float(((1 - np.minimum(1.0, (1 - 1 / r) / eta)) * SIGMA0 / s_0 * opening).max())
+
+    low, high = 0.0, S_F
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if largest(middle) > sigma else (low, middle)
+    return low
+
+
+def carried_by_reference(pattern, traction: np.ndarray, damage: np.ndarray, s: np.ndarray, slips: np.ndarray):
+    """Apply a traction in equal steps to the independent law; return law, separation and state."""
+    law = reference.Parameters(SIGMA0, GC, ETA, MU)
+    state = reference.virgin(pattern)
+    state[reference.HEADER :] = np.column_stack([damage, slips]).ravel()
+    state = reference.update(law, pattern, s, state, s).state
+    first = reference.update(law, pattern, s, state, s).traction
+    for part in np.linspace(0.0, 1.0, PARTS + 1)[1:]:
+        goal = first + part * (traction - first)
+        s_new = s
+        for _ in range(20):
+            response = reference.update(law, pattern, s_new, state, s)
+            if np.abs(goal - response.traction).max() < 1e-13 * K:
+                break
+            s_new = s_new + np.linalg.solve(response.tangent, goal - response.traction)
+        s, state = s_new, response.state
+    assert np.abs(response.traction - traction).max() < TRACTION_TOLERANCE
+    return law, s, state

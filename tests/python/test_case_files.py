@@ -1,0 +1,196 @@
+"""Case files of the driver: spellings that mean the same, and errors."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from support_driver import (
+    FLAT,
+    MATERIAL,
+    RP_4,
+    call,
+    read_csv,
+)
+
+PLAIN = (
+    MATERIAL + RP_4 + "&step t_N = -5.0, increments = 10 /\n"
+    "&step s_Tx = 0.1, 0.0, 0.0, 0.0, increments = 9 /\n"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAIN.replace("\n", "\r\n"),
+        PLAIN.rstrip("\n"),
+        "! before\n\n" + PLAIN.replace(" /\n", " / ! after\n") + "! behind /\n",
+        PLAIN.upper(),
+        PLAIN.replace(", ", "\n\t"),
+        PLAIN.replace(", ", " ! a comment, with 'quotes' and / in it\n"),
+        PLAIN.replace("0.0, 0.0, 0.0", "3*0.0").replace(" = ", "="),
+        PLAIN.replace("0.1", "1d-1").replace("9.", "+.9D+1"),
+        "\ufeff" + PLAIN + "! Umlaute: äöü /\n",
+        "&case title = 'it''s / not ! the \"end\"' /" + PLAIN.replace("\n", ""),
+    ],
+    ids="crlf no-newline comments case tabs inner-comments repeats exponents bom one-line".split(),
+)
+def test_ways_to_write_a_case(run, text: str) -> None:
+    """Line ends, comments, blanks, upper case, repeat counts and exponents do not change the meaning."""
+    assert run(text).rows == run(PLAIN).rows
+
+
+END = "increments = 9 /"
+PATTERN = "sides = 4, theta = 30.0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "fragments"),
+    [
+        ("sigma0 = 3.0", "sigma0 = -3.0", 1, ["&material: sigma0 = -3.0", "expected > 0"]),
+        ("sigma0 = 3.0, ", "", 1, ["&material: sigma0 is missing", "expected > 0"]),
+        ("sigma0", "sigma_0", 1, ["sigma_0 = 3.0: unknown name, expected one of sigma0, Gc, eta, mu"]),
+        ("eta = 0.9", "eta = 1.0", 1, ["eta = 1.0", "0 < eta < 1"]),
+        ("eta = 0.9", "eta = nan", 1, ['eta = "nan": expected a number']),
+        ("eta = 0.9", "eta = inf", 1, ['eta = "inf": expected a number']),
+        ("eta = 0.9", "eta = 1e999", 1, ['eta = "1e999": expected a number']),
+        ("eta = 0.9", "eta = 0.9.1", 1, ['eta = "0.9.1": expected a number']),
+        ("eta = 0.9", "eta = '0.9'", 1, ["eta", "expected a number"]),
+        ("eta = 0.9", "eta = 0.9, 0.8", 1, ["eta = 0.9, 0.8: expected one number"]),
+        ("eta = 0.9", "eta =", 1, ["&material: eta: empty value before a comma"]),
+        ("mu = 0.5", "mu =", 1, ["mu = : no value"]),
+        ("eta = 0.9", "eta = ,", 1, ["&material: eta: empty value"]),
+        ("eta = 0.9", "eta = 0.9, eta = 0.9", 1, ["eta is given twice, first in line 1"]),
+        ("eta = 0.9", "eta(1) = 0.9", 1, ["eta(1): subscripts are not read"]),
+        ("mu = 0.5", "mu = 0.5, tau_v = -1.0", 1, ["tau_v = -1.0", ">= 0"]),
+        ("mu = 0.5", "mu = 0.5, kc = -1", 1, ["kc = -1", ">= 0"]),
+        ("sides = 4", "sides = 1", 2, ["sides = 1", "expected 0 (flat) or 2 to 64"]),
+        ("sides = 4", "sides = 2.5", 2, ["sides = 2.5", "whole number from 0 to 64"]),
+        ("sides = 4", "sides = -3", 2, ["sides = -3", "whole number from 0 to 64"]),
+        ("sides = 4, ", "", 2, ["&pattern: expected sides (0: flat), or normals and weights"]),
+        ("theta = 30.0", "theta = 90.0", 2, ["theta = 90.0", "0 <= theta < 90"]),
+        ("theta = 30.0", "flat = 1.5", 2, ["flat = 1.5", "0 <= flat <= 1"]),
+        ("sides = 4", "normals = 1, 0, 0, weights = 1", 2, ["do not go with normals"]),
+        (PATTERN, "normals = 1, 0, 0, 1, weights = 1", 2, ["4 values of normals and 1 weights"]),
+        (PATTERN, "normals = 0, 1, 0, weights = 1", 2, ["n_N of listed plane 1 = 0: expected > 0"]),
+        (PATTERN, "normals = 1, 0, 0, weights = .5", 2, ["sum to 0.5: expected 1"]),
+        ("&pattern", "&patern", 2, ["&patern: unknown group: expected &case, &material, &pattern"]),
+        ("&pattern", "pattern", 2, ["outside a group"]),
+        ("30.0 /", "30.0", 2, ["&pattern: no closing / before &step in line 3"]),
+        ("&step t_N", "&step s_N = 0.1, t_N", 3, ["s_N and t_N: expected the one or the other"]),
+        ("&step t_N", "&step k_N = -1, t_N", 3, ["k_N = -1: expected >= 0"]),
+        ("&step t_N", "&step k_Tx = 1, t_N", 3, ["k_Tx where the separation is given: expected t_Tx"]),
+        ("&step t_N", "&step slip = 0.1, s_Ty = 0, t_N", 3, ["slip sets s_Tx and s_Ty"]),
+        ("&step t_N", "&step direction = 45, t_N", 3, ["direction without slip"]),
+        ("&step t_N", "&step time = -1, t_N", 3, ["time = -1: expected >= 0"]),
+        ("increments = 10", "increments = 0", 3, ["increments = 0: expected a whole number from 1"]),
+        ("increments = 10", "increments = 10, 20", 3, ["2 values of increments: expected 1 to 1"]),
+        ("increments = 10", "increments = 10.5", 3, ["increments = 10.5: expected a whole number"]),
+        ("increments = 10", "cycles = 0", 3, ["cycles = 0"]),
+        ("increments = 10", "cycles = 1000001", 3, ["cycles = 1000001"]),
+        ("s_Tx = 0.1", "s_Tx = 1e60", 4, ["s_Tx = ", "expected a magnitude up to"]),
+        ("s_Tx = 0.1", "s_Tx = what", 4, ['s_Tx = "what": expected a number']),
+        (END, END + "\n&step /\n&expect end = 'x' /", 6, ["'x': expected 'complete' or 'lost'"]),
+        (END, END + "\n&expect t_N = 1 /", 5, ["tolerance"]),
+        (END, END + "\n&expect when = 1 /", 5, ["when = 1: expected a value of &sweep"]),
+        (END, END + "\n&expect s_n = 1, tol = 1 /", 5, ["tol = 1: unknown name"]),
+        (END, END + "\n&sweep name = 'x', values = 1, 2, 1 /", 5, ["1 is given twice"]),
+        (END, END + "\n&sweep name = '1', values = 1 /", 5, ["expected a name of letters"]),
+        (END, END + "\n&sweep values = 1 /", 5, ["expected name and values"]),
+        (END, END + "\n&material /", 5, ["given twice, first in line 1"]),
+        (END, END + "\n&case planes = 3 /", 5, ["planes = 3: expected .true. or .false."]),
+        (END, END + "\n&case title = x /", 5, ["expected one string in quotes"]),
+        (END, END + "\n&case title = 'x /", 5, ["string without its closing '"]),
+    ],
+)  # fmt: skip
+def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments: list[str]) -> None:
+    """A bad case gives exit code 1 and no output file.
+
+    The message names file, line, group, name, value and what was expected.
+    """
+    assert old in PLAIN
+    messages = run(PLAIN.replace(old, new, 1), code=1).messages
+    assert f"case.nml:{line}: " in messages
+    for fragment in fragments:
+        assert fragment in messages, messages
+    assert not (tmp_path / "case.csv").exists()
+
+
+def test_all_bad_values_at_once(run) -> None:
+    """All errors of a file are reported at once."""
+    messages = run(
+        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = -1, kc = -1 /\n"
+        "&pattern sides = 65, theta = -1, flat = 2 /\n&step t_N = x /\n",
+        code=1,
+    ).messages
+    for name in "sigma0 Gc eta mu sigma02 Gc2 tau_v kc sides theta flat t_N".split():
+        assert re.search(rf": {name} = .*: expected", messages), name
+
+
+def test_separations_are_checked_once(run) -> None:
+    """A bad value has one line, not one for each cycle; the message lists 20 values and counts the rest."""
+    step = "&step s_N = 1e60, 0, increments = 1, cycles = 20000 /\n"
+    messages = run(MATERIAL + FLAT + step, code=1).messages
+    assert messages.count("\n") == messages.count("expected a magnitude up to") == 1
+    values = ", ".join(f"{i}e60" for i in range(1, 101))
+    lines = run(MATERIAL + FLAT + f"&step s_N = {values}, increments = 1 /\n", code=1).messages.splitlines()
+    assert len(lines) == 21 and "s_N = 1e60: expected" in lines[0] and "and 80 more" in lines[-1]
+
+
+def test_missing_parts(run) -> None:
+    """A case needs material, pattern, and steps or a replay."""
+    lines = PLAIN.splitlines(keepends=True)
+    assert "no group &material" in run("".join(lines[1:]), code=1).messages
+    assert "no group &pattern" in run(lines[0] + "".join(lines[2:]), code=1).messages
+    assert "0 groups &step and 0 &replay" in run("".join(lines[:2]), code=1).messages
+    assert "2 groups &step and 1 &replay" in run(PLAIN + "&replay file = 'x' /\n", code=1).messages
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\x00\x01\x02", b"\x7fELF" + bytes(range(256)), PLAIN.encode() + b"\x00"]
+)
+def test_no_text(run, content: bytes) -> None:
+    """Empty and binary files are input errors."""
+    messages = run(content, code=1).messages
+    assert "case.nml" in messages and "expected a" in messages
+
+
+def test_no_file(driver: Path, tmp_path: Path) -> None:
+    """A missing file and a directory are input errors."""
+    for name in ("none.nml", "."):
+        process = call(driver, name, folder=tmp_path)
+        assert process.returncode == 1 and name in process.stderr
+
+
+def test_truncated_case(run) -> None:
+    """A truncated case file is rejected, unless the groups that are left are complete."""
+    for cut in range(1, len(PLAIN), 7):
+        groups = PLAIN[:cut].count("/")
+        whole = groups >= 3 and PLAIN[:cut].count("&") == groups
+        run(PLAIN[:cut], code=0 if whole else 1)
+
+
+def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
+    """A randomly changed case ends with exit code 0, 1 or 2, complete rows, and a message unless it is 0."""
+    rng = random.Random(5)
+    base = PLAIN + (
+        "&expect end = 'complete', t_N = -5.0, tolerance = 1e-6 /\n&sweep name = 'x', values = 1.0, 2.0 /\n"
+    )
+    pieces = ["", "=", "/", "&", ",", "'", "1", "-", "*", "\n", "é", "x", "."]
+    codes = set()
+    for _ in range(150):
+        text = list(base)
+        for _ in range(rng.randint(1, 6)):
+            i = rng.randrange(len(text))
+            text[i : i + rng.randint(0, 3)] = rng.choice(pieces)
+        (tmp_path / "m.nml").write_text("".join(text))
+        process = call(driver, "m.nml", "--quiet", folder=tmp_path)
+        assert process.returncode in (0, 1, 2), "".join(text)
+        assert process.returncode == 0 or process.stderr.startswith("rie_driver: "), "".join(text)
+        codes.add(process.returncode)
+        for path in tmp_path.glob("m*.csv"):
+            read_csv(path.read_text())
+            path.unlink()
+    assert {0, 1} <= codes

@@ -1,0 +1,210 @@
+"""The equilibrium that the driver finds: snaps, smallest openings, lost equilibrium, a start from a state."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support_driver import (
+    COLUMNS,
+    ETA,
+    FLAT,
+    MATERIAL,
+    RP_4,
+    S_F,
+    K,
+    Result,
+    assert_traction,
+    call,
+    tension_limit,
+)
+
+SLOPE = math.tan(math.radians(30.0))
+
+
+def test_fully_damaged_joint_closes(run) -> None:
+    """A fully damaged, open point closes under pressure, and the row has the event snap."""
+    for pattern in (FLAT, RP_4):
+        result = run(MATERIAL + pattern + "&step s_N = 0.5 /\n&step t_N = -5.0 /\n")
+        assert_traction(result["t_N"][100:], -0.05 * np.arange(1, 101))
+        assert np.all(result["s_N"][100:] < 0.0)
+        jumps = [i for i, event in enumerate(result.events) if "snap" in event]
+        assert jumps == [100] and "close" in result.events[100]
+        if pattern == FLAT:
+            np.testing.assert_allclose(result["s_N"][100:], result["t_N"][100:] / K, rtol=1e-9)
+
+
+def test_fully_damaged_joint_has_the_smallest_opening(run, shipped) -> None:
+    """Figure 9(a), sigma_N = 0: after full damage s_N = |s_L| tan(theta) in both directions of slip."""
+    result = run(
+        MATERIAL + "&pattern sides = 2, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
+        "&step slip = 0.4, -0.4, 0.0, increments = 40 /\n"
+    )
+    damaged = result["damage"] >= 1.0 - 1e-15
+    assert damaged.sum() > 60 and result["s_Tx"][-1] == 0.0
+    np.testing.assert_allclose(
+        result["s_N"][damaged], SLOPE * np.abs(result["s_Tx"][damaged]), rtol=0, atol=1e-11 * S_F
+    )
+    figure = shipped("figure09a_10b")["0"]
+    back = (figure["damage"] >= 1.0 - 1e-15) & (figure["s_Tx"] == 0.0)
+    assert back.any() and np.all(np.abs(figure["s_N"][back]) <= 1e-11 * S_F)
+
+
+@pytest.mark.parametrize("steps", [20, 200, 20000])
+@pytest.mark.parametrize(
+    ("sides", "slip", "before", "after"),
+    [(4, None, 0, 0), (12, None, 0, 0), (13, 0.1732, 0.0993, 0.1), (14, 0.1733, 0.096, 0.1),
+     (16, 0.1736, 0.0926, 0.1002), (32, 0.1737, 0.0983, 0.1003)],
+)  # fmt: skip
+def test_fold_is_noticed(
+    run, sides: int, slip: float | None, before: float, after: float, steps: int
+) -> None:
+    """RP-13 and finer patterns snap to s_N = s_L tan(theta), at the same slip for all increments."""
+    result = run(
+        MATERIAL + f"&pattern sides = {sides}, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
+        f"&step slip = 0.2, increments = {steps} /\n"
+    )
+    jumps = [i for i, event in enumerate(result.events) if "snap" in event]
+    assert len(jumps) == (slip is not None)
+    reported = re.findall(
+        r"step 2 increment (\d+): snap from s = \((\S+), (\S+), 0\) to \((\S+), \S+, 0\), (\S+) released",
+        result.messages,
+    )
+    assert len(reported) == len(jumps)
+    for row, (increment, *values) in zip(jumps, reported, strict=True):
+        assert int(increment) == row  # row 0 is the preload
+        s_n, s_l, s_n_after, released = map(float, values)
+        assert s_l == pytest.approx(slip, abs=6e-5)
+        # The last equilibrium is 2^-20 of an increment away from the fold, its s_N the square root of that.
+        assert s_n == pytest.approx(before, abs=2e-4) and s_n_after == pytest.approx(after, abs=6e-5)
+        assert 0.0 < released < 1e-5
+        assert result["s_N"][row] == pytest.approx(SLOPE * result["s_Tx"][row], abs=1e-11)
+    if slip is not None:
+        assert result["s_N"][-1] == pytest.approx(SLOPE * 0.2, abs=1e-11)
+
+
+LOSES = MATERIAL + FLAT + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n"
+
+
+def test_lost_equilibrium_is_exit_2(run) -> None:
+    """An unexpected loss of equilibrium gives a message and exit code 2.
+
+    The CSV has every converged row, and the last equilibrium is marked.
+    """
+    result = run(LOSES, code=2)
+    assert "equilibrium lost" in result.messages
+    assert len(result.rows) == 100 + 31 + 1
+    assert "lost" in result.events[-1]
+    assert result["s_Tx"][-1] == pytest.approx(tension_limit(ETA, 2.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("expect", "code", "fragment"),
+    [
+        ("end = 'lost'", 0, ""),
+        ("end = 'lost', slip = 0.031, s_Tx = 0.031, t_N = 2.0, tolerance = 1e-4", 0, ""),
+        ("end = 'lost', slip = 0.05, tolerance = 1e-4", 2, "expected 0.05 within"),
+        ("end = 'complete'", 2, "equilibrium lost"),
+    ],
+)
+def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
+    """The exit code is 0 if the run ends as the case states, and 2 otherwise."""
+    assert fragment in run(LOSES + f"&expect {expect} /\n", code=code).messages
+
+
+@pytest.mark.parametrize(
+    ("steps", "fragment"),
+    [
+        (
+            "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
+            "none found: the largest t_N over 20122 values of s_N from -1.398",
+        ),
+        (
+            "&step t_N = 3.5, increments = 70 /\n",
+            "exists: the joint carries at most t_N = 3, the step asks for 3.05; tension is positive",
+        ),
+        (
+            "&step s_N = 0.5 /\n&step t_N = 1.0 /\n",
+            "exists: the joint carries at most t_N = 0, the step asks for 0.01; tension is positive",
+        ),
+        (
+            "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n",
+            "none found: the motion under the prescribed tractions reaches none, the smallest residual over",
+        ),
+        (
+            "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0, increments = 3 /\n",
+            ") the joint carries at most ",
+        ),
+    ],
+)
+def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, fragment: str) -> None:
+    """A failed increment is reported without equilibrium, and OUT.failed.nml fails in the same way."""
+    pattern = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n" if "-5" in steps else FLAT
+    result = run(MATERIAL + pattern + steps, code=2)
+    assert fragment in result.messages
+    assert "the failed increment was written to case.failed.nml" in result.messages
+    assert "lost" in result.events[-1]
+    process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
+    assert process.returncode == 2 and fragment in process.stderr
+    again = Result(process, tmp_path / "again.csv")
+    assert len(again.rows) == 1 and "lost" in again.events[0]
+    # The states are equal to rounding; at a fold s_N has the square root of this error.
+    for name in ("s", "t"):
+        np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
+    for name in ("damage", "stored", "rupture", "friction", "work"):
+        assert again[name][0] == pytest.approx(result[name][-1], rel=1e-6, abs=1e-9)
+
+
+def test_no_replay_file_where_the_loss_is_expected(run, tmp_path: Path) -> None:
+    """No OUT.failed.nml is written after a loss that the case states or after a completed run."""
+    run(LOSES + "&expect end = 'lost' /\n")
+    run(MATERIAL + FLAT + "&step s_N = 0.1 /\n")
+    assert not list(tmp_path.glob("*.failed.nml"))
+
+
+def test_state(run) -> None:
+    """A run that starts from a row of another run continues as that run."""
+    path = "&step t_N = -5.0, increments = 10 /\n&step slip = 0.1, increments = 20 /\n"
+    whole = run(MATERIAL + RP_4 + path, "--planes")
+    row = 19
+    names = ["damage", "stored", "rupture", "friction"]
+    planes = whole.header[len(COLUMNS) :]
+    statev = [whole[name][row] for name in names] + [1, 0, 0, 0] + [whole[name][row] for name in planes]
+    state = "&state separation = {}, statev = {}, work = {} /\n".format(
+        *(", ".join(repr(float(x)) for x in values) for values in (whole.vector("s")[row], statev)),
+        float(whole["work"][row]),
+    )
+    rest = run(MATERIAL + RP_4 + state + "&step t_N = -5.0, slip = 0.1, increments = 10 /\n", "--planes")
+    for name in [*COLUMNS[3:14], *planes]:
+        np.testing.assert_allclose(rest[name], whole[name][row + 1 :], rtol=1e-9, atol=1e-12, err_msg=name)
+    assert rest.events[1:] == whole.events[row + 2 :]  # the state does not say whether a plane slides
+
+
+@pytest.mark.parametrize(
+    ("state", "fragment"),
+    [
+        ("&state separation = 0, 0, statev = 11*0 /", "2 values of separation: expected three"),
+        ("&state separation = 0, 0, 0, statev = 10*0 /", "10 values of statev: expected 11"),
+        ("&state separation = 0, 0, 0, statev = 8*0, 2, 0, 0 /", "statev(9) alpha = 2"),
+        ("&state separation = 0, 1e99, 0, statev = 11*0 /", "1e99"),
+        ("&state s = 0, 0, 0 /", "unknown name, expected one of separation, statev, work"),
+    ],
+)
+def test_bad_state(run, state: str, fragment: str) -> None:
+    """A state that the law rejects is an input error."""
+    result = run(MATERIAL + FLAT + state + "\n&step s_N = 0.1 /\n", code=1)
+    assert fragment.lower() in result.messages.lower() and "&state" in result.messages
+
+
+def test_expected_end_that_does_not_come(run) -> None:
+    """Exit code 2, with all rows, if a run completes where a loss was expected, or with other values."""
+    completes = MATERIAL + FLAT + "&step s_N = 0.1, increments = 7 /\n"
+    result = run(completes + "&expect end = 'lost' /\n", code=2)
+    assert "loss of equilibrium was expected" in result.messages and len(result.rows) == 7
+    result = run(completes + "&expect t_N = 1.0, damage = 0.5, tolerance = 0.01 /\n", code=2)
+    for fragment in ("t_N = 1.66", "damage = 0.88", "line 4"):
+        assert fragment in result.messages
+    run(completes + "&expect t_N = 1.6667, tolerance = 0.001 /\n")

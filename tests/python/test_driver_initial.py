@@ -1,0 +1,250 @@
+"""Initial states in the driver, group &initial."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity.oracle import reference
+from support_driver import (
+    FLAT,
+    GC,
+    MATERIAL,
+    MU,
+    PARTS,
+    RP_4,
+    S_F,
+    K,
+    Result,
+    assert_traction,
+    call,
+    carried_by_reference,
+)
+
+
+def test_fully_damaged_joint_in_equilibrium(run) -> None:
+    """A flat crack that is sheared below its friction is in equilibrium; it sticks, then slides at mu p."""
+    p, tau = 10.0, 4.0
+    result = run(
+        MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1 /\n&step increments = 3 /\n"
+        f"&step t_N = {-p}, increments = 1 /\n&step slip = 0.021, increments = 60 /\n"
+    )
+    assert (result.vector("s")[:3] == 0.0).all()
+    np.testing.assert_allclose(result.vector("t")[:3], [[-p, tau, 0.0]] * 3, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(result["stored"][0], (p**2 + tau**2) / (2 * K), rtol=1e-12)
+    np.testing.assert_allclose(result["work"][0], result["stored"][0], rtol=1e-12)
+    assert (result["damage"] == 1.0).all()
+    s = result["s_Tx"]
+    assert_traction(result["t_Tx"], np.minimum(tau + K * s, MU * p))
+    slides = tau + K * s > MU * p
+    np.testing.assert_allclose(result["friction"], MU * p * np.maximum(s - (MU * p - tau) / K, 0), atol=1e-13)
+    assert [i for i, event in enumerate(result.events) if event] == [np.argmax(slides)]
+    assert result.events[np.argmax(slides)] == {"slip"}
+
+
+@pytest.mark.parametrize("s", [[0.0, 0.0, 0.0], [0.0, 0.03, -0.01]])
+def test_initial_state_is_the_reference(run, s: list[float]) -> None:
+    """The independent law, at the separation plus the offset, has the tractions and energies of the rows."""
+    pattern = reference.regular_pattern(4, 30.0)
+    traction, damage = np.array([-5.0, 1.0, 0.5]), np.array([0.5, 0.25, 0.0, 0.75, 1.0])
+    # The slips are compatible with one separation, at which the load path to the traction starts.
+    slips = reference.frames(pattern[0])[:, 1:] @ s
+    law, offset, state = carried_by_reference(pattern, traction, damage, np.array(s), slips)
+    slip = ", ".join(repr(x) for x in slips.ravel().tolist())
+    result = run(
+        MATERIAL + RP_4 + f"&initial traction = -5, 1, 0.5, damage = 0.5, 0.25, 0, 0.75, 1, slip = {slip} /\n"
+        "&step increments = 1 /\n&step s_N = 0.01, -0.02, s_Tx = 0.2, s_Ty = 0.1, -0.1, increments = 40 /\n"
+        "&step t_N = -5, increments = 20 /\n"
+    )
+    s_old, t_old, work = offset, traction, state[1:4].sum()  # energies at the start
+    for row, separation in enumerate(result.vector("s")):
+        s_new = separation + offset
+        response = reference.update(law, pattern, s_new, state, s_old)
+        work += 0.5 * (t_old + response.traction) @ (s_new - s_old)
+        s_old, t_old, state = s_new, response.traction, response.state
+        assert_traction(result.vector("t")[row], response.traction)
+        energies = [result[name][row] for name in ("damage", "stored", "rupture", "friction", "work")]
+        np.testing.assert_allclose(energies, [*state[:4], work], rtol=1e-9, atol=1e-12)
+
+
+LISTED = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, 0.8, -0.2, 0.3, weights = 0.4, 0.3, 0.3 /\n"
+VISCOUS, GUARDED = ", tau_v = 0.5 /", ", guard = .true. /"
+
+
+@pytest.mark.parametrize(
+    ("extra", "pattern", "damage", "steps"),
+    [
+        ("", RP_4, "0.3", "&step t_N = -4, increments = 1 /\n&step {s_Tx}, {s_Ty}, increments = 60 /\n"),
+        ("", RP_4, "0.9", "&step k_N = 20.0, t_N = -4, {s_Tx}, {s_Ty}, increments = 60 /\n"),
+        ("", LISTED, "0", "&step t_N = -4, {s_Tx}, t_Ty = 0.0, increments = 60 /\n"),
+        ("", LISTED, "1", "&step t_N = -1, t_Tx = 0, t_Ty = 0, increments = 60 /\n"),
+        ("", RP_4, "1", "&step t_N = 0.0, {s_Tx}, {s_Ty}, increments = 40 /\n"),
+        (VISCOUS, RP_4, "0.3", "&step t_N = -4, {s_Tx}, {s_Ty}, increments = 60, time = 2.0 /\n"),
+        (GUARDED, RP_4, "0.3", "&step t_N = -4, {s_Tx}, {s_Ty}, increments = 60 /\n"),
+        ("", RP_4, "0.3", "&step t_N = -4, {s_Tx}, {s_Ty}, tolerance = 1e-4 /\n"),
+        (VISCOUS, RP_4, "0.3", "&step t_N = -4, {s_Tx}, {s_Ty}, tolerance = 1e-2, time = 2.0 /\n"),
+    ],
+)
+def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, steps: str) -> None:
+    """A path from an initial state is that of a run that applied the traction first, less its separation."""
+    head = MATERIAL.replace(" /", extra or " /") + pattern
+    planes = 5 if pattern == RP_4 else 3
+    traction = {"t_N": -4.0, "t_Tx": 0.8, "t_Ty": -0.4}
+
+    def path(s: list[float]) -> str:
+        targets = [f"s_Tx = {s[1] + 0.05!r}, {s[1] - 0.1!r}", f"s_Ty = {s[2] + 0.1!r}, {s[2] + 0.02!r}"]
+        return steps.format(s_Tx=targets[0], s_Ty=targets[1])
+
+    state = f"&state separation = 3*0, statev = 8*0{f', {damage}, 0, 0' * planes} /\n"
+    # The preload is so slow that viscous damage is in equilibrium, to 1e-9 of its growth.
+    preload = f"{', '.join(f'{name} = {value}' for name, value in traction.items())}, time = 1e9"
+    before = head + state + f"&step {preload}, increments = {PARTS} /\n"
+    offset = run(before, "--planes").vector("s")[-1]
+    loaded = run(before + path(offset.tolist()), "--planes")
+    values = ", ".join(str(value) for value in traction.values())
+    initial = run(
+        head + f"&initial traction = {values}, damage = {damage} /\n" + path([0.0, 0.0, 0.0]), "--planes"
+    )
+    if "tolerance" in steps:
+        # The step sizes depend on the separation; one run starts at separation zero, the other at its offset.
+        rows, tolerance = slice(-1, None), float(re.search(r"tolerance = ([^ ,]+)", steps)[1])
+    else:
+        assert len(initial.rows) == len(loaded.rows) - PARTS
+        # The state does not record that a plane slides. Sliding may be due to rounding, as may the contact of
+        # fully damaged planes.
+        ignored = {"slip", "open", "close"} if damage == "1" else {"slip"}
+        events = [[event - ignored for event in result.events] for result in (initial, loaded)]
+        assert events[0] == events[1][PARTS:]
+        rows, tolerance = slice(None), 1e-9
+    first = slice(PARTS, None) if "tolerance" not in steps else rows
+    size = np.abs(loaded.vector("t")).max()
+    np.testing.assert_allclose(
+        initial.vector("t")[rows], loaded.vector("t")[first], rtol=0, atol=tolerance * size
+    )
+    np.testing.assert_allclose(
+        initial.vector("s")[rows], loaded.vector("s")[first] - offset, rtol=0, atol=tolerance * S_F
+    )
+    for name in ("damage", "stored", "rupture", "friction", "work", "alpha_1", "s_dit_2", "s_dih_3"):
+        scale = max(np.abs(loaded[name]).max(), GC)
+        np.testing.assert_allclose(
+            initial[name][rows], loaded[name][first], rtol=0, atol=tolerance * scale, err_msg=name
+        )
+
+
+def test_contact_opens_where_the_offset_is_cancelled(run) -> None:
+    """A pressed crack opens at the separation that cancels its offset. There the traction is zero."""
+    head = MATERIAL + FLAT + "&initial traction = -10, 0, 0, damage = 1 /\n"
+    closure = 10.0 / K
+    opens = run(head + "&step s_N = 0.1, increments = 40 /\n")
+    (row,) = [i for i, event in enumerate(opens.events) if event]
+    assert opens.events[row] == {"open"} and opens["s_N"][row - 1] < closure < opens["s_N"][row]
+    adaptive = run(head + "&step s_N = 0.1, tolerance = 1e-4 /\n")
+    kink = np.interp(closure, adaptive["s_N"], adaptive["t_N"])
+    assert abs(kink) < 1e-3  # the adaptive run has a row where the crack opens
+    free = run(head + "&step t_N = 0.0, increments = 10 /\n")
+    np.testing.assert_allclose(free["s_N"], closure * np.arange(1, 11) / 10, rtol=1e-12)
+    assert abs(free["t_N"][-1]) < 1e-12
+
+
+def test_far_slipped_joint(run) -> None:
+    """A run continues from a crack with a slip of 5000 s_f; the rounding error scales with this slip."""
+    p, tau, slip = 10.0, 4.0, 1000.0
+    result = run(
+        MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1, slip = {slip}, 0 /\n"
+        f"&step t_N = {-p}, t_Tx = {tau + 0.5}, increments = 10 /\n&step slip = 0.02, increments = 10 /\n"
+    )
+    # The solver accepts 1e-13 K s; the tolerance is ten times that.
+    tolerance = 1e-12 * K * slip
+    np.testing.assert_allclose(result["t_Tx"][:10], tau + 0.05 * np.arange(1, 11), rtol=0, atol=tolerance)
+    np.testing.assert_allclose(result["s_Tx"][:10], 0.05 * np.arange(1, 11) / K, rtol=0, atol=tolerance / K)
+    np.testing.assert_allclose(result["t_Tx"][15:], MU * p, rtol=0, atol=tolerance)
+
+
+def test_cracked_without_traction(run) -> None:
+    """A run with only `damage` in &initial is that from &state at separation zero, without an onset."""
+    path = "&step t_N = -1, increments = 5 /\n&step slip = 0.3, increments = 30 /\n"
+    damage = [1.0, 0.2, 0.4, 0.6, 0.8]
+    cracked = run(MATERIAL + RP_4 + f"&initial damage = {str(damage)[1:-1]} /\n" + path, "--planes")
+    planes = ", ".join(f"{alpha}, 0, 0" for alpha in damage)
+    state = run(MATERIAL + RP_4 + f"&state separation = 3*0, statev = 8*0, {planes} /\n" + path, "--planes")
+    assert cracked.rows == state.rows
+    assert not any("onset" in event for event in cracked.events)
+    swept = run(
+        MATERIAL + RP_4 + "&initial damage = x /\n&sweep name = 'x', values = 0.0, 1.0 /\n" + path, "--planes"
+    )
+    assert "case_0.csv" in swept.messages and "case_1.csv" in swept.messages
+
+
+@pytest.mark.parametrize(
+    ("start", "steps"),
+    [
+        ("traction = 2, 0, 0", "&step t_N = 2.0, increments = 1 /\n&step slip = 0.1, increments = 100 /\n"),
+        ("traction = -5, 1, 0, damage = 0.5", "&step t_N = -5.0, t_Tx = 25.0 /\n"),
+    ],
+)
+def test_failed_increment_from_an_initial_state(
+    run, driver: Path, tmp_path: Path, start: str, steps: str
+) -> None:
+    """The case file of the failed increment has the offset in its &state, and fails as the run did."""
+    result = run(MATERIAL + RP_4 + f"&initial {start} /\n" + steps, code=2)
+    assert "lost" in result.events[-1]
+    text = (tmp_path / "case.failed.nml").read_text()
+    statev = np.array(re.search(r"statev =([^/a-z]*(?:e[^/a-z]*)*) work", text)[1].split(","), dtype=float)
+    assert (statev[5:8] != 0.0).any()
+    process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
+    again = Result(process, tmp_path / "again.csv")
+    assert process.returncode == 2 and len(again.rows) == 1 and "lost" in again.events[0]
+    reason = re.search(r"equilibrium lost beyond [^:]*: (.*)", result.messages)[1]
+    assert reason[:60] in process.stderr
+    for name in ("s", "t"):
+        np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
+    for name in ("damage", "stored", "rupture", "friction", "work"):
+        assert again[name][0] == pytest.approx(result[name][-1], rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "initial", "fragments"),
+    [
+        (FLAT, "traction = 1, 0", ["traction = 1, 0: 2 values: expected three (t_N, t_Tx, t_Ty)"]),
+        (FLAT, "traction = 1, nan, 0", ['traction = "nan": expected a number']),
+        (FLAT, "traction = 1, 1e999, 0", ['traction = "1e999": expected a number']),
+        (FLAT, "damage = 1.5", ["damage = 1.5: expected 0 to 1"]),
+        (FLAT, "damage = -0.1", ["damage = -0.1: expected 0 to 1"]),
+        (FLAT, "damage = nan", ['damage = "nan": expected a number']),
+        (FLAT, "damage = 2*0.5", ["damage = 2*0.5: 2 values: expected 1 for all planes"]),
+        (RP_4, "damage = 6*0.5", ["6 values: expected 1 for all planes or 5 for 5 planes"]),
+        (FLAT, "slip = 0.1", ["slip = 0.1: 1 values: expected 2 for all planes, in pairs s_dit, s_dih"]),
+        (RP_4, "slip = 9*0.1", ["9 values: expected 2 for all planes or 10 for 5 planes, in pairs"]),
+        (FLAT, "slip = 0, 1e99", ["slip = 0, 1e99: expected a magnitude up to"]),
+        (FLAT, "opening = 1", ["opening = 1: unknown name, expected one of traction, damage, slip"]),
+        (FLAT, "", ["nothing given: expected traction, damage or slip"]),
+        (FLAT, "damage = 1 /\n&initial damage = 1", ["&initial: given twice, first in line 3"]),
+        (
+            FLAT,
+            "traction = 0.1, 0, 0, damage = 1",
+            ["traction = 0.1, 0, 0: initial t_N = 0.1: tension on a crack", "it carries t_N = 0"],
+        ),
+        (
+            FLAT,
+            "traction = -10, 7.5, 0, damage = 1",
+            ["traction = -10, 7.5, 0: initial t_Tx, t_Ty = 7.5, 0: outside the friction of the pattern"],
+        ),
+        (FLAT, "traction = 3.1, 0, 0", ["traction = 3.1, 0, 0: initial t_N = 3.1: beyond the strength"]),
+        (RP_4, "traction = -1, 10, 1", ["&initial: traction = -1, 10, 1: "]),
+        (RP_4, "traction = 1e299, 0, 0", ["&initial: traction = 1e299, 0, 0: initial t_N = 1e299: "]),
+        (
+            FLAT,
+            "damage = 1 /\n&state separation = 3*0, statev = 11*0",
+            ["a run starts from &initial or from &state, in line 4: expected the one or the other"],
+        ),
+    ],
+)
+def test_bad_initial_state(run, tmp_path: Path, pattern: str, initial: str, fragments: list[str]) -> None:
+    """The message names file, line, group, name and value, and the traction that the planes can carry."""
+    messages = run(MATERIAL + pattern + f"&initial {initial} /\n&step s_N = 0.1 /\n", code=1).messages
+    assert "case.nml:3: &initial: " in messages or "case.nml:4: &initial: " in messages
+    for fragment in fragments:
+        assert fragment in messages, messages
+    assert not (tmp_path / "case.csv").exists()

@@ -1,0 +1,180 @@
+"""Output of the driver: sweeps, files, progress, help, warnings."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from support_driver import (
+    COLUMNS,
+    FLAT,
+    MATERIAL,
+    ROOT,
+    RP_4,
+    TRACTION_TOLERANCE,
+    call,
+    read_csv,
+)
+
+
+def test_sweep(run, tmp_path: Path) -> None:
+    """A sweep writes one CSV for each value, equal to that of a case file with this value."""
+    text = (
+        MATERIAL + "&pattern sides = 2, theta = THETA /\n&sweep name = 'Theta', values = 0.0, 30.0, 12.5 /\n"
+        "&step t_N = -5.0 /\n&step slip = 0.1 /\n"
+    )
+    run(text)
+    names = ["case_0.csv", "case_12.5.csv", "case_30.csv"]
+    assert sorted(path.name for path in tmp_path.glob("*.csv")) == names
+    run(text, "-o", "other.csv")
+    renamed = [name.replace("case", "other") for name in names]
+    assert sorted(path.name for path in tmp_path.glob("other*")) == renamed
+    run(re.sub("&sweep.*\n", "", text).replace("THETA", "12.5"))
+    assert (tmp_path / "case.csv").read_bytes() == (tmp_path / "case_12.5.csv").read_bytes()
+    assert (tmp_path / "other_30.csv").read_bytes() == (tmp_path / "case_30.csv").read_bytes()
+    assert "standard output" in run(text, "-o", "-", code=1).messages
+
+
+def test_output(run, driver: Path, tmp_path: Path) -> None:
+    """-o names the output, `-` is standard output; the default is a file in the current folder."""
+    text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
+    default = run(text)
+    assert "written to case.csv" in default.messages and len(default.messages.splitlines()) == 1
+    quiet = run(text, "--quiet", "-o", "-")
+    assert quiet.messages == "" and quiet.rows == []
+    assert read_csv(quiet.stdout) == (default.header, default.rows)
+    (tmp_path / "elsewhere").mkdir()
+    subprocess.run([driver, "../case.nml"], cwd=tmp_path / "elsewhere", check=True, capture_output=True)
+    assert read_csv((tmp_path / "elsewhere" / "case.csv").read_text())[1] == default.rows
+    assert "cannot be written" in run(text, "-o", "no/such/folder.csv", code=1).messages
+    assert "replace the case file" in run(text, "-o", "case.nml", code=1).messages
+    if Path("/dev/full").exists():
+        assert "cannot be written" in run(text, "-o", "/dev/full", code=1).messages
+        with Path("/dev/full").open("w") as full:
+            echo = subprocess.run(
+                [driver, "case.nml", "--echo"], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE
+            )
+        assert echo.returncode == 1 and b"standard output: cannot be written" in echo.stderr
+
+
+def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
+    """The output replaces neither the case nor the recorded strains, also if a link or path names them."""
+    text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
+    (tmp_path / "link.nml").symlink_to("case.nml")
+    (tmp_path / "sub").mkdir()
+    for name in ("./case.nml", "sub/../case.nml", "link.nml", str(tmp_path / "case.nml")):
+        assert "would replace the case file" in run(text, "-o", name, code=1).messages
+        assert (tmp_path / "case.nml").read_text() == text
+    record = "0.01,0,0\n"
+    (tmp_path / "rec.csv").write_text(record)
+    replay = MATERIAL + FLAT + "&replay file = 'rec.csv' /\n"
+    (tmp_path / "rec.nml").write_text(replay)
+    (tmp_path / "link.csv").symlink_to("rec.csv")
+    for arguments in (["rec.nml"], ["rec.nml", "-o", "./rec.csv"], ["rec.nml", "-o", "link.csv"]):
+        process = call(driver, *arguments, folder=tmp_path)
+        assert process.returncode == 1 and "would replace the recorded strains" in process.stderr
+        assert (tmp_path / "rec.csv").read_text() == record
+    assert call(driver, "rec.nml", "-o", "out.csv", folder=tmp_path).returncode == 0
+    (tmp_path / "out_2.csv").write_text(record)
+    sweep = replay.replace("mu = 0.5", "mu = x") + "&sweep name = 'x', values = 0.5, 2 /\n"
+    assert "would replace" in run(sweep.replace("rec.csv", "out_2.csv"), "-o", "out.csv", code=1).messages
+    assert (tmp_path / "out_2.csv").read_text() == record and not (tmp_path / "out_0.5.csv").exists()
+
+
+def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
+    """A long run shows its progress on a terminal; the CSV of a killed run has only complete rows."""
+    (tmp_path / "long.nml").write_text(
+        MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
+    )
+    screen, terminal = os.openpty()
+    with subprocess.Popen([driver, "long.nml", "--planes"], cwd=tmp_path, stderr=terminal) as process:
+        os.close(terminal)
+        # The first progress line comes after two seconds.
+        line = os.read(screen, 200).decode()
+        process.kill()
+        process.wait()
+    os.close(screen)
+    assert re.fullmatch(
+        r"\r\x1b\[Krie_driver: long.nml: \d+ of 10000000 increments \(0 %\), \d+ (s|min) left", line
+    )
+    assert process.returncode != 0
+    header, rows = read_csv((tmp_path / "long.csv").read_text())
+    assert len(rows) > 100 and len(header) == len(COLUMNS) + 3 * 65
+    assert [int(row[1]) for row in rows] == [*range(1, len(rows) + 1)]
+    assert float(rows[-1][4]) == pytest.approx(0.02 * len(rows) / 1e7, rel=1e-14)
+
+
+@pytest.mark.parametrize("options", [[], ["--quiet"]])
+def test_no_progress(options: list[str], driver: Path, tmp_path: Path) -> None:
+    """A long run shows no progress in a file, nor with --quiet on a terminal."""
+    (tmp_path / "long.nml").write_text(
+        MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
+    )
+    screen, terminal = os.openpty() if options else os.pipe()
+    with subprocess.Popen([driver, "long.nml", *options], cwd=tmp_path, stderr=terminal) as process:
+        os.close(terminal)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(3.0)
+        process.kill()
+        process.wait()
+    os.set_blocking(screen, False)
+    try:
+        written = os.read(screen, 200)
+    except OSError:  # the terminal closes with its last user
+        written = b""
+    os.close(screen)
+    assert written == b""
+
+
+def test_commands(driver: Path, tmp_path: Path) -> None:
+    """--help and --version print their text; a wrong command line gives exit code 1."""
+
+    version = re.search(r'version = "(.*)"', (ROOT / "src" / "law" / "asperity_contract.f90").read_text())
+    assert version is not None
+    assert call(driver, "--version", folder=tmp_path).stdout == f"rie_driver {version[1]}\n"
+    assert "usage: rie_driver CASE.nml" in call(driver, "--help", folder=tmp_path).stdout
+    for arguments in ([], ["a.nml", "b.nml"], ["--no-such"], ["a.nml", "-o"], [""], ["a.nml", "-o", ""]):
+        process = call(driver, *arguments, folder=tmp_path)
+        assert process.returncode == 1 and "--help" in process.stderr, arguments
+
+
+def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
+    """The example that --help prints is a case that runs."""
+    text = call(driver, "--help", folder=tmp_path).stdout
+    example = text[text.index("example:") : text.index("rows:")].partition("\n")[2]
+    result = run(example)
+    assert result["t_N"][-1] == pytest.approx(-5.0, abs=TRACTION_TOLERANCE)
+    assert math.hypot(result["s_Tx"][-1], result["s_Ty"][-1]) == pytest.approx(0.6, rel=1e-14)
+
+
+def test_warnings(run) -> None:
+    """Other values in mode II give a warning, and so do a soft contact, a low height and a small W0."""
+    path = RP_4 + "&step t_N = -10.0 /\n"
+    assert "warning: the contact is soft" in run(MATERIAL + path).messages
+    stiff = MATERIAL.replace("/", ", kc = 1000.0 /")
+    assert "warning" not in run(stiff + path).messages
+    assert "warning" not in run(MATERIAL + path.replace("-10.0", "-0.1")).messages
+    assert "warning" not in run(MATERIAL + FLAT + "&step t_N = -10.0 /\n").messages
+    # closure/s_f = |sigma_N| (1-eta)/(gamma sigma0) with gamma = 1/6
+    assert "close by 2 s_f" in run(MATERIAL + path).messages
+    # s_f = 0.2, so that the closure is 0.4/kc
+    high = MATERIAL.replace("/", ", kc = 40.0, height = {} /")
+    assert "warning" not in run(high.format(0.21) + path).messages
+    assert "close by 0.2 height" in run(high.replace("40", "10").format(0.2) + path).messages
+    assert (
+        "warning: s_f is 2 height: expected" in run(high.format(0.1) + RP_4 + "&step t_N = -0.1 /\n").messages
+    )
+    assert "warning" not in run(high.format(0.1) + FLAT + "&step t_N = -0.1 /\n").messages
+    # mu |sigma_N|/gamma = 30, Kt = 150: 3/W0
+    wears = MATERIAL.replace("/", ", kc = 1000.0, W0 = {} /")
+    assert "warning" not in run(wears.format(301.0) + path).messages
+    assert "stores 0.02 W0" in run(wears.format(150.0) + path).messages
+    for other in ("sigma02 = 4.0", "Gc2 = 0.5"):
+        text = MATERIAL.replace("/", f", {other} /") + FLAT + "&step s_N = 0.1 /\n"
+        assert "warning: sigma02 or Gc2 differ" in run(text).messages
+    text = MATERIAL.replace("/", ", sigma02 = 3.0, Gc2 = 0.0 /") + FLAT + "&step s_N = 0.1 /\n"
+    assert "warning" not in run(text).messages

@@ -1,0 +1,271 @@
+"""Recorded histories through the UMAT and the VUMAT, group &replay of the driver."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity.oracle import reference
+from support_driver import (
+    FLAT,
+    GC,
+    MATERIAL,
+    RP_4,
+    SIGMA0,
+    K,
+    assert_traction,
+    carried_by_reference,
+    read_csv,
+)
+
+CYCLE = (
+    "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, 0.1, direction = 20.0, increments = 40 /\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "pattern"),
+    [
+        ("", RP_4),
+        ("h = 0.01", RP_4),
+        ("ntens = 6, h = 0.5", RP_4),
+        ("ntens = 6, map = 1", RP_4),
+        ("ntens = 6, r = 0.1", RP_4),
+        ("ntens = 2", "&pattern sides = 2, theta = 30.0 /\n"),
+    ],
+)
+def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: str) -> None:
+    """The separations of a direct run, replayed through the UMAT with trial calls, give its rows."""
+    path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
+    direct = run(MATERIAL + pattern + path, "--planes")
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    replay = run(MATERIAL + pattern + f"&replay file = 'record.csv', {options} /\n", "--planes")
+    assert replay.header == direct.header and len(replay.rows) == len(direct.rows)
+    assert [row[1] for row in replay.rows] == [str(i) for i in range(1, len(direct.rows) + 1)]
+    for name in direct.header:
+        if name in ("step", "increment", "iterations", "event"):
+            continue
+        # Strain = separation/h and the sum of increments cause rounding errors of some units of K |s|.
+        np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    assert replay.events == direct.events
+    assert set(replay["iterations"]) == {4.0}
+
+
+@pytest.mark.parametrize("block", [1, 7, 64, 65, 136, 1000])
+@pytest.mark.parametrize(
+    ("options", "pattern"),
+    [
+        ("", RP_4),
+        ("h = 0.01", RP_4),
+        ("h = 0.5, map = 1, r = 0.1", RP_4),
+        ("ntens = 2", "&pattern sides = 2, theta = 30.0 /\n"),
+    ],
+)
+def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: str, block: int) -> None:
+    """Recorded strains through the VUMAT, in blocks of delayed points, give the rows of the UMAT."""
+    path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
+    direct = run(MATERIAL + pattern + path)
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    umat = run(MATERIAL + pattern + f"&replay file = 'record.csv', {options} /\n", "--planes")
+    through = f"&replay file = 'record.csv', through = 'vumat', block = {block}, {options} /\n"
+    vumat = run(MATERIAL + pattern + through, "--planes")
+    assert vumat.header == umat.header and len(vumat.rows) == len(umat.rows) == len(direct.rows)
+    for name in umat.header:
+        if name in ("iterations", "event"):
+            continue
+        # A sum of increments differs from the total by one rounding error of K |s| for each increment.
+        np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    assert vumat.events == umat.events
+    assert set(vumat["iterations"]) == {1.0}
+    assert vumat["friction"][-1] > 0.0 and vumat["damage"][-1] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("options", "extra"),
+    [
+        ("", ""),
+        ("h = 0.01", ""),
+        ("ntens = 6, map = 1, r = 0.1", ""),
+        ("ntens = 2", ""),
+        ("through = 'vumat'", ""),
+        ("through = 'vumat', block = 65, h = 0.01", ", tau_v = 0.5"),
+        ("through = 'vumat', ntens = 2", ""),
+    ],
+)
+@pytest.mark.parametrize(
+    "initial",
+    ["traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0", "damage = 0.5", "traction = -5, 0.1, 0.0"],
+)
+def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
+    """UMAT and VUMAT start where the driver does, with planes in STATEV and the traction as stress."""
+    plane = "ntens = 2" in options
+    head = MATERIAL.replace(" /", extra + " /") + (
+        RP_4 if not plane else "&pattern sides = 2, theta = 30.0 /\n"
+    )
+    start = f"&initial {initial.replace('0.5, damage', '0, damage') if plane else initial} /\n"
+    path = "&step increments = 3 /\n" + (CYCLE.replace("20.0", "0.0") if plane else CYCLE)
+    direct = run(head + start + path, "--planes")
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    replay = run(head + start + f"&replay file = 'record.csv', {options} /\n", "--planes")
+    assert len(replay.rows) == len(direct.rows)
+    if "traction" in start:
+        given = [float(x) for x in re.search("traction = ([^a-z]*)[,/]", start)[1].rstrip(", ").split(",")]
+        np.testing.assert_allclose(replay.vector("t")[0], given, rtol=0, atol=1e-10)
+    assert (replay.vector("s")[:3] == 0.0).all()
+    for name in direct.header:
+        if name in ("step", "increment", "iterations", "event"):
+            continue
+        # A sum of increments differs from the total by one rounding error of K |s| for each increment.
+        np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    # In equilibrium a rounding error may cause the event slip.
+    events = [[event - {"slip"} for event in result.events] for result in (replay, direct)]
+    assert events[0] == events[1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("h", [1.0, 0.01])
+def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> None:
+    """On random increments from a random stress UMAT, VUMAT and the independent law agree."""
+    draw = np.random.default_rng(seed)
+    pattern = reference.regular_pattern(4, 30.0)
+    traction = np.array([-3.0, 0.6, 0.6]) + draw.uniform(-0.5, 0.5, 3)
+    damage = draw.uniform(0.0, 0.8, 5)
+    law, offset, state = carried_by_reference(pattern, traction, damage, np.zeros(3), np.zeros((5, 2)))
+    steps = np.cumsum(draw.normal(scale=[0.003, 0.02, 0.02], size=(200, 3)), axis=0)
+    steps[0] = 0.0
+    record = "\n".join(",".join(repr(x) for x in row) for row in steps.tolist())
+    (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n" + record + "\n")
+    numbers = [", ".join(repr(x) for x in values.tolist()) for values in (traction, damage)]
+    start = f"&initial traction = {numbers[0]}, damage = {numbers[1]} /\n"
+    umat, vumat = (
+        run(
+            MATERIAL + RP_4 + start + f"&replay file = 'record.csv', through = '{through}', h = {h} /\n",
+            "--planes",
+        )
+        for through in ("umat", "vumat")
+    )
+    assert len(umat.rows) == len(vumat.rows) == len(steps)
+    for name in umat.header:
+        if name not in ("iterations", "event"):
+            # A sum of increments differs from the total by one rounding error of K |s| for each increment.
+            np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    np.testing.assert_allclose(umat.vector("t")[0], traction, rtol=0, atol=1e-10 * SIGMA0)
+    s_old, t_old, work = offset, np.asarray(traction), state[1:4].sum()
+    for s, row in zip(steps, umat.vector("t"), strict=True):
+        response = reference.update(law, pattern, s + offset, state, s_old)
+        work += 0.5 * (t_old + response.traction) @ (s + offset - s_old)
+        s_old, t_old, state = s + offset, response.traction, response.state
+        assert_traction(row, response.traction)
+    assert umat["damage"][-1] == pytest.approx(state[0], abs=1e-10)
+    for name, energy in zip(("stored", "rupture", "friction", "work"), (*state[1:4], work), strict=True):
+        assert umat[name][-1] == pytest.approx(energy, abs=1e-10 * GC), name
+
+
+@pytest.mark.parametrize(
+    ("initial", "options", "fragment"),
+    [
+        ("traction = -1, 0, 0.1", "ntens = 2,", "traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"),
+        ("slip = 0.1, 0, damage = 1", "", "slip = 0.1, 0: expected a traction with it"),
+        (
+            "traction = 1, 0, 0, damage = 1",
+            "through = 'vumat',",
+            "traction = 1, 0, 0: initial t_N = 1: tension",
+        ),
+    ],
+)
+def test_bad_replay_of_an_initial_state(
+    run, tmp_path: Path, initial: str, options: str, fragment: str
+) -> None:
+    """Initial states that the host routine rejects are input errors."""
+    (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n0,0,0\n")
+    case = MATERIAL + FLAT + f"&initial {initial} /\n&replay {options} file = 'record.csv' /\n"
+    assert f"case.nml:3: &initial: {fragment}" in run(case, code=1).messages
+
+
+def test_vumat_strains(run, tmp_path: Path) -> None:
+    """The strains of a VUMAT are normal, 23 and 13 as tensor shears; a virgin plane is elastic along each."""
+    (tmp_path / "record.csv").write_text("e_1,e_2,e_3\n0,0.0002,-0.0001\n0,0.0003,0.0\n")
+    rows = run(MATERIAL + FLAT + "&replay file = 'record.csv', through = 'vumat', h = 2.0 /\n")
+    s = 2 * 2.0 * np.array([[0, -0.0001, 0.0002], [0, 0, 0.0003]])
+    np.testing.assert_allclose(rows.vector("s"), s, rtol=0, atol=1e-17)
+    np.testing.assert_allclose(rows.vector("t"), K * s, rtol=0, atol=1e-14 * K)
+
+
+def test_replay_of_strains(run, tmp_path: Path) -> None:
+    """Strains may have no header, or columns in any order, other columns, blank lines and comments."""
+    rows = [(0.001 * i, 0.002 * i, -0.0005 * i) for i in range(1, 60)]
+    (tmp_path / "plain.csv").write_text("".join(f"{a}, {b},{c}\n" for a, b, c in rows))
+    (tmp_path / "named.csv").write_text(
+        "# a record\r\ne_3,note,time,e_1,E_2\r\n\r\n"
+        + "\r\n".join(f"{c},x,{0.5 * i},{a},{b}" for i, (a, b, c) in enumerate(rows, 1))
+    )
+    plain = run(MATERIAL + RP_4 + "&replay file = 'plain.csv', h = 2.0, dtime = 0.5 /\n")
+    named = run(MATERIAL + RP_4 + "&replay file = 'named.csv', h = 2.0 /\n")
+    assert plain.rows == named.rows
+    np.testing.assert_allclose(plain.vector("s"), 2 * np.array(rows), rtol=1e-14)
+    np.testing.assert_allclose(plain["time"], 0.5 * np.arange(1, 60), rtol=1e-14)
+    direct = run(MATERIAL + RP_4 + "&step s_N = 0.118, s_Tx = 0.236, s_Ty = -0.059, increments = 59 /\n")
+    np.testing.assert_allclose(plain.vector("t"), direct.vector("t"), rtol=0, atol=1e-12 * K)
+
+
+def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
+    """The name of the file of recorded strains is relative to the folder of the case."""
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "record.csv").write_text("0.01,0,0\n")
+    (tmp_path / "a" / "r.nml").write_text(MATERIAL + FLAT + "&replay file = 'record.csv' /\n")
+    subprocess.run([driver, "a/r.nml"], cwd=tmp_path, check=True, capture_output=True)
+    _, rows = read_csv((tmp_path / "r.csv").read_text())
+    assert float(rows[0][6]) == pytest.approx(0.01 * K, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("options", "record", "fragments"),
+    [
+        ("", None, ["record.csv", "cannot be opened"]),
+        ("through = 'vumat', ntens = 6,", "0,0,0\n", ["case.nml:3: &replay: ntens = 6", "expected 2 or 3"]),
+        ("through = 'vumat', block = 0,", "0,0,0\n", ["block = 0: expected a whole number from 1 to 1000"]),
+        ("block = 4,", "0,0,0\n", ["case.nml:3: &replay: block without through = 'vumat'"]),
+        ("through = 'hypela',", "0,0,0\n", ["through = 'hypela': expected 'umat' or 'vumat'"]),
+        ("ntens = 4,", "0,0,0\n", ["ntens = 4: expected 2, 3 or 6"]),
+        ("h = -1,", "0,0,0\n", ["h = -1: expected > 0"]),
+        ("map = 2,", "0,0,0\n", ["map = 2: expected 0 or 1"]),
+        ("r = 2,", "0,0,0\n", ["r = 2: expected 0 <= r <= 1"]),
+        ("dtime = -1,", "0,0,0\n", ["dtime = -1: expected >= 0"]),
+        ("", "0,0,0\n0,0\n", ["record.csv:2: column 3", "expected a number"]),
+        ("", "0,0,0\n0,nan,0\n", ['record.csv:2: column 2 = "nan": expected a number']),
+        ("", "0,0,0\n0,1e60,0\n", ["record.csv:2: expected strains of a magnitude up to"]),
+        ("", "0,0,0\n0,0,0,0,0\n", ["record.csv:2: 5 columns: expected 3 (ntens)"]),
+        ("ntens = 2,", "0,0,0\n", ["record.csv:1: 3 columns: expected 2 (ntens)"]),
+        (
+            "",
+            "time,e_1,e_2,e_3\n1,0,0,0\n0.5,0,0,0\n",
+            ["record.csv:3: time = 0.5: expected at least 1"],
+        ),
+        ("", "time,e_1,e_2,e_3\n-1,0,0,0\n", ["record.csv:2: time = -1: expected at least 0"]),
+        (
+            "",
+            "0,0,0\nx,0,0\n0,1e60,0\n0,0\n",
+            ['record.csv:2: column 1 = "x"', "record.csv:3: expected strains", "record.csv:4: column 3"],
+        ),
+        ("", "x,0,0\n1,0,y\n" + 49 * "0,0,y\n", ["record.csv:1: no column e_1"]),
+        ("", "0,0,0\n" + 50 * "0,0,y\n", ["record.csv:21: column 3", "... and 30 more bad lines"]),
+        ("", "s_N,s_Tx\n0,0\n", ["record.csv:1: no column s_ty"]),
+        ("", "e_1,e_2\n0,0\n", ["record.csv:1: no column e_3"]),
+        ("ntens = 2,", "s_N,s_Tx,s_Ty\n0,0,1\n", ["record.csv:2: s_Ty = 1: expected 0 with ntens = 2"]),
+        ("", "s_N,s_Tx,s_Ty\n", ["no line of numbers"]),
+        ("", "", ["record.csv", "expected a"]),
+        ("", "0,0,0\n\x00", ["record.csv:2: byte 0: expected a text file"]),
+        ("files = 'x',", "0,0,0\n", ["files = 'x': unknown name"]),
+    ],
+)
+def test_bad_replay(run, tmp_path: Path, options: str, record: str | None, fragments: list[str]) -> None:
+    """A bad replay gives exit code 1; the message names the line of the recorded file or of the case."""
+    if record is not None:
+        (tmp_path / "record.csv").write_text(record)
+    messages = run(MATERIAL + FLAT + f"&replay {options} file = 'record.csv' /\n", code=1).messages
+    for fragment in fragments:
+        assert fragment in messages, messages
+    assert not (tmp_path / "case.csv").exists()
