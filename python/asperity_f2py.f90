@@ -251,7 +251,8 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   use asperity_slip_test, only: adaptive_slip, slip_test_type
   use asperity_text, only: append, integer_text, put_text, to_text
   use asperity_contract, only: status_ok, status_separation
-  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_control_point, only: prescribed_bound
+  use asperity_interface, only: interface_type, new_interface
   implicit none
   integer, intent(in) :: nprops                            !! number of constants
   double precision, intent(in) :: props(nprops)            !! admissible PROPS
@@ -283,7 +284,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
   text = ""
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  bound = separation_bound(joint)
+  bound = prescribed_bound(joint)
   if (.not. bounded(direction, huge(direction))) &
     call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
   if (.not. bounded(sigma_n, huge(sigma_n))) &
@@ -292,7 +293,7 @@ subroutine interface_adaptive_slip(nprops, props, nstatv, room, direction, n, tu
     to_text(tolerance) // ": expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
   do i = 1, n
     if (.not. bounded(turns(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
-      to_text(turns(i)) // ": expected a finite number of magnitude up to " // to_text(bound))
+      to_text(turns(i)) // ": expected a finite number of magnitude up to " // to_text(bound) // " (1e12 s_f)")
   end do
   call put_text(text, message)
   if (len(text) > 0) then
@@ -311,7 +312,8 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
                                    message)
   use asperity_checks, only: bounded
   use asperity_contract, only: status_ok, status_separation
-  use asperity_interface, only: interface_type, new_interface, separation_bound
+  use asperity_control_point, only: prescribed_bound
+  use asperity_interface, only: interface_type, new_interface
   use asperity_mixed_control, only: report_type
   use asperity_slip_test, only: confined_slip, slip_test_type
   use asperity_text, only: append, integer_text, put_text, to_text
@@ -346,7 +348,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   text = ""
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  bound = separation_bound(joint)
+  bound = prescribed_bound(joint)
   if (.not. bounded(direction, huge(direction))) &
     call append(text, "direction_deg = " // to_text(direction) // ": expected a finite angle")
   if (.not. bounded(sigma_n, huge(sigma_n))) &
@@ -357,7 +359,7 @@ subroutine interface_confined_slip(nprops, props, nstatv, n, direction, slips, s
   do i = 1, n
     if (len(text) > len(message)) exit
     if (.not. bounded(slips(i), bound)) call append(text, "slips[" // integer_text(i - 1) // "] = " // &
-      to_text(slips(i)) // ": expected a finite number of magnitude up to " // to_text(bound))
+      to_text(slips(i)) // ": expected a finite number of magnitude up to " // to_text(bound) // " (1e12 s_f)")
   end do
   call put_text(text, message)
   if (len(text) > 0) then

@@ -19,7 +19,7 @@ enum asperity_status {
   ASPERITY_BAD_NTENS = 4,      /* number of components that no host has (UMAT only) */
   ASPERITY_BAD_SEPARATION = 5, /* a separation is not finite, or too large */
   ASPERITY_BAD_STATE = 6,      /* a state is not finite, or a damage is outside 0..1 */
-  ASPERITY_BAD_SIZE = 7,       /* a negative number of points, or of bytes of a message */
+  ASPERITY_BAD_SIZE = 7,       /* a negative number of points or of bytes of a message, or an array that is NULL */
   ASPERITY_BAD_TIME = 8,       /* viscous damage: a time increment is missing, not finite or negative */
   ASPERITY_BAD_INITIAL = 9     /* an initial traction that the state cannot carry */
 };
@@ -32,7 +32,7 @@ int asperity_nstatv(const double *props, int nprops, char *message, int size);
 
 /* Set the offset (state variables 6 to 8) of n states, before their first increment, so that each carries a traction.
  *   traction double[n][3], finite
- *   state    double[n][nstatv], state of the planes (all zero: virgin) -> with offset, damage, slips and energies
+ *   state    double[n][nstatv], state of the planes (all zero: virgin) -> with offset, damage, slips and stored energy
  * The traction grows proportionally from the traction that the state carries. An asperity_update with s = 0 then
  * returns the given traction. Returns ASPERITY_OK, or the status of the first rejected point. The states of that point
  * and of those after it do not change; those before it have their offset, and a second call with them keeps it. */

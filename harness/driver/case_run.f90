@@ -109,8 +109,8 @@ contains
       trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
   end function updates_and_snaps
 
-  !> Text of the reason why no equilibrium was found: what the joint carries at most, in closed form, or else what a scan
-  !> of the free separations has searched.
+  !> Text of the reason why no equilibrium was found: what the joint carries at most, in closed form, or else what a
+  !> scan of the free separations has searched.
   function why(case, failed) result(text)
     type(case_type), intent(in) :: case        !! the case
     type(failed_type), intent(in) :: failed    !! the increment

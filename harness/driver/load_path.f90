@@ -2,7 +2,8 @@
 module load_path
   use asperity_adaptive, only: largest_tolerance, least_tolerance
   use asperity_checks, only: bounded
-  use asperity_interface, only: interface_type, separation_bound
+  use asperity_control_point, only: prescribed_bound
+  use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use asperity_control_point, only: control_type
@@ -208,7 +209,7 @@ contains
     end do
   end function run_through
 
-  !> Check that the prescribed separations are in the range of the law; every list is checked once.
+  !> Check that the prescribed separations can be resolved; every list is checked once.
   pure subroutine check_separations(text, steps, joint, message)
     type(text_type), intent(in) :: text                       !! the file
     type(step_type), intent(in) :: steps(:)                   !! the load path
@@ -216,7 +217,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     real(wp) :: bound
     integer :: bad, i, j, g, n
-    bound = separation_bound(joint)
+    bound = prescribed_bound(joint)
     bad = 0
     n = 0
     do g = 1, text%n_groups
@@ -230,7 +231,7 @@ contains
           bad = bad + 1
           if (bad <= most_lines) call append(message, group_where(text, g) // "s_" // trim(component_names(i)) // &
             " = " // &
-            to_text(steps(n)%targets(i, j)) // ": expected a magnitude up to " // to_text(bound))
+            to_text(steps(n)%targets(i, j)) // ": expected a magnitude up to " // to_text(bound) // " (1e12 s_f)")
         end do
       end do
     end do

@@ -1,10 +1,11 @@
-!> Output of lines, each by one system call: a run that is killed leaves complete lines, and errors are noticed.
+!> Output of lines, each by one system call: a run that is killed leaves complete lines, and errors are noticed. A line
+!> that can be written in part only is taken back.
 !>
 !> The Fortran run-time libraries do not report a full disk. On a full tmpfs and on /dev/full, iostat of write, flush
 !> and close is 0 with gfortran 12, whether a unit stays open or is opened for each line; with flang 16 flush reports
 !> the error, and the close after it ends the program.
 module row_file
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
   implicit none
   private
   public :: create_file, write_line, close_file, same_file
@@ -21,16 +22,16 @@ module row_file
       integer(c_int), value :: mode
       integer(c_int) :: fd
     end function c_creat
-    !> POSIX: write bytes.
-    function c_write(fd, bytes, n) bind(c, name="write") result(written)
-      import :: c_char, c_int, c_intptr_t, c_size_t
+    !> posix_file.c: write all bytes or none.
+    function c_write_line(fd, bytes, n) bind(c, name="posix_write_line") result(status)
+      import :: c_char, c_int, c_size_t
       implicit none
       integer(c_int), value :: fd
       ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: n
-      integer(c_intptr_t) :: written
-    end function c_write
+      integer(c_int) :: status
+    end function c_write_line
     !> POSIX: close a file.
     function c_close(fd) bind(c, name="close") result(status)
       import :: c_int
@@ -38,16 +39,16 @@ module row_file
       integer(c_int), value :: fd
       integer(c_int) :: status
     end function c_close
-    !> POSIX: path without links and dots; NULL if there is no such file.
-    function c_realpath(path, resolved) bind(c, name="realpath") result(found)
-      import :: c_char, c_ptr
+    !> posix_file.c: whether two names denote the same file.
+    function c_same_file(first, second) bind(c, name="posix_same_file") result(same)
+      import :: c_char, c_int
       implicit none
       ! allow(C071): the interface is that of C
-      character(kind=c_char), intent(in) :: path(*)
-      ! allow(C071, C072): the interface is that of C
-      character(kind=c_char), intent(out) :: resolved(*)
-      type(c_ptr) :: found
-    end function c_realpath
+      character(kind=c_char), intent(in) :: first(*)
+      ! allow(C071): the interface is that of C
+      character(kind=c_char), intent(in) :: second(*)
+      integer(c_int) :: same
+    end function c_same_file
     !> Standard C: write to standard error why the last call failed.
     subroutine c_perror(prefix) bind(c, name="perror")
       import :: c_char
@@ -59,22 +60,11 @@ module row_file
 
 contains
 
-  !> Whether two names denote the same existing file.
+  !> Whether two names denote the same existing file, also through a symbolic or a hard link.
   function same_file(first, second) result(same)
     character(len=*), intent(in) :: first, second   !! names
     logical :: same
-    integer, parameter :: longest_path = 4096
-    character(kind=c_char) :: resolved(longest_path + 1, 2)
-    integer :: i
-    resolved = c_null_char
-    same = c_associated(c_realpath(first // c_null_char, resolved(:, 1)))
-    if (same) same = c_associated(c_realpath(second // c_null_char, resolved(:, 2)))
-    if (.not. same) return
-    ! the characters after the null are undefined
-    do i = 1, size(resolved, 1)
-      same = resolved(i, 1) == resolved(i, 2)
-      if (.not. same .or. resolved(i, 1) == c_null_char) exit
-    end do
+    same = c_same_file(first // c_null_char, second // c_null_char) /= 0
   end function same_file
 
   !> Create or empty a file for writing; "-" is standard output.
@@ -97,15 +87,7 @@ contains
     character(len=*), intent(in) :: path   !! its name, for a message
     character(len=*), intent(in) :: line   !! without line end
     logical, intent(out) :: good           !! false: the reason is on standard error
-    character(len=:), allocatable :: rest
-    integer(c_intptr_t) :: written
-    rest = line // new_line("a")
-    do while (len(rest) > 0)
-      written = c_write(int(file, c_int), rest, int(len(rest), c_size_t))
-      good = written > 0
-      if (.not. good) exit
-      rest = rest(written + 1:)
-    end do
+    good = c_write_line(int(file, c_int), line // new_line("a"), int(len(line) + 1, c_size_t)) == 0
     if (.not. good) call tell(path)
   end subroutine write_line
 

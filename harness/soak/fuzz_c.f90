@@ -30,9 +30,10 @@ contains
     character(len=:), allocatable, intent(inout) :: inputs      !! of the last call, if something is wrong
     integer(int64) :: stream
     type(interface_type) :: joint
-    real(wp) :: props(most_props), dt, scale
-    real(wp), allocatable :: s(:, :), state(:, :), before(:, :), traction(:, :)
-    real(wp), allocatable, target :: s_old(:, :), tangent(:, :, :)
+    real(wp), target :: props(most_props)
+    real(wp) :: dt, scale
+    real(wp), allocatable :: before(:, :)
+    real(wp), allocatable, target :: s(:, :), state(:, :), traction(:, :), s_old(:, :), tangent(:, :, :)
     character(kind=c_char), target :: message(most_message + 1)
     type(c_ptr) :: from, slope, text
     integer(c_int) :: length, n, nprops, nstatv, status
@@ -48,7 +49,7 @@ contains
     nprops = int(i, c_int)
     call new_interface(props(:nprops), joint, i)
     n = int(pick(stream, merge(most_points, 4, mod(number, 4_int64) == 0_int64)) - 1, c_int)
-    nstatv = asperity_nstatv(props, nprops, c_null_ptr, 0_c_int)
+    nstatv = asperity_nstatv(c_loc(props), nprops, c_null_ptr, 0_c_int)
     if (nstatv /= joint%n_statev) call append(complaint, "asperity_nstatv = " // integer_text(int(nstatv)))
     if (chance(stream, 0.1_wp)) nstatv = nstatv + 1_c_int
     allocate (s(3, n), s_old(3, n), state(nstatv, n), before(nstatv, n), traction(3, n), tangent(3, 3, n))
@@ -74,7 +75,8 @@ contains
       length = int(pick(stream, most_message), c_int)
       message = fence
       calls = increment
-      status = asperity_update(props, nprops, dt, n, from, s, nstatv, state, traction, slope, text, length)
+      status = asperity_update(c_loc(props), nprops, dt, n, from, c_loc(s), nstatv, c_loc(state), c_loc(traction), &
+        slope, text, length)
       call judge()
       if (rejected .or. len(complaint) > 0) exit
       s_old = s
@@ -153,8 +155,8 @@ contains
     subroutine check_message()
       call choose(c_loc(message), text)
       message = fence
-      status = asperity_update(props, nprops, dt, n, from, s, nstatv, state, traction, slope, c_loc(message), &
-        int(most_message, c_int))
+      status = asperity_update(c_loc(props), nprops, dt, n, from, c_loc(s), nstatv, c_loc(state), c_loc(traction), &
+        slope, c_loc(message), int(most_message, c_int))
       do i = 1, most_message
         if (message(i) == c_null_char) exit
       end do

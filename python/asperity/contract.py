@@ -167,6 +167,8 @@ def whole(name: str, value: int) -> int:
 def array(name: str, value: ArrayLike) -> Floats:
     """Convert an array to contiguous doubles; raises ValueError with its name and the value that is wrong."""
     try:
+        if np.iscomplexobj(value):  # NumPy would drop the imaginary parts
+            raise TypeError("complex")
         return np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:
         try:

@@ -146,9 +146,9 @@ class Interface:
 
         damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of
         all planes, (2,), or of each, (Np, 2); None is zero.  The traction is applied in proportion, from
-        zero; the separation that belongs to it becomes the offset (STATEV 6 to 8), and the energies are those
-        of this load path.  Raises ValueError for wrong input and for a traction that the state cannot carry;
-        the message contains the traction that it can.
+        zero; the separation that belongs to it becomes the offset (STATEV 6 to 8).  Rupture and friction
+        count from this state on, so they are zero in it.  Raises ValueError for wrong input and for a
+        traction that the state cannot carry; the message contains the traction that it can.
         """
         given = contract.array("traction", traction)
         tractions = _array("traction", np.atleast_2d(given), 3).copy()
@@ -159,8 +159,8 @@ class Interface:
         if slips.shape not in ((2,), (self.n_planes, 2)):
             raise ValueError(f"slip has shape {slips.shape}: expected (2,) or {(self.n_planes, 2)}")
         state = np.zeros((len(tractions), self.nstatv))
-        planes = state[:, contract.N_POINT_STATEV : contract.n_statev(self.n_planes)]
-        planes = planes.reshape(len(tractions), self.n_planes, -1)
+        shape = (len(tractions), self.n_planes, contract.N_PLANE_STATEV)
+        planes = state[:, contract.N_POINT_STATEV : contract.n_statev(self.n_planes)].reshape(shape)
         planes[:, :, 0] = alpha
         planes[:, :, 1:] = slips
         if len(tractions) > 0:
@@ -356,7 +356,7 @@ class Interface:
         """Times (rows,), zeros if none are given."""
         if self._is_missing("times", times):
             return np.zeros(rows)
-        array = np.asarray(times, dtype=float, order="C")
+        array = contract.array("times", times)
         if array.shape != (rows,):
             raise ValueError(f"times have shape {array.shape}: expected ({rows},)")
         before = np.concatenate([[0.0], array])[:-1]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
+from . import _core, contract
 from .contract import Floats
 from .interface import Interface
 from .pattern import direction_vector
@@ -54,9 +54,9 @@ def slip_curves(
     Raises ValueError for values that are not finite, an empty path and a preload below 1.
     """
     angles, held = np.broadcast_arrays(
-        np.atleast_1d(np.asarray(direction_deg, dtype=float)), np.asarray(sigma_N, dtype=float)
+        np.atleast_1d(contract.array("direction_deg", direction_deg)), contract.array("sigma_N", sigma_N)
     )
-    s_L = np.asarray(slips, dtype=float, order="C")
+    s_L = contract.array("slips", slips)
     for name, value in (("direction_deg", angles), ("sigma_N", held), ("slips", s_L)):
         if value.ndim != 1 or value.size == 0 or not np.all(np.isfinite(value)):
             raise ValueError(f"{name} has shape {value.shape}: expected a list of finite numbers")

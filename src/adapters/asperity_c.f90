@@ -27,7 +27,7 @@ contains
   !> Number of state variables that PROPS needs; 0 if PROPS is not admissible, with the reasons in the message.
   function asperity_nstatv(props, nprops, message, size) bind(C) result(nstatv)
     integer(c_int), value :: nprops               !! number of constants
-    real(c_double), intent(in) :: props(nprops)   !! material constants
+    type(c_ptr), value :: props                   !! double[nprops] material constants
     type(c_ptr), value :: message                 !! char[size], may be NULL
     integer(c_int), value :: size                 !! bytes of the message
     integer(c_int) :: nstatv
@@ -35,13 +35,9 @@ contains
     type(interface_type) :: joint
     integer :: status
     text = ""
-    call new_interface(props, joint, status)
-    if (status == status_ok) then
-      nstatv = joint%n_statev
-    else
-      nstatv = 0
-      call review_props(props, status, text, nprops)
-    end if
+    call begin(props, nprops, 0_c_int, 0_c_int, 0_c_int, joint, status, text)
+    nstatv = 0
+    if (status == status_ok) nstatv = joint%n_statev
     call put_text(text, message, size)
     deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_nstatv
@@ -51,12 +47,13 @@ contains
     integer(c_int), value :: nprops                     !! number of constants
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
-    real(c_double), intent(in) :: props(nprops)         !! material constants
-    real(c_double), intent(in) :: traction(3, n)        !! double[n][3] traction (N, Tx, Ty), stress
-    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state of the planes -> with the offset
+    type(c_ptr), value :: props                         !! double[nprops] material constants
+    type(c_ptr), value :: traction                      !! double[n][3] traction (N, Tx, Ty), stress
+    type(c_ptr), value :: state                         !! double[n][nstatv] state of the planes -> with the offset
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
+    real(wp), pointer, contiguous :: states(:, :), t(:, :)
     real(wp), parameter :: rest(3) = 0.0_wp
     logical, parameter :: all_held(3) = .true.
     character(len=:), allocatable :: text
@@ -65,12 +62,18 @@ contains
 
     allocate (character(len=0) :: text)
     call begin(props, nprops, n, nstatv, size, joint, status, text)
-    if (status == status_ok) then
+    if (n > 0) then
+      call expect_array("traction", traction, status, text)
+      call expect_array("state", state, status, text)
+    end if
+    if (status == status_ok .and. n > 0) then
+      call c_f_pointer(traction, t, [3, n])
+      call c_f_pointer(state, states, [nstatv, n])
       do i = 1, n
-        call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
+        call carry_traction(joint, t(:, i), all_held, states(:, i), status)
         if (status /= status_ok) then
-          call explain_point(joint, rest, rest, state(:, i), text)
-          if (len(text) == 0) call explain_initial(joint, traction(:, i), all_held, state(:, i), text)
+          call explain_point(joint, rest, rest, states(:, i), text)
+          if (len(text) == 0) call explain_initial(joint, t(:, i), all_held, states(:, i), text)
           text = "point " // integer_text(i) // ": " // text
           exit
         end if
@@ -87,32 +90,46 @@ contains
     real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = 0
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
-    real(c_double), intent(in) :: props(nprops)         !! material constants
+    type(c_ptr), value :: props                         !! double[nprops] material constants
     type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
-    real(c_double), intent(in) :: s(3, n)               !! double[n][3] separation (N, Tx, Ty) at the end, length
-    real(c_double), intent(inout) :: state(nstatv, n)   !! double[n][nstatv] state variables, start -> end
-    real(c_double), intent(inout) :: traction(3, n)     !! double[n][3] traction at the end, stress
+    type(c_ptr), value :: s                             !! double[n][3] separation (N, Tx, Ty) at the end, length
+    type(c_ptr), value :: state                         !! double[n][nstatv] state variables, start -> end
+    type(c_ptr), value :: traction                      !! double[n][3] traction at the end, stress
     type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
-    real(wp), pointer, contiguous :: from(:, :), d(:, :, :)
+    real(wp), pointer, contiguous :: from(:, :), to(:, :), states(:, :), t(:, :), d(:, :, :)
+    real(wp), target :: none(0)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
     integer :: failed, i
 
     text = ""
     call begin(props, nprops, n, nstatv, size, joint, status, text)
+    if (n > 0) then
+      call expect_array("s", s, status, text)
+      call expect_array("state", state, status, text)
+      call expect_array("traction", traction, status, text)
+    end if
     if (status == status_ok) then
+      to(1:3, 1:0) => none
+      states(1:max(1, nstatv), 1:0) => none
+      t(1:3, 1:0) => none
+      if (n > 0) then
+        call c_f_pointer(s, to, [3, n])
+        call c_f_pointer(state, states, [nstatv, n])
+        call c_f_pointer(traction, t, [3, n])
+      end if
       ! a null pointer is an absent optional argument
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(joint, s, state, traction, status, failed, from, d, dt)
+      call update_points(joint, to, states, t, status, failed, from, d, dt)
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
       else if (status /= status_ok) then
-        call explain_points(joint, failed, s, state, text, from)
+        call explain_points(joint, failed, to, states, text, from)
       else if (associated(d)) then
         do i = 1, n
           d(:, :, i) = transpose(d(:, :, i))   ! C stores rows first
@@ -125,7 +142,7 @@ contains
 
   !> Make the interface from PROPS and check the counts as the caller passed them, which may be negative.
   subroutine begin(props, nprops, n, nstatv, size, joint, status, text)
-    real(c_double), intent(in), contiguous :: props(:)        !! material constants
+    type(c_ptr), intent(in) :: props                          !! double[nprops] material constants
     integer(c_int), intent(in) :: nprops                      !! number of constants
     integer(c_int), intent(in) :: n                           !! points
     integer(c_int), intent(in) :: nstatv                      !! state variables per point
@@ -133,9 +150,16 @@ contains
     type(interface_type), intent(out) :: joint                !! the interface
     integer(c_int), intent(out) :: status                     !! 0 or the status of the first error
     character(len=:), allocatable, intent(inout) :: text      !! the reasons, empty if there are none
-    call new_interface(props, joint, status)
+    real(wp), pointer, contiguous :: values(:)
+    real(wp), target :: none(0)
+    status = status_ok
+    values => none
+    if (nprops > 0) call expect_array("props", props, status, text)
+    if (status /= status_ok) return
+    if (nprops > 0) call c_f_pointer(props, values, [nprops])
+    call new_interface(values, joint, status)
     if (status /= status_ok) then
-      call review_props(props, status, text, nprops)
+      call review_props(values, status, text, nprops)
     else if (n < 0) then
       status = status_size
       text = "n = " // integer_text(n) // " points: expected 0 or more"
@@ -147,6 +171,17 @@ contains
       text = "size = " // integer_text(size) // " bytes of a message: expected 0 or more"
     end if
   end subroutine begin
+
+  !> Report an array that is missing.
+  subroutine expect_array(name, array, status, text)
+    character(len=*), intent(in) :: name                      !! of the argument
+    type(c_ptr), intent(in) :: array                          !! its address
+    integer(c_int), intent(inout) :: status                   !! status_size if it is NULL and no error came before
+    character(len=:), allocatable, intent(inout) :: text      !! the reason is appended
+    if (c_associated(array) .or. status /= status_ok) return
+    status = status_size
+    text = name // " is NULL: expected an array"
+  end subroutine expect_array
 
   !> Copy a text into a C buffer; a text that does not fit is cut, and a zero ends it always.
   subroutine put_text(text, buffer, size)

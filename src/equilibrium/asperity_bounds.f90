@@ -18,7 +18,8 @@ contains
   !> Whether prescribed tractions are beyond what the interface can carry from the state of a point on, in which
   !> direction, and how much it carries in this direction.
   !>
-  !> With viscous damage over a time, and with the guard, the bond of a plane has no such strength.
+  !> With viscous damage over a time, and with the guard, the bond of a plane has no such strength; the contact on a
+  !> curved facet has no such direction.
   pure subroutine beyond_bounds(joint, control, given, point, beyond, direction, most)
     type(interface_type), intent(in) :: joint      !! the interface
     type(control_type), intent(in) :: control      !! what is given
@@ -37,7 +38,9 @@ contains
     beyond = .false.
     direction = 0.0_wp
     most = 0.0_wp
-    if (joint%material%guard .or. (joint%material%tau_v > 0.0_wp .and. control%dt > 0.0_wp)) return
+    associate (m => joint%material)
+      if (m%guard .or. m%curved .or. (m%tau_v > 0.0_wp .and. control%dt > 0.0_wp)) return
+    end associate
     ! the force of a spring is not prescribed
     counts = control%traction .and. .not. control%spring > 0.0_wp
     largest = rounding*joint%material%k_n*joint%material%s0

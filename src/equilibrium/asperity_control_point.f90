@@ -6,12 +6,12 @@ module asperity_control_point
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
-  use asperity_tolerances, only: coarsest_scale, finest_scale, instability, longest_step
+  use asperity_tolerances, only: coarsest_scale, farthest_prescribed, finest_scale, instability, longest_step
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
     traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation, &
-    energy_defect
+    energy_defect, prescribed_bound
 
   !> Which value of each component (N, Tx, Ty) is given, and the duration of an increment.
   type :: control_type
@@ -244,6 +244,13 @@ contains
       yes = first < -instability .or. third < -instability .or. first*second - third < -instability
     end select
   end function unstable
+
+  !> Largest prescribed separation of a load path, length.
+  pure function prescribed_bound(joint) result(bound)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp) :: bound
+    bound = min(separation_bound(joint), farthest_prescribed*joint%material%s0/(1.0_wp - joint%material%eta))
+  end function prescribed_bound
 
   !> Work of the traction on the separation over an increment, by the trapezoidal rule, stress*length.
   pure function work_between(s_old, traction_old, s, traction) result(work)

@@ -56,5 +56,8 @@ module asperity_tolerances
   real(wp), parameter, public :: less_damping = 0.5_wp, more_damping = 4.0_wp
   !> Separation at which a motion counts as endless, relative to s_f and the elastic separation of the given values.
   real(wp), parameter, public :: farthest = 1000.0_wp
+  !> Largest prescribed separation that a load path may have, relative to s_f: the numbers beside it differ by 1e-4 s_f,
+  !> so that no damage could be resolved beyond it.
+  real(wp), parameter, public :: farthest_prescribed = 1.0e12_wp
 
 end module asperity_tolerances

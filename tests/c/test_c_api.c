@@ -118,6 +118,30 @@ static int guard_blocks_damage(void) {
   return bad;
 }
 
+static int null_arrays(void) {
+  /* An array that is NULL is named; without points none is needed. */
+  const double props[] = FLAT_PROPS, s[3] = {S0, 0.0, 0.0};
+  double state[FLAT_STATEV] = {0}, traction[3];
+  char message[256];
+  int bad = FAILS(asperity_nstatv(NULL, N_FLAT_PROPS, message, sizeof message) == 0);
+  bad += FAILS(strstr(message, "props is NULL: expected an array") != NULL);
+  const char *names[] = {"props", "s", "state", "traction"};
+  for (int i = 0; i < 4; i++) {
+    bad += FAILS(asperity_update(i == 0 ? NULL : props, N_FLAT_PROPS, 0.0, 1, NULL, i == 1 ? NULL : s, FLAT_STATEV,
+                                 i == 2 ? NULL : state, i == 3 ? NULL : traction, NULL, message,
+                                 sizeof message) == ASPERITY_BAD_SIZE);
+    bad += FAILS(strstr(message, names[i]) == message) + FAILS(strstr(message, " is NULL") != NULL);
+    if (i == 1) continue;
+    bad += FAILS(asperity_initial_state(i == 0 ? NULL : props, N_FLAT_PROPS, 1, i == 3 ? NULL : s, FLAT_STATEV,
+                                        i == 2 ? NULL : state, message, sizeof message) == ASPERITY_BAD_SIZE);
+    bad += FAILS(strstr(message, names[i]) == message);
+  }
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 0, NULL, NULL, FLAT_STATEV, NULL, NULL, NULL, message,
+                               sizeof message) == ASPERITY_OK);
+  return bad + FAILS(asperity_initial_state(props, N_FLAT_PROPS, 0, NULL, FLAT_STATEV, NULL, message,
+                                            sizeof message) == ASPERITY_OK);
+}
+
 /* The call must return the status, name the culprit, and leave state and traction unchanged. */
 static int rejected(int expected, const char *culprit, const double *props, int nprops, int n, double s_n,
                     int nstatv, double alpha) {
@@ -224,6 +248,7 @@ int main(void) {
                                 no_points_is_no_error,
                                 time_is_for_viscous_damage,
                                 guard_blocks_damage,
+                                null_arrays,
                                 initial_state_carries_the_traction,
                                 umat_is_the_same_law};
   return check_run(sizeof tests / sizeof tests[0], tests);

@@ -11,6 +11,7 @@ from support_driver import (
     FLAT,
     MATERIAL,
     RP_4,
+    S_F,
     call,
     read_csv,
 )
@@ -127,6 +128,14 @@ def test_all_bad_values_at_once(run) -> None:
     ).messages
     for name in "sigma0 Gc eta mu sigma02 Gc2 tau_v kc sides theta flat t_N".split():
         assert re.search(rf": {name} = .*: expected", messages), name
+
+
+def test_slips_that_cannot_be_resolved(run) -> None:
+    """A prescribed slip of 1e12 s_f is admissible; beyond it neighbouring numbers are too far apart."""
+    largest = 0.999 * 1e12 * S_F
+    assert len(run(MATERIAL + FLAT + f"&step slip = {largest:.17g}, increments = 2 /\n").rows) == 2
+    messages = run(MATERIAL + FLAT + "&step slip = 1e20, increments = 2 /\n", code=1).messages
+    assert "s_Tx = 1e20: expected a magnitude up to" in messages and "(1e12 s_f)" in messages
 
 
 def test_separations_are_checked_once(run) -> None:

@@ -66,7 +66,9 @@ def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
     text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
     (tmp_path / "link.nml").symlink_to("case.nml")
     (tmp_path / "sub").mkdir()
-    for name in ("./case.nml", "sub/../case.nml", "link.nml", str(tmp_path / "case.nml")):
+    (tmp_path / "case.nml").write_text(text)
+    (tmp_path / "hard.nml").hardlink_to(tmp_path / "case.nml")
+    for name in ("./case.nml", "sub/../case.nml", "link.nml", "hard.nml", str(tmp_path / "case.nml")):
         assert "would replace the case file" in run(text, "-o", name, code=1).messages
         assert (tmp_path / "case.nml").read_text() == text
     record = "0.01,0,0\n"
@@ -83,6 +85,20 @@ def test_input_is_not_replaced(run, driver: Path, tmp_path: Path) -> None:
     sweep = replay.replace("mu = 0.5", "mu = x") + "&sweep name = 'x', values = 0.5, 2 /\n"
     assert "would replace" in run(sweep.replace("rec.csv", "out_2.csv"), "-o", "out.csv", code=1).messages
     assert (tmp_path / "out_2.csv").read_text() == record and not (tmp_path / "out_0.5.csv").exists()
+
+
+def test_limit_on_the_size_of_a_file(driver: Path, tmp_path: Path) -> None:
+    """Beyond `ulimit -f` the run ends with a message, not with a backtrace, and leaves complete rows."""
+    (tmp_path / "case.nml").write_text(MATERIAL + FLAT + "&step s_N = 0.1, increments = 1000 /\n")
+    # 8 blocks of 512 or of 1024 bytes
+    process = subprocess.run(
+        ["sh", "-c", f"ulimit -f 8; exec '{driver}' case.nml"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert process.returncode == 1
+    lines = process.stderr.splitlines()
+    assert len(lines) == 1 and "case.csv: cannot be written" in lines[0], process.stderr
+    header, rows = read_csv((tmp_path / "case.csv").read_text())
+    assert rows and all(len(row) == len(header) for row in rows)
 
 
 def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:

@@ -63,6 +63,27 @@ def test_cracked_planes():
         flat.initial([0.1, 0.0, 0.0], damage=[1.0])
 
 
+def test_no_points():
+    """No points have no states, and planes may be damaged in them."""
+    assert interface(4).initial(np.zeros((0, 3)), damage=0.5).shape == (0, interface(4).nstatv)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda law, z: law.initial(z),
+        lambda law, z: law.update(z[None]),
+        lambda law, z: law.replay([z]),
+        lambda law, z: law.confined_slip(0.0, z, -1.0),
+        lambda law, z: law.confined_slip(0.0, z.real, -1.0, times=z),
+    ],
+)
+def test_complex_numbers(call):
+    """A complex array is refused by name; its imaginary parts are not dropped."""
+    with pytest.raises(ValueError, match=r"^(traction|s|S|slips|times)(\[.*\] = .*: expected a|: complex)"):
+        call(interface(4), np.array([0.1 + 0j, 0.2 + 1j, 0.3 + 0j]))
+
+
 def test_partly_cracked_pattern():
     """The damage of the planes is at least the initial damage."""
     law = interface(4)

@@ -1,0 +1,38 @@
+/* What Fortran cannot do with files: compare them by their inodes, and take back a line that was written in part. */
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+int posix_same_file(const char *first, const char *second);
+int posix_write_line(int file, const char *line, size_t n);
+
+/* Whether two names denote the same existing file, also through a link. */
+int posix_same_file(const char *first, const char *second) {
+  struct stat a, b;
+  return stat(first, &a) == 0 && stat(second, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
+/* Write all bytes of a line, or none of them to a file: 0, or -1 with errno. */
+int posix_write_line(int file, const char *line, size_t n) {
+  size_t done = 0;
+  /* beyond the limit on the size of a file, write fails instead of the program */
+  signal(SIGXFSZ, SIG_IGN);
+  while (done < n) {
+    const ssize_t written = write(file, line + done, n - done);
+    if (written > 0) {
+      done += (size_t)written;
+      continue;
+    }
+    const int reason = errno;
+    const off_t end = lseek(file, 0, SEEK_CUR);
+    if (done > 0 && end >= (off_t)done && ftruncate(file, end - (off_t)done) == 0) {
+      lseek(file, end - (off_t)done, SEEK_SET);
+    }
+    errno = reason;
+    return -1;
+  }
+  return 0;
+}
