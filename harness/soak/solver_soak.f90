@@ -218,12 +218,13 @@ contains
       stop 1
     end if
     write (unit, "(a)") "method,samples,completed,proven_lost,unexplained,wrong,increments,all_increments,updates," // &
-      "most_updates_of_an_increment,snaps,folds_missed,limit_met,limit_met_but_equilibrium,driven_apart"
+      "most_updates_of_an_increment,snaps,folds_missed,limit_met,limit_met_but_equilibrium,driven_apart," // &
+      "jumps_not_reported,rows_not_balanced"
     do k = 1, n_methods
       associate (s => total(k))
-        write (unit, "(a, 14(',', i0))") trim(names(k)), ran, s%completed, s%proven, s%unexplained, s%wrong, &
+        write (unit, "(a, 16(',', i0))") trim(names(k)), ran, s%completed, s%proven, s%unexplained, s%wrong, &
           s%increments, s%all_increments, s%updates, s%most_updates, s%snaps, s%missed, s%limited, &
-          s%stuck, s%away
+          s%stuck, s%away, s%unreported, s%unbalanced
       end associate
     end do
     close (unit)

@@ -61,7 +61,7 @@ contains
         result%step = predicted
       end if
       good = result%converged
-      if (good) call check_branch(joint, balance, result, change, here%s, trial, good, updates)
+      if (good) call check_branch(joint, balance, result, change, here%s, last, trial, good, updates)
       if (good) return
     end do
     good = .false.
@@ -72,13 +72,15 @@ contains
   !> The step continues the branch if the equilibria at both ends are stable and if the step agrees with the mean of the
   !> predictions by both tangents within `unexplained`. If the tangents differ much, the tangents on the straight line
   !> between the ends must be stable, too; with one free separation, no other equilibrium may lie on that line. Steps
-  !> below `snap_resolution`*s0, and steps from states that cannot soften, are accepted without this test.
-  pure subroutine check_branch(joint, balance, result, change, origin, point, good, updates)
+  !> below `snap_resolution`*s0, smallest steps that are prescribed to be longer, and steps from states that cannot
+  !> soften, are accepted without this test.
+  pure subroutine check_branch(joint, balance, result, change, origin, last, point, good, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations of the step
     type(newton_type), intent(in) :: result         !! of Newton's method
     real(wp), intent(in) :: change(3)               !! of the given values in the step
     real(wp), intent(in) :: origin(3)               !! separation at the start of the step, length
+    logical, intent(in) :: last                     !! whether it is the smallest step
     type(point_type), intent(in) :: point           !! at the end of the step
     logical, intent(out) :: good                    !! whether the step continues the branch
     integer, intent(inout) :: updates               !! of the law
@@ -89,7 +91,7 @@ contains
     integer, parameter :: least_looks = 7, most_looks = 63
     real(wp), parameter :: distance = 1.0_wp/16.0_wp
     type(point_type) :: between
-    real(wp) :: extent, from(3), last(3), matrix(3, 3), move(3), r(3), r_first, s0, scale, stiffness, x(3)
+    real(wp) :: ending(3), extent, from(3), matrix(3, 3), move(3), r(3), r_first, s0, scale, stiffness, x(3)
     integer :: i, k, looks, n
     logical :: solved
 
@@ -104,17 +106,18 @@ contains
     if (.not. good .or. maxval(abs(move)) <= snap_resolution*s0) return
     good = result%stable
     if (.not. good) return
+    if (last .and. elastic_length(joint, balance, change) > snap_resolution*s0) return
     if (cannot_soften(joint, balance%old)) return
     ! the step that the tangent at the end predicts
-    last = free_part(balance, change - matmul(point%tangent, merge(0.0_wp, change, balance%control%traction)))
+    ending = free_part(balance, change - matmul(point%tangent, merge(0.0_wp, change, balance%control%traction)))
     matrix = result%last
-    call eliminate(n, matrix, last, good)
+    call eliminate(n, matrix, ending, good)
     ! with viscous damage no plane is ever fully damaged: the tolerance grows with the separation
     extent = s0
     if (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp) extent = max(s0, &
       maxval(abs(whole_separation(origin, point%state)), mask=balance%control%traction))
-    if (good) good = maxval(abs(move - 0.5_wp*(result%step + last))) <= max(unexplained*extent, &
-      unexplained_share*maxval(abs(change)/merge(stiffness, 1.0_wp, balance%control%traction)))
+    if (good) good = maxval(abs(move - 0.5_wp*(result%step + ending))) <= max(unexplained*extent, &
+      unexplained_share*elastic_length(joint, balance, change))
     if (.not. good) return
     solved = .false.
     do k = 1, n
@@ -141,16 +144,29 @@ contains
 
   !> Whether the energies of a sub-increment balance within `unbalanced`: the work of the traction is stored or
   !> dissipated, except for the error of the trapezoidal rule. A jump to another branch breaks the balance by the energy
-  !> that it releases. A state that cannot soften has no other branch, and with viscous damage a jump takes time.
-  pure function balances(joint, balance, point) result(yes)
+  !> that it releases. A state that cannot soften has no other branch, and with viscous damage a jump takes time. An
+  !> increment whose smallest step is longer than the smallest snap is too coarse to be judged.
+  pure function balances(joint, path, balance, point) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
+    type(path_type), intent(in) :: path             !! the increment
     type(balance_type), intent(in) :: balance       !! equations of the sub-increment, the point at its start
     type(point_type), intent(in) :: point           !! the point at its end
     logical :: yes
     yes = balance%n == 0 .or. (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp)
     if (.not. yes) yes = energy_defect(joint, balance%old, point) <= unbalanced
     if (.not. yes) yes = cannot_soften(joint, balance%old)
+    if (.not. yes) yes = smallest_share*elastic_length(joint, balance, path%change) > &
+      snap_resolution*joint%material%s0
   end function balances
+
+  !> Largest change of the given values, as a separation of an elastic plane, length.
+  pure function elastic_length(joint, balance, change) result(length)
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(balance_type), intent(in) :: balance       !! what is given
+    real(wp), intent(in) :: change(3)               !! of the given values
+    real(wp) :: length
+    length = maxval(abs(change)/merge(elastic_stiffness(joint), 1.0_wp, balance%control%traction))
+  end function elastic_length
 
   !> Find the jump to another branch in a sub-increment whose energies do not balance.
   !>
@@ -179,7 +195,7 @@ contains
       call set_share(joint, path, next, share, balance)
       call continue_branch(joint, balance, (next - share)*path%change, balance%old, step < 2.0_wp*smallest_share, &
         trial, good, iterations, updates)
-      if (good) good = balances(joint, balance, trial)
+      if (good) good = balances(joint, path, balance, trial)
       if (good) then
         call move_point(trial, balance%old)
         share = next

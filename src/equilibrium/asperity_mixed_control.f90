@@ -168,7 +168,7 @@ contains
       ! the equations may still be those of a rejected step
       if (share < 1.0_wp) call set_share(joint, path, share, reached, balance)
       call close_opening(joint, balance, here, what%updates)
-      if (.not. balances(joint, balance, here)) then
+      if (.not. balances(joint, path, balance, here)) then
         before = balance%old
         call find_leap(joint, path, reached, share, before, place, found, what%iterations, what%updates, most_updates)
         if (found) share = place
