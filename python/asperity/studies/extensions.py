@@ -83,7 +83,7 @@ WORN = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=100.0, height=0.5, W0=1.
 """Material of the cycles, on RT."""
 
 AMPLITUDE, PRESSURE = 0.4, -1.0
-"""Slip at the turns, mm, and normal traction, MPa, of the cycles."""
+"""Slip at the reversals, mm, and normal traction, MPa, of the cycles."""
 
 ROUGH_LEFT = 0.05
 """Share of the slope at which asperities count as worn out."""
