@@ -1,7 +1,8 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
-# make hosts   the library inside Kratos, scikit-fem and CalculiX: tests and pictures; says what this machine cannot get
+# make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures
+# make wheel   sdist and wheel, and the wheel tried in a bare Debian root (as root, with debootstrap)
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs: fuzz, threads, memory, solver), clean (build/), distclean
 # (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
@@ -28,7 +29,7 @@ tree := $(wildcard .ci/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: build demo test check $(parts) bench soak hosts dependencies clean distclean force
+.PHONY: build demo test check $(parts) bench soak hosts wheel dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
@@ -65,6 +66,10 @@ soak: build .venv/installed
 	@tools/soak.sh
 hosts: .venv/installed
 	@tools/hosts.sh
+
+wheel: .venv/installed
+	@$(step) "sdist and wheel" $(log) tools/wheel.sh
+	@$(step) "Wheel in a bare Debian root" build/logs/wheel-test.log tools/wheel_test.sh
 
 dependencies:
 	@$(step) "System packages" $(log) tools/install-dependencies.sh

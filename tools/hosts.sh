@@ -1,13 +1,14 @@
 #!/bin/sh
-# hosts.sh: the library inside Kratos, scikit-fem and CalculiX. What this machine cannot get is left out.
+# hosts.sh: the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem and CalculiX. What this machine cannot get
+# is left out.
 #
-# Kratos and scikit-fem come as wheels, CalculiX as Debian's source package (built once, build/calculix), which takes
-# longest and is last. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+# CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
+# as wheels. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
-export ASPERITY_KRATOS=build/hosts/harness/hosts/libasperity_kratos.so
-export ASPERITY_LIBRARY=build/hosts/src/libasperity.so
+ASPERITY_LIBRARY=$($python -c "import asperity; print(asperity.library())")
+export ASPERITY_LIBRARY
 export ASPERITY_CALCULIX=build/calculix
 
 # step HEADLINE LOG COMMAND...
@@ -29,11 +30,15 @@ tests() {
 }
 
 rm -f build/hosts/*.xml
-step "Library and adapter for the hosts" hosts sh -ec 'cmake --preset hosts
-  cmake --build build/hosts --parallel "${JOBS:-2}" --target asperity_kratos_adapter; echo build/hosts'
 step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiphysics.GeoMechanicsApplication
 tests kratos
-step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem scipy
+step "OpenGeoSys" hosts-ogs "$python" tools/install_extra.py ogs ogs
+tests ogs
+step "OOFEM" hosts-oofem "$python" tools/install_extra.py oofem oofem
+tests oofem
+step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
+tests akantu
+step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
 tests python
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
 tests calculix

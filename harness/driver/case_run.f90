@@ -1,10 +1,11 @@
 !> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: p_eta, p_gc, p_height, p_kc, p_sigma0, p_w0, v_damage, v_friction, v_rupture, v_stored
+  use asperity_contract, only: p_eta, p_kc, p_sigma0, p_w0, v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
+  use case_warnings, only: s_f_over_height
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
   use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
@@ -17,7 +18,7 @@ module case_run
   use replay_run, only: run_replay
   implicit none
   private
-  public :: run_case, failed_file, s_f_over_height
+  public :: run_case, failed_file
 
 contains
 
@@ -267,15 +268,5 @@ contains
       measures(3) = (material%mu*pressure/gamma)**2/(2.0_wp*material%k_t*case%props(p_w0))
     end associate
   end function largest_measures
-
-  !> s_f = 2 Gc/sigma0 over the asperity height, 0 without a height or without inclined planes.
-  pure function s_f_over_height(case) result(ratio)
-    type(case_type), intent(in) :: case    !! the case
-    real(wp) :: ratio
-    ratio = 0.0_wp
-    if (.not. case%props(p_height) > 0.0_wp) return
-    if (.not. any(case%joint%pattern%sin_theta(:case%joint%pattern%n) > 0.0_wp)) return
-    ratio = 2.0_wp*case%props(p_gc)/case%props(p_sigma0)/case%props(p_height)
-  end function s_f_over_height
 
 end module case_run

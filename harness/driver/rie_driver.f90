@@ -6,8 +6,9 @@ program rie_driver
   use asperity_kinds, only: wp
   use case_echo, only: echo_case
   use case_file, only: case_type, interpret_case, print_format, read_sweep
-  use case_run, only: failed_file, run_case, s_f_over_height
+  use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
+  use case_warnings, only: warn_of_cases
   use driver_messages, only: exit_input, exit_ok, finish, say, short
   use row_file, only: same_file
   use text_file, only: lower
@@ -106,7 +107,7 @@ contains
     type(case_type), allocatable :: cases(:)
     character(len=:), allocatable :: variable, stem
     real(wp), allocatable :: values(:)
-    real(wp) :: largest(3), measures(3), shallow
+    real(wp) :: largest(3), measures(3)
     integer :: code, i, worst
     logical :: good
 
@@ -145,11 +146,7 @@ contains
         ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
     end do
     call end_on_errors()
-    shallow = maxval([(s_f_over_height(cases(i)), i=1, size(cases))])
-    if (shallow > 1.0_wp) call say(path // ": warning: s_f is " // short(shallow) // " height: expected a height " // &
-      "of at least s_f = 2 Gc/sigma0, within which the bond of the straight plane breaks")
-    if (cases(1)%mode_2) call say(path // ": warning: sigma02 or Gc2 differ from mode I: the thermodynamic " // &
-      "argument of the law holds for equal values only (paper, Remark 2)")
+    call warn_of_cases(path, cases)
 
     if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
     worst = exit_ok

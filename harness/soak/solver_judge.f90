@@ -1,6 +1,7 @@
 !> Judge of a row of the solver, independent of its tangents and its tolerances: the increment is divided into smaller
 !> and smaller ones, until either every part moves little and its energies balance, or a part of negligible size
-!> remains that does not.
+!> remains that does not. With wear nothing is judged: the work of an increment wears the facets in the next one, so
+!> that a divided increment is another load path.
 module solver_judge
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_control_point, only: control_type, energy_defect, ledger, new_point, point_type
@@ -37,6 +38,7 @@ contains
     type(point_type), intent(in) :: old, new       !! the point at both ends of the row
     integer, intent(in) :: snaps                   !! reported snaps
     type(verdict_type), intent(out) :: verdict     !! findings
+    if (joint%material%wears) return
     if (moves_far(joint, control, old, new, snaps) .or. energy_defect(joint, old, new) > least_energy) then
       call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict)
     end if
@@ -62,6 +64,7 @@ contains
     point = first
     target = 0.0_wp
     defect = 0.0_wp
+    if (joint%material%wears) return
     do i = 1, increments
       start = target
       call draw(seed, x)

@@ -3,8 +3,8 @@ module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_kc, p_m, p_mu, p_sigma0, &
-    p_sigma02, p_tau_v, p_theta, p_turn, plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, &
+    p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -47,6 +47,8 @@ module solver_sample
     real(wp) :: tau_v = 0.0_wp          !! relaxation time; the duration of an increment is 1
     real(wp) :: mode_ii(2) = 0.0_wp     !! sigma02, Gc2; 0: those of mode I
     logical :: guarded = .false.        !! damage grows only where its dissipation is >= 0
+    real(wp) :: height = 0.0_wp         !! asperity height, 0: infinite, length
+    real(wp) :: w0 = 0.0_wp             !! frictional work of wear, 0: no wear, stress*length
     integer :: initial = 0              !! 0: virgin, 1: damaged, 2: damaged and loaded
     real(wp) :: traction(3) = 0.0_wp    !! initial traction, stress
     real(wp), allocatable :: state(:)   !! initial STATEV
@@ -120,6 +122,7 @@ contains
     if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
     props(p_guard) = merge(1.0_wp, 0.0_wp, sample%guarded)
+    props([p_height, p_w0]) = [sample%height, sample%w0]
     call new_interface(props, sample%joint, status)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
     if (varied) call crack(other, sample)
@@ -134,6 +137,8 @@ contains
     !> stiffness, relative to the usual one.
     real(wp), parameter :: times(2) = [0.01_wp, 100.0_wp], ratios(2) = [0.3_wp, 5.0_wp], &
       springs(2) = [0.01_wp, 100.0_wp]
+    !> Smallest and largest height, relative to s_f, and W0, relative to Gc.
+    real(wp), parameter :: heights(2) = [0.05_wp, 20.0_wp], works(2) = [0.1_wp, 100.0_wp]
     integer, parameter :: one_in = 3
     integer :: i
     ! another sequence of numbers
@@ -154,6 +159,8 @@ contains
       sample%spring(i) = sample%spring(i)*springs(1)*(springs(2)/springs(1))**uniform(seed)
     end do
     if (pick(seed, one_in) == 1) call steepen(seed, sample)
+    if (pick(seed, one_in) == 1) sample%height = sf*heights(1)*(heights(2)/heights(1))**uniform(seed)
+    if (pick(seed, 2*one_in) == 1) sample%w0 = gc*works(1)*(works(2)/works(1))**uniform(seed)
   end subroutine vary
 
   !> Draw a sample that tends to end in a fold: steep planes, a small flat plane or none, little normal traction.
@@ -350,6 +357,7 @@ contains
     !> times the given separations.
     real(wp), parameter :: tolerance = 1.0e-6_wp, rounding = 1.0e-12_wp
     type(point_type) :: again
+    type(interface_type) :: still
     real(wp) :: alpha(sample%joint%pattern%n), gap(3), most
     integer :: k
 
@@ -373,7 +381,10 @@ contains
     if (.not. outcome%wrong .and. .not. sample%guarded) then
       ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
       ! guard)
-      again = new_point(sample%joint, point%state, point%s)
+      ! nor do the facets wear further
+      still = sample%joint
+      still%material%inv_w0 = 0.0_wp
+      again = new_point(still, point%state, point%s)
       gap = again%traction - point%traction
       outcome%wrong = any(abs(gap) > most .and. control%traction)
     end if
@@ -391,8 +402,8 @@ contains
       ", sigma_N = " // to_text(sample%sigma_n) // &
       ", step " // to_text(sample%step) // ", kc = " // to_text(sample%kc) // ", tau_v = " // &
       to_text(sample%tau_v) // ", sigma02 = " // to_text(sample%mode_ii(1)) // ", Gc2 = " // &
-      to_text(sample%mode_ii(2)) // trim(merge(", guarded", "         ", sample%guarded)) // ", initial " // &
-      integer_text(sample%initial)
+      to_text(sample%mode_ii(2)) // trim(merge(", guarded", "         ", sample%guarded)) // ", height = " // &
+      to_text(sample%height) // ", W0 = " // to_text(sample%w0) // ", initial " // integer_text(sample%initial)
     if (any(sample%load == [sprung, twice_sprung])) text = text // ", springs " // to_text(sample%spring(1)) // &
       ", " // to_text(sample%spring(2))
     if (allocated(sample%state)) text = text // ", t = " // to_text(sample%traction(1)) // ", " // &

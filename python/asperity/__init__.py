@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import contract as contract
+    from .history import History as History
+    from .history import Snap as Snap
+    from .history import Update as Update
     from .installed import library as library
     from .interface import EquilibriumLost as EquilibriumLost
-    from .interface import History as History
     from .interface import Interface as Interface
-    from .interface import Snap as Snap
-    from .interface import Update as Update
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "EquilibriumLost": "interface",
-    "History": "interface",
+    "History": "history",
     "Interface": "interface",
     "LoadCase": "selection.search",
     "Material": "material",
@@ -35,8 +35,8 @@ _HOMES = {
     "NoPatternError": "selection.search",
     "Pattern": "pattern",
     "Selection": "selection.search",
-    "Snap": "interface",
-    "Update": "interface",
+    "Snap": "history",
+    "Update": "history",
     "contract": "contract",
     "library": "installed",
     "select": "selection.search",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
-from .installed import cases, driver
+from .installed import cases, driver, named_case
 from .results import read_rows, results_of
 
 DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
@@ -22,9 +23,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     # The matrices are small, so further threads of BLAS would only wait, which costs a fit 6 % of its time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # pictures are written to files, on machines without a display, too
+    os.environ.setdefault("MPLBACKEND", "Agg")
     options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
+    options.arguments = list(arguments)
     try:
-        return int(options.action(options))
+        code = int(options.action(options))
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # the reader, such as head, has all it wants; the flush at the exit of Python must not fail either
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except (OSError, ValueError) as error:
         named = isinstance(error, OSError) and error.filename is not None
         print(f"asperity: {f'{error.filename}: {error.strerror}' if named else error}", file=sys.stderr)
@@ -49,22 +59,30 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         prog="asperity",
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
     )
+    others = [name for name in COMMANDS if name in MAINTAINERS]
+    parser.epilog = (
+        f"Commands that make the pages and the tests of this project: {', '.join(others)}. "
+        "asperity COMMAND --help explains a command."
+    )
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, (summary, add_arguments) in COMMANDS.items():
-        command = commands.add_parser(name, help=summary)
+        listed = {} if name in MAINTAINERS else {"help": summary}
+        command = commands.add_parser(name, **listed)
         if name == chosen:
             add_arguments(command)
     return parser
 
 
-def _imported(module: str) -> Callable[[argparse.ArgumentParser], None]:
+def _imported(module: str, name: str = "add_arguments") -> Callable[[argparse.ArgumentParser], None]:
     """Function that imports a module and adds the arguments of its subcommand."""
-    return lambda parser: import_module(f".{module}", __package__).add_arguments(parser)
+    return lambda parser: getattr(import_module(f".{module}", __package__), name)(parser)
 
 
 def _run_arguments(run: argparse.ArgumentParser) -> None:
-    run.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
+    run.add_argument(
+        "case", metavar="CASE.nml", help="case file of rie_driver, or a name of `asperity cases`"
+    )
     run.add_argument(
         "-o", "--output", type=Path, metavar="OUT.csv", help="result (default: the case's name, .csv, here)"
     )
@@ -76,11 +94,12 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         metavar="FILE.png",
         help="draw traction, dilation and damage (default: the result's name, .png)",
     )
+    run.add_argument("--planes", action="store_true", help="columns of the state of every plane")
+    run.add_argument("--quiet", action="store_true", help="no progress and no summary")
     run.add_argument(
         "--units",
-        default="mm,MPa",
         metavar="LENGTH,STRESS",
-        help="units for the labels (default: %(default)s)",
+        help="units for the labels of the plot (default: mm,MPa)",
     )
     run.set_defaults(action=_run)
 
@@ -128,7 +147,12 @@ def _tables_arguments(table: argparse.ArgumentParser) -> None:
     table.set_defaults(action=_tables)
 
 
+MAINTAINERS = ("compare", "chart", "paper", "tables", "stability")
+"""Commands of the people who change this project, which the help does not list one by one."""
+
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
+    "new": ("write a case file to start from", _imported("starters", "new_arguments")),
+    "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
     "run": ("run a case by the driver and draw it", _run_arguments),
     "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
@@ -138,6 +162,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
+    "doctor": ("check the installation and look for host programs", _imported("doctor")),
     "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
     "stability": (
         "show where solution methods fail and which ones succeed",
@@ -149,12 +174,17 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
 
 def _run(options: argparse.Namespace) -> int:
     """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
-    units = options.units.split(",")
+    if options.units is not None and options.plot is None:
+        raise ValueError(f"--units {options.units}: expected with --plot, whose labels have units")
+    units = (options.units or "mm,MPa").split(",")
     if len(units) != 2:
         raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
-    output = options.output or Path(options.case.stem + ".csv")
+    path = Path(options.case)
+    path = path if path.is_file() or path.suffix else named_case(options.case)
+    output = options.output or Path(path.stem + ".csv")
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
-    code = subprocess.run([driver(), options.case, "-o", output], check=False).returncode
+    passed_on = [f"--{name}" for name in ("planes", "quiet") if getattr(options, name)]
+    code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
@@ -162,9 +192,11 @@ def _run(options: argparse.Namespace) -> int:
 
         png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
-        case = read_case(options.case)
+        case = read_case(path)
         draw(results, png, case.title, case.sweep, *units)
         print(png)
+    if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
+        raise BrokenPipeError
     return code if code >= 0 else BAD_INPUT
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import re
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -191,8 +192,12 @@ def check(props: Floats) -> int:
     """Number of planes of a PROPS vector; raises ValueError with every bad value and what was expected."""
     n_planes, status = _core.interface_review(props)
     if status != 0:
-        raise ValueError(_text(_core.interface_complaint(props)))
+        raise ValueError(_INDEX.sub("", _text(_core.interface_complaint(props))))
     return n_planes
+
+
+_INDEX = re.compile(r"PROPS\(\d+\) ")
+"""Index of a constant in messages of the library, which callers of Python have given by name."""
 
 
 def library_version() -> str:

@@ -16,8 +16,28 @@ BENCH_VARIABLE = "ASPERITY_BENCH"
 
 def library() -> Path:
     """Path of the shared library: symbols umat_ and those of asperity.h."""
-    suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
-    return _installed(f"libasperity{suffix}")
+    return _library("asperity")
+
+
+def generic_library() -> Path:
+    """Path of the library of "generic" behaviours, which programs with MGIS load."""
+    return _library("asperity_generic")
+
+
+def kratos_adapter() -> Path:
+    """Path of the commit adapter, a UMAT that stores states for Kratos' interface elements (Linux only)."""
+    return _library("asperity_kratos")
+
+
+def abaqus() -> Path:
+    """Folder of the single source files for Abaqus, and of models of one element that use them."""
+    return _installed("abaqus/asperity_abaqus.f90").parent
+
+
+def run_driver() -> None:
+    """Program `rie_driver` on the search path: the driver of the package, with the same arguments."""
+    path = str(driver())
+    os.execv(path, [path, *sys.argv[1:]])
 
 
 def driver() -> Path:
@@ -35,6 +55,20 @@ def cases() -> list[Path]:
     return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
 
 
+def all_cases() -> dict[str, Path]:
+    """Case files by name: the file name without suffix, with its folder where it has one."""
+    folder = _installed("cases/figure05b.nml").parent
+    return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.nml"))}
+
+
+def named_case(name: str) -> Path:
+    """Case file of a name, with or without folder; raises ValueError for an unknown one."""
+    for known, path in all_cases().items():
+        if name in (known, path.stem):
+            return path
+    raise ValueError(f"{name}: expected a case file, or a name that `asperity cases` lists")
+
+
 def stability_case(name: str) -> Path:
     """Case file of the catalogue of failures."""
     return _installed(f"cases/stability/{name}.nml")
@@ -47,6 +81,11 @@ def _program(name: str, variable: str) -> Path:
     if not Path(other).is_file():
         raise FileNotFoundError(f"{variable} = {other}: expected the path of {name}")
     return Path(other)
+
+
+def _library(name: str) -> Path:
+    suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+    return _installed(f"lib{name}{suffix}")
 
 
 def _installed(name: str) -> Path:

@@ -11,62 +11,10 @@ from numpy.typing import ArrayLike
 from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats
+from .history import History, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
-from .remarks import remarks, warn_of_limits
-
-
-@dataclass(frozen=True, eq=False)
-class Update:
-    """Points at the end of an increment; the first axis of every field is the point.
-
-    traction (n, 3): (N, Tx, Ty), stress.  state (n, nstatv): contract.statev_table().  tangent (n, 3, 3):
-    [i, j] = d traction_i / d s_j, stress/length, consistent and not symmetric.
-    """
-
-    traction: Floats
-    state: Floats
-    tangent: Floats
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        _freeze(self.traction, self.state, self.tangent)
-
-
-@dataclass(frozen=True)
-class Snap:
-    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
-
-    released: energy per unit area that the jump sets free. It is the work of the prescribed tractions less
-    the change of the stored and dissipated energy.
-    """
-
-    row: int
-    before: tuple[float, float, float]
-    after: tuple[float, float, float]
-    released: float
-
-
-@dataclass(frozen=True, eq=False)
-class History:
-    """One point along a load path; the first axis of every field is the row.
-
-    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv); work (T,): of the
-    traction on the separation, the preload included, stress*length; events: (row, text), those of a preload
-    with row 0; snaps: the jumps among them, the longest of each row.
-    """
-
-    separation: Floats
-    traction: Floats
-    damage: Floats
-    state: Floats
-    work: Floats
-    events: tuple[tuple[int, str], ...] = ()
-    snaps: tuple[Snap, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        _freeze(self.separation, self.traction, self.damage, self.state, self.work)
+from .remarks import remarks, warn_of_physics
 
 
 class EquilibriumLost(RuntimeError):
@@ -139,7 +87,7 @@ class Interface:
             _raise(
                 *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
             )
-        return Update(traction, new, tangent)
+        return Update(traction, new, tangent, self.n_planes)
 
     def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
@@ -208,7 +156,8 @@ class Interface:
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
         is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f or of the
-        asperity height, and where the height is smaller than s_f.
+        asperity height, where a plane locks or may wear off in a jump, where the height is below s_f, where
+        theta may be in radians, and where sigma_N is not below the strength.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
@@ -224,7 +173,7 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            warn_of_limits(self.material, self.pattern, sigma_N)
+            warn_of_physics(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
             )
@@ -237,7 +186,7 @@ class Interface:
                 separation.T, traction.T, state.T, work, jumps.T,
             )  # fmt: skip
             _raise(status, message)
-            warn_of_limits(self.material, self.pattern, sigma_N)
+            warn_of_physics(self.material, self.pattern, sigma_N)
         rows = max(n_done, 0)
         lost = ""
         if n_done < 0:
@@ -321,7 +270,7 @@ class Interface:
         modulus: float | None = None,
         size: float | None = None,
     ) -> str:
-        """Material block of the input of a host, "abaqus", "calculix" or "kratos".
+        """Material block of the input of a host, "abaqus", "calculix", "kratos", "ogs" or "oofem".
 
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
@@ -396,7 +345,8 @@ class Interface:
         events = tuple((row, name) for row, name in happened if name)
         if lost:
             events += ((rows, lost),)
-        return History(separation, traction, state[:, damage].copy(), state, work, events, tuple(snaps))
+        parts = separation, traction, state[:, damage].copy(), state, work
+        return History(*parts, events, tuple(snaps), self.n_planes)
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:
@@ -404,12 +354,6 @@ def work_along(separation: Floats, traction: Floats) -> Floats:
     before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
     change = np.diff(separation, axis=0, prepend=0.0)
     return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))
-
-
-def _freeze(*arrays: Floats) -> None:
-    """Make arrays of a result read-only."""
-    for array in arrays:
-        array.flags.writeable = False
 
 
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:

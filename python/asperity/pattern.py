@@ -60,7 +60,7 @@ class Pattern:
         Table 4 is regular(2, theta), RP-m is regular(m, theta), the five planes of Table 3 are regular(4,
         theta, flat=1/5). Raises ValueError for a value out of range.
         """
-        if not isinstance(sides, numbers.Real) or sides < 0:
+        if not isinstance(sides, numbers.Real) or sides not in (0, *range(2, contract.MAX_INCLINED + 1)):
             raise ValueError(f"sides = {contract.shown(sides)}: expected 0 or 2 to {contract.MAX_INCLINED}")
         return cls(sides, theta, flat, turn)
 

@@ -23,6 +23,9 @@ SMALL_ENERGY = 0.01
 SMALL_SHARE = 0.1
 """Closure of the facing planes over the asperity height H, above which a warning is given."""
 
+LARGEST_RADIAN = 1.6
+"""Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57."""
+
 FEWEST_ELEMENTS = 3
 """Smallest number of elements in the cohesive zone that resolves the softening (Turon et al. 2007)."""
 
@@ -46,26 +49,33 @@ def closure(material: Material, pattern: Pattern, sigma_N: float) -> tuple[float
     return -sigma_N * (1.0 - material.eta) / (gamma * material.sigma0 * kc), gamma
 
 
-def warn_of_limits(material: Material, pattern: Pattern, sigma_N: float) -> None:
-    """Issue a ModelWarning for each assumption on contact and asperities that does not hold.
+def warn_of_physics(material: Material, pattern: Pattern, sigma_N: float) -> None:
+    """Issue a ModelWarning for each doubt about a joint under a normal traction."""
+    for text in doubts(material, pattern, sigma_N):
+        warnings.warn(text, ModelWarning, stacklevel=3)
 
-    One is that sigma_N, carried by one inclined plane alone, closes this plane little; the others are those
-    of `of_height` and `of_wear`.
-    """
-    for remark in of_height(material, pattern, sigma_N) + of_wear(material, pattern, sigma_N):
-        if not remark.good:
-            warnings.warn(remark.text, ModelWarning, stacklevel=3)
-    if not (sigma_N < 0.0 and _slopes(pattern).any()):
-        return
-    share, gamma = closure(material, pattern, sigma_N)
-    if share > SMALL_CLOSURE:
-        warnings.warn(
-            f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
-            f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
-            "the bond, raise kc where closure matters",
-            ModelWarning,
-            stacklevel=3,
+
+def doubts(material: Material, pattern: Pattern, sigma_N: float) -> list[str]:
+    """Sentences on what a joint under sigma_N does and one may not expect; none where all is well."""
+    slopes = _slopes(pattern)
+    found = []
+    if sigma_N < 0.0 and slopes.any():
+        share, gamma = closure(material, pattern, sigma_N)
+        if share > SMALL_CLOSURE:
+            found.append(
+                f"sigma_N = {sigma_N:g} closes an inclined plane that carries it by {share:.2g} s_f "
+                f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
+                "the bond, raise kc where closure matters"
+            )
+    asperities = of_height(material, pattern, sigma_N) + of_wear(material, pattern, sigma_N)
+    checked = [_radians(pattern), _locking(material, pattern), *asperities]
+    found += [one.text for one in checked if one is not None and not one.good]
+    if sigma_N >= material.sigma0:
+        found.append(
+            f"sigma_N = {sigma_N:g} is not below the strength sigma0 = {material.sigma0:g}: expected less, "
+            "beyond it there is no equilibrium"
         )
+    return found
 
 
 @contextmanager
@@ -98,7 +108,7 @@ def remarks(
     for name, value in (("modulus", modulus), ("size", size)):
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value:g}: expected > 0")
-    found = [_locking(material, pattern), *of_height(material, pattern, stress)]
+    found = [_locking(material, pattern), _radians(pattern), *of_height(material, pattern, stress)]
     if stress is not None:
         found += [*of_wear(material, pattern, stress), _contact(material, pattern, stress)]
     if modulus is not None and size is not None:
@@ -178,6 +188,14 @@ def of_wear(material: Material, pattern: Pattern, sigma_N: float) -> list[Remark
     if share > SMALL_ENERGY:
         text += f": expected at most {SMALL_ENERGY:g}, beyond it a facet may wear off in a jump"
     return [Remark(text, good=share <= SMALL_ENERGY)]
+
+
+def _radians(pattern: Pattern) -> Remark | None:
+    """Doubt about the unit of a small inclination."""
+    if pattern.m > 0 and 0.0 < pattern.theta < LARGEST_RADIAN:
+        text = f"theta = {pattern.theta:g} degrees is nearly flat: expected degrees, not radians"
+        return Remark(text, good=False)
+    return None
 
 
 def _contact(material: Material, pattern: Pattern, stress: float) -> Remark:

@@ -11,7 +11,7 @@ module asperity_c
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, put_text
 
 contains
 

@@ -1,8 +1,9 @@
 !> What an interface can carry at most, in closed form: a proof that prescribed tractions have no equilibrium.
 !>
-!> The traction of a plane is that of its bond plus that of its contact. In a direction that is inclined to every contact
-!> by more than the angle of friction, no contact carries anything, and the bonds carry no more than their strength. If
-!> the prescribed tractions exceed the sum of these strengths in one such direction, no separation carries them.
+!> The traction of a plane is that of its bond plus that of its contact. In a direction that is inclined to every
+!> contact by more than the angle of friction, no contact carries anything, and the bonds carry no more than their
+!> strength. If the prescribed tractions exceed the sum of these strengths in one such direction, no separation carries
+!> them.
 module asperity_bounds
   use asperity_contract, only: plane_statev
   use asperity_control_point, only: control_type, point_type

@@ -9,6 +9,7 @@ import subprocess
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -118,13 +119,54 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     assert material["Variables"]["BIOT_COEFFICIENT"] == 0.0
     assert element in block["elements"]
     assert block["remarks"][0].startswith("mu tan(theta) = 0.289 < 1")
-    assert "expected the commit adapter libasperity_kratos.so" in block["remarks"][-2]
+    assert block["remarks"][-2].startswith("UDSM_NAME is the commit adapter")
+    assert Path(material["Variables"]["UDSM_NAME"]).is_file()
     assert "Kratos passes no initial stress to a UMAT" in block["remarks"][-1]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_ogs_patch(dimension: int) -> None:
+    """The patch has a library that exists, all properties of its behaviour and right-handed axes."""
+    joint = Interface(replace(TABLE_2, kc=20.0), Pattern.regular(5, 30.0, flat=0.25, turn=10.0))
+    root = ElementTree.fromstring(joint.card("ogs", name="JOINT", dimension=dimension, h=0.1, r=1e-9))
+    relation, frame, parameters = root.findall("add")
+    assert Path(relation.findtext("constitutive_relation/library", "")).is_file()
+    assert relation.findtext("constitutive_relation/behaviour") == "AsperityLayer6"
+    names = [row.name for row in contract.owned("law", "pattern", "host", "numerics") if row.name != "map"]
+    properties = {one.get("name"): one.get("parameter") for one in relation.iter("material_property")}
+    assert list(properties) == names
+    values = {one.findtext("name"): one.findtext("values", "") for one in parameters}
+    props = joint.props(h=0.1, r=1e-9)
+    for name, parameter in properties.items():
+        assert parameter == f"JOINT_{name}"
+        assert float(values[parameter]) == props[contract.index(name)]
+    axes = np.array([values[vector.text].split() for vector in frame[0]], dtype=float)
+    assert axes.shape == (dimension, dimension) and np.linalg.det(axes) == 1.0
+    assert axes[0].tolist() == [0.0, 0.0, 1.0][-dimension:]
+
+
+def test_oofem_record() -> None:
+    """One record with all constants, the number of state variables and a library that exists."""
+    *comments, record = RT.card("oofem", name="JOINT", h=0.1).splitlines()
+    assert all(line.startswith("# ") for line in comments)
+    kind, number, *settings = record.split()
+    assert (kind, number) == ("AbaqusUserMaterial", "1")
+    props = RT.props(h=0.1).tolist()
+    start = settings.index("properties")
+    assert settings[: start + 2] == ["d", "0.0", "numstate", "17", "properties", str(len(props))]
+    assert [float(text) for text in settings[start + 2 : start + 2 + len(props)]] == props
+    m = re.search(r'umat "(.*)" name "JOINT"$', record)
+    assert m and Path(m[1]).is_file()
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (dict(host="oofem", map=1), "map = 1: expected 0 for oofem"),
+        (dict(host="oofem", dimension=2), "dimension = 2: expected 3 for oofem"),
+        (dict(host="ogs", map=1), "map = 1: expected 0 for ogs"),
+        (dict(host="ogs", dalpha=0.1), "dalpha = 0.1: expected 0 for ogs, which ignores a request"),
+        (dict(host="ogs", density=1.0), "explicit, density: expected for abaqus only, not for ogs"),
         (dict(host="kratos", map=1), r"map = 1: expected 0 for kratos' interface laws"),
         (dict(host="kratos", h=0.1), r"h = 0.1: expected 1 for kratos"),
         (dict(host="calculix", dimension=2), "dimension = 2: expected 3 for calculix"),
@@ -143,6 +185,25 @@ def test_refused(arguments: dict[str, object], message: str) -> None:
     """Values that a host cannot accept, and inadmissible checks, are errors."""
     with pytest.raises(ValueError, match=message):
         RT.card(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        (
+            Pattern.regular(33, 30.0),
+            "34 planes: expected fewer for ogs, whose library has no AsperityLayer34",
+        ),
+        (Pattern.planes([[1, 0, 0]], [1.0]), "m = -1: expected a regular pattern for ogs"),
+    ],
+)
+def test_patterns_that_ogs_refuses(pattern: Pattern, message: str) -> None:
+    """The library has behaviours for the planes of regular patterns of up to 32 sides with a flat plane."""
+    with pytest.raises(ValueError, match=message):
+        Interface(TABLE_2, pattern).card("ogs")
+    assert "AsperityLayer33" in Interface(TABLE_2, Pattern.regular(32, 30.0)).card("ogs")
+    with pytest.raises(ValueError, match="23 state variables: expected 17 for ogs, those of AsperityLayer3"):
+        Interface(replace(TABLE_2, W0=1.0), RT.pattern).card("ogs")
 
 
 # --- checks ---------------------------------------------------------------
@@ -227,7 +288,7 @@ def test_what_is_not_fine_is_a_warning() -> None:
 def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The block of Interface.card, on standard output or in a file; warnings go elsewhere."""
     path = write(CASE)
-    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--stress", "-10"]) == 0
+    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--sigma-N", "-10"]) == 0
     out, err = capsys.readouterr()
     with pytest.warns(ModelWarning):
         assert out == RT.card("abaqus", name="JOINT", stress=-10.0)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import asperity
 import matplotlib.image
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, case_files, contract, plots, results, tables
@@ -226,15 +225,13 @@ def test_slip_direction(angle: float) -> None:
     assert plots.slip_direction(np.zeros((3, 3))).tolist() == [1.0, 0.0]
 
 
-def test_picture_shows_the_rows(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_picture_shows_the_rows() -> None:
     """Curves show columns over the slip, with units, a legend of a sweep, a cross at a lost equilibrium."""
-    monkeypatch.setattr(plt, "close", lambda figure: None)
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
-    plots.draw(
-        {1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, Path("a.png"), "Title", "theta", "m", "Pa"
+    figure = plots.figure_of(
+        {1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, "Title", "theta", "m", "Pa"
     )
-    figure = plt.gcf()
     shown = [[line.get_xydata().tolist() for line in ax.lines] for ax in figure.axes]
     assert shown[0] == [[[0, 0], [1, 4], [2, 7]], [[0, 0], [1, 8], [2, 14]], [[2, 14]]]
     assert shown[1][0] == [[0, 0], [1, 0.1], [2, 0.3]]
@@ -247,19 +244,30 @@ def test_picture_shows_the_rows(folder: Path, monkeypatch: pytest.MonkeyPatch) -
     colours = [line.get_color() for line in figure.axes[0].lines[:2]]
     assert len(set(colours)) == 2
     assert figure.axes[0].lines[0].get_linestyle() != figure.axes[0].lines[1].get_linestyle()
-    plt.close("all")
 
 
-def test_picture_of_an_opening(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_picture_of_a_loop_has_arrows() -> None:
+    """Each branch of a cycle has an arrow in its direction; a monotonic path and a long cycle have none."""
+
+    def arrows(slips: list[float]) -> list[float]:
+        x = np.array(slips)
+        s = np.column_stack([np.zeros_like(x), x, np.zeros_like(x)])
+        figure = plots.figure_of({None: rows(s, s)}, "Title", "", "mm", "MPa")
+        return [float(note.xy[0] - note.xyann[0]) for note in figure.axes[0].texts]
+
+    there, back = [0.1 * i for i in range(5)], [0.4 - 0.1 * i for i in range(1, 9)]
+    again = [-0.4 + 0.1 * i for i in range(1, 9)]
+    assert np.allclose(arrows([0.0, 0.0, *there, *back, *again]), [0.1, -0.1, 0.1], rtol=0, atol=1e-12)
+    assert arrows(there) == [] and arrows([0.0, 1.0] * 20) == []
+
+
+def test_picture_of_an_opening() -> None:
     """Without slip, normal traction and damage are drawn over the opening; many curves have many colours."""
-    monkeypatch.setattr(plt, "close", lambda figure: None)
     s, t = np.array([[0.0, 0, 0], [0.1, 0, 0]]), np.array([[0.0, 0, 0], [2.0, 0, 0]])
-    plots.draw({float(i): rows(s, i * t) for i in range(1, 9)}, Path("b.png"), "Title", "x", "mm", "MPa")
-    figure = plt.gcf()
+    figure = plots.figure_of({float(i): rows(s, i * t) for i in range(1, 9)}, "Title", "x", "mm", "MPa")
     assert len(figure.axes) == 2
     assert figure.axes[0].lines[0].get_xydata().tolist() == [[0, 0], [0.1, 2]]
     assert len({line.get_color() for line in figure.axes[0].lines}) == 8
-    plt.close("all")
 
 
 # --- cases and comparison -------------------------------------------------

@@ -194,3 +194,20 @@ def test_warnings(run) -> None:
         assert "warning: sigma02 or Gc2 differ" in run(text).messages
     text = MATERIAL.replace("/", ", sigma02 = 3.0, Gc2 = 0.0 /") + FLAT + "&step s_N = 0.1 /\n"
     assert "warning" not in run(text).messages
+
+
+def test_warnings_about_physics(run) -> None:
+    """A plane that locks, an inclination in radians and a tension above the strength give a warning."""
+    path = "&step s_N = 0.01 /\n"
+    locks = "&pattern sides = 4, theta = 64.0 /\n"
+    # tan(64 degrees) = 2.0503, mu = 0.5
+    assert "warning: mu tan(theta) = 1.02515" in run(MATERIAL + locks + path).messages
+    assert "warning" not in run(MATERIAL + locks.replace("64.0", "63.0") + path).messages
+    ended = MATERIAL.replace("/", ", height = 0.5 /")
+    assert "warning" not in run(ended + locks + path).messages
+    radians = "&pattern sides = 4, theta = 0.5236 /\n"
+    assert "warning: theta = 0.5236 degrees is nearly flat" in run(MATERIAL + radians + path).messages
+    assert "warning" not in run(MATERIAL + radians.replace("0.5236", "0.0") + path).messages
+    pulled = FLAT + "&step t_N = 1.0, 3.3 /\n&expect end = 'lost' /\n"
+    assert "warning: t_N reaches 1.1 times the strength" in run(MATERIAL + pulled).messages
+    assert "warning" not in run(MATERIAL + FLAT + "&step t_N = 2.9 /\n").messages

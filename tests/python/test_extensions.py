@@ -69,7 +69,7 @@ def test_snap_vanishes() -> None:
 
 
 def test_dilation_and_strength_fall_with_the_cycles() -> None:
-    """At the reversals both fall from cycle to cycle; worn out, mu |sigma_N| remains and the joint is closed."""
+    """At the reversals both fall from cycle to cycle; in the end the joint is closed and flat."""
     history = extensions.cycles(extensions.WORN, 6)
     rows = extensions.turning_rows(history.separation[:, 1])
     for side in (rows[::2], rows[1::2]):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import re
 import warnings
 from pathlib import Path
@@ -20,11 +19,11 @@ from asperity.fit.records import ShearTest, read_records
 from asperity.fit.report import case_text, identifiability, report
 from asperity.oracle import reference
 
-pytest.importorskip("scipy")
-
 TRUTH = study.TRUTH
-AT_TRUTH = {name: TRUTH[name] for name in fitting.DEFAULT_FREE}
+SOME = study.SET
+AT_TRUTH = {name: TRUTH[name] for name in study.FREE}
 HEADER = "slip,tau,dilation,sigma_N\n"
+WITH_UNITS = "slip [mm],tau [MPa],dilation [mm],sigma_N [MPa]\n"
 ROWS = "".join(f"{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},{0.02 * i:.2f},-1\n" for i in range(1, 8))
 
 
@@ -267,11 +266,26 @@ def test_model_that_does_not_fit_is_reported() -> None:
         (HEADER + ROWS.replace(",-1", ",1"), "line 2, column sigma_N: 1 is tension: expected compression"),
         (HEADER.replace(",", ";") + "1;2;3;-1\n", "'slip;tau;dilation;sigma_N': expected commas between the"),
         (
-            "slip [mm],tau [kPa],sigma_N [MPa]\n",
-            "line 1: tau [kPa], sigma_N [MPa]: expected one unit of stress",
+            "slip [mm],tau [kPa],sigma_N\n",
+            "line 1: column sigma_N has no unit: expected one for every column, as slip [mm] has, or none",
         ),
-        ("slip [mm],tau,sigma_N,s_N (um)\n", "line 1: slip [mm], dilation [um]: expected one unit of length"),
-        ("slip [mm],tau [MPa],sigma_N,k_N [kN/mm]\n", "k_N [kN/mm]: expected [MPa/mm], stress/length"),
+        (
+            "slip [furlong],tau [MPa],sigma_N [MPa]\n",
+            "line 1: slip [furlong]: expected m, cm, mm, um, in, ft",
+        ),
+        ("slip [mm],tau [mm],sigma_N [MPa]\n", "line 1: tau [mm]: expected Pa, kPa, MPa, GPa, bar, psi, ksi"),
+        (
+            "slip [mm],tau [MPa],sigma_N [MPa],k_N [kN/mm]\n",
+            "k_N [kN/mm]: expected a unit of stress/length, such as MPa/mm",
+        ),
+        (
+            HEADER + "".join(f"{i},{-i},{0.1 * i},-9\n" for i in range(1, 8)),
+            "columns slip, tau: the work of tau along the slip is -24.5 < 0: expected tau > 0 where the slip",
+        ),
+        (
+            HEADER + "".join(f"0.{i},{500 + i},0.0{i},-1\n" for i in range(1, 8)),
+            "column tau: 507 at the end where |sigma_N| is 1: expected the same unit (a ratio of 0.01 to",
+        ),
         (
             HEADER + "".join(f"0.{i},{i},{5 + 0.01 * i},-1\n" for i in range(1, 8)),
             "line 2, column dilation: 5.01 at slip 0.1: expected the change since the start of the slip",
@@ -337,12 +351,74 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     path = write(tmp_path, HEADER + ROWS)
     with pytest.raises(ValueError, match=r"record.csv: given twice: expected each record once"):
         read_records([path, tmp_path / "." / "record.csv"])
-    other = write(tmp_path, (HEADER + ROWS).replace("tau", "tau [kPa]"), "other.csv")
-    one = write(tmp_path, (HEADER + ROWS).replace("tau", "tau [MPa]"), "one.csv")
+    other = write(tmp_path, WITH_UNITS + ROWS, "other.csv")
     with pytest.raises(
-        ValueError, match=r"units of stress: MPa in .*one.csv, kPa in .*other.csv: expected one"
+        ValueError, match=r"record.csv: no units in the header: expected units in every file, as in .*other"
     ):
-        read_records([one, other])
+        read_records([other, path])
+
+
+def test_units_are_converted(tmp_path: Path) -> None:
+    """Numbers are converted from the units of their column to mm and MPa, or to those that are asked for."""
+    slip, tau, s_N, sigma_N, k_N = (
+        np.linspace(0.1, 0.7, 7),
+        np.arange(1.0, 8.0),
+        0.02 * np.arange(7.0),
+        -2.0,
+        5.0,
+    )
+    spellings = [
+        ("mm", "MPa", "mm", "N/mm^2", "N/mm3", 1.0, 1.0, 1.0, 1.0, 1.0),
+        ("m", "Pa", "cm", "kPa", "MPa/m", 1e-3, 1e6, 0.1, 1e3, 1e3),
+        (
+            "in",
+            "psi",
+            "\N{MICRO SIGN}m",
+            "ksi",
+            "kN/m3",
+            1 / 25.4,
+            1 / 0.006894757293168,
+            1e3,
+            1 / 6.894757,
+            1e6,
+        ),
+    ]
+    for units in spellings:
+        a, b, c, d, e = units[5:]
+        text = "slip [{}],tau [{}],dilation [{}],sigma_N [{}],k_N [{}]\n".format(*units[:5])
+        for i in range(7):
+            row = (slip[i] * a, tau[i] * b, s_N[i] * c, (sigma_N - k_N * s_N[i]) * d, k_N * e)
+            text += ",".join(f"{number:.9g}" for number in row) + "\n"
+        path = write(tmp_path, text)
+        [test] = read_records([path])
+        assert test.units == {"length": "mm", "stress": "MPa"} and test.lines == tuple(range(2, 9))
+        for found, expected in ((test.slip, slip), (test.tau, tau), (test.s_N, s_N), (test.sigma_N, sigma_N)):
+            assert found == pytest.approx(expected, rel=1e-6)
+        assert test.k_N == pytest.approx(k_N, rel=1e-6)
+        [test] = read_records([path], target=("m", "kPa"))
+        assert test.units == {"length": "m", "stress": "kPa"}
+        assert test.slip == pytest.approx(1e-3 * slip, rel=1e-6) and test.tau == pytest.approx(
+            1e3 * tau, rel=1e-6
+        )
+        assert test.sigma_N == pytest.approx(1e3 * sigma_N, rel=1e-6)
+        assert test.k_N == pytest.approx(1e6 * k_N, rel=1e-6)
+
+
+def test_unusual_sizes_are_told(tmp_path: Path) -> None:
+    """Stresses of a gigapascal, a joint that closes and one that hardly dilates give a warning."""
+    for text, message in (
+        (WITH_UNITS + ROWS.replace(",-1\n", ",-500\n"), "the largest stress is 500 MPa, which is unusual"),
+        (
+            HEADER + re.sub(r",(0\.\d\d,)", r",-\1", ROWS),
+            "dilation: -0.14 at the end, the joint closes as it slips",
+        ),
+        (
+            HEADER + re.sub(r",0\.(\d\d,)", r",0.000\1", ROWS),
+            "dilation changes by 0.00012 over slips of 0.6: expected the",
+        ),
+    ):
+        with pytest.warns(asperity.ModelWarning, match=re.escape(message)):
+            read_records([write(tmp_path, text)])
 
 
 def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
@@ -392,15 +468,19 @@ def test_tests_that_cannot_be(values: dict[str, Any], message: str) -> None:
 
 def test_records_of_all_kinds(tmp_path: Path) -> None:
     """Units in the header, comments, mixed tests, an alias, unused columns and several files are read."""
-    text = "# a box\nTest,Slip (mm),TAU [N/mm^2],s_n [mm],sigma_N [ MPa ],k_N [N/mm3],time,,\n"
+    text = "# a box\nTest,Slip (mm),TAU [N/mm^2],s_n [mm],sigma_N [ MPa ],k_N [N/mm3],time [s],,\n"
     for i in range(1, 7):
         text += f"a,{i},{i},{0.1 * i},2,,{i},,\n\nb,{-i},{-i},{0.2 * i},3,4,{i}\n"
     path = write(tmp_path, text)
-    plain = write(tmp_path, "slip,tau,sigma_N\n" + "".join(f"{i},{i},1\n" for i in range(6)), "plain.csv")
+    plain = write(
+        tmp_path,
+        "slip [mm],tau [MPa],sigma_N [MPa]\n" + "".join(f"{i},{i},1\n" for i in range(6)),
+        "plain.csv",
+    )
     with pytest.warns(asperity.ModelWarning, match=r"record.csv: columns not used: time"):
         a, b, c = read_records([path, plain], k_N=7.0, compression_positive=True)
     assert (a.sigma_N, a.k_N, b.sigma_N, b.k_N, c.sigma_N, c.k_N) == (-2.0, 7.0, -3.0, 4.0, -1.0, 7.0)
-    assert a.units == {"length": "mm", "stress": "MPa"} and c.units == {}
+    assert a.units == c.units == {"length": "mm", "stress": "MPa"}
     assert "test a" in a.name and c.s_N is None and b.slip.tolist() == [-1, -2, -3, -4, -5, -6]
     assert a.s_N is not None and a.s_N.tolist() == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     assert ShearTest("", np.array([0, 1, 2, 1, -1, 0.5]), a.tau, None, -1.0).turns == [2.0, -1.0, 0.5]
@@ -411,14 +491,24 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
     [
         ({"free": ("sigma0", "cohesion")}, "free: cohesion: expected one of sigma0, Gc"),
         ({"free": ()}, "free: none: expected names"),
-        ({"fixed": {"mu": 0.5}}, "mu: expected it free or set, not both"),
+        ({"free": ("mu",), "fixed": {"mu": 0.5}}, "mu: expected it free or set, not both"),
+        (
+            {"fixed": SOME, "model_error": -0.1},
+            "model_error = -0.1: expected a fraction of the range, 0 to 1",
+        ),
         ({"free": ("sigma0", "Gc", "mu")}, "theta: expected it among the free ones, or a value set"),
         ({"free": ("sigma0", "Gc", "mu", "theta"), "sides": 0}, "expected inclined planes"),
         ({"fixed": {"eta": 1.5}}, "eta = 1.5"),
         ({"bounds": {"mu": (0.5, 0.1)}}, "bounds: mu = 0.5, 0.1: expected 0 < low < high"),
-        ({"start": {"eta": 0.5}}, "start: eta: expected one of the free ones, sigma0, Gc"),
-        ({"start": {"theta": 0.35}}, "start: theta = 0.35: expected 0.5 to 75, its bounds in degrees"),
-        ({"bounds": {"eta": (0.1, 0.5)}}, "bounds: eta: expected one of the free ones, sigma0, Gc"),
+        ({"fixed": SOME, "start": {"eta": 0.5}}, "start: eta: expected one of the free ones, sigma0, Gc"),
+        (
+            {"fixed": SOME, "start": {"theta": 0.35}},
+            "start: theta = 0.35: expected 0.5 to 75, its bounds in degrees",
+        ),
+        (
+            {"fixed": SOME, "bounds": {"eta": (0.1, 0.5)}},
+            "bounds: eta: expected one of the free ones, sigma0, Gc",
+        ),
         (
             {"free": ("Gc", "sigma0", "mu"), "fixed": {"theta": 0.35}},
             "theta = 0.35: expected degrees, 0 or at",
@@ -427,7 +517,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
         ({"direction": np.nan}, "direction = nan: expected a finite angle in degrees"),
         ({"starts": 0}, "starts = 0: expected 1 to"),
         ({"increments": 10**9}, "increments = 1000000000: expected 1 to"),
-        ({"confidence": 1.0}, "confidence = 1: expected between 0 and 1"),
+        ({"fixed": SOME, "confidence": 1.0}, "confidence = 1: expected between 0 and 1"),
         (
             {"free": ("mu", "theta"), "fixed": {"sigma0": 1.5, "Gc": 150e-6}},
             "column slip: up to 0.7 where s_f = 2 Gc/sigma0 is 0.0002 to 0.0002: expected the unit",
@@ -452,7 +542,18 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     monkeypatch.chdir(tmp_path)
     assert study.main(["record.csv"]) == 0
     start = " ".join(f"{name}={value}" for name, value in AT_TRUTH.items())
-    options = ["--set", "kc=20", "--start", start, "--starts", "1", "--plot", "fit.png", "--case", "fit.nml"]
+    options = [
+        "--set",
+        "kc=20 eta=0.9 flat=0.3333333",
+        "--start",
+        start,
+        "--starts",
+        "1",
+        "--plot",
+        "fit.png",
+        "--case",
+        "fit.nml",
+    ]
     assert main(["fit", "record.csv", *options, "--card", "abaqus"]) == 0
     printed = capsys.readouterr().out
     assert "*User Material" in printed and "MPa mm" in printed
@@ -488,7 +589,11 @@ def test_case_without_a_sweep() -> None:
         (["--bounds", "mu=0.1"], "--bounds mu=0.1: expected NAME=LOW,HIGH"),
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
-        (["--units", "mm,kPa"], "--units mm,kPa: expected MPa, the stress of the record"),
+        (["--units", "mm,mm"], "--units mm,mm: expected LENGTH,STRESS, of m, cm, mm, um, in, ft and Pa"),
+        (
+            ["--free", "sigma0,mu"],
+            "--free sigma0,mu: Gc, eta, theta, flat, kc: expected each parameter free or",
+        ),
         (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected one value"),
         (["--plot", "none/fit.png"], "--plot none/fit.png: no folder none: expected one that is there"),
         (["--case", "."], "--case .: expected a file that can be written"),
@@ -505,42 +610,30 @@ def test_bad_options(
 ) -> None:
     """Errors go to standard error, with exit code 1, before the fit starts."""
     monkeypatch.setattr(fit_model.Problem, "residuals", lambda *_: pytest.fail("fitted"))
-    assert main(["fit", str(write(tmp_path, HEADER.replace("tau", "tau [MPa]") + ROWS)), *options]) == 1
+    assert main(["fit", str(write(tmp_path, WITH_UNITS + ROWS)), *options]) == 1
     assert message in capsys.readouterr().err
 
 
-def test_units_of_the_record(
+@pytest.mark.slow
+def test_units_of_the_results(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Labels have the units of the header, or those of the option where the header has none."""
+    """The results have the units of the option; --units of a header without units is an error."""
     monkeypatch.chdir(tmp_path)
     study.main(["record.csv", "--noise", "0.01"])
+    options = ["--set", "kc=20 eta=0.9 flat=0.3333", "--starts", "1", "--increments", "60"]
+    found = {}
+    for units, unit in (("mm,MPa", "MPa mm"), ("m,kPa", "kPa m"), ("in,psi", "psi in")):
+        assert main(["fit", "record.csv", *options, "--units", units]) == 0
+        line = re.search(rf"^Gc +(\S+) .* {unit}$", capsys.readouterr().out, re.MULTILINE)
+        assert line
+        found[unit] = float(line[1])
+    # five digits are printed; 1 kPa m is 1 MPa mm, 1 MPa mm is 1e3 J/m2, a psi in is 175.127 J/m2
+    assert found["kPa m"] == pytest.approx(found["MPa mm"], rel=1e-4)
+    assert found["psi in"] == pytest.approx(found["MPa mm"] * 1e3 / 175.127, rel=1e-4)
     text = Path("record.csv").read_text(encoding="utf-8")
-    options = ["--set", "kc=20", "--starts", "1", "--increments", "60"]
-    for header, units, expected in (
-        ({"mm": "in", "MPa": "ksi"}, [], "ksi in"),
-        ({"[mm]": "", "[MPa]": "", "[MPa/mm]": ""}, ["--units", "m,kPa"], "kPa m"),
-    ):
-        changed = text
-        for old, new in header.items():
-            changed = changed.replace(old, new)
-        write(tmp_path, changed)
-        assert main(["fit", "record.csv", *options, *units]) == 0
-        printed = capsys.readouterr().out
-        assert re.search(rf"^Gc .* {expected}$", printed, re.MULTILINE) and "MPa" not in printed
-
-
-def test_without_scipy(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The message names the package to install."""
-    load = builtins.__import__
-
-    def missing(name: str, *rest: Any) -> Any:
-        if name.startswith("scipy"):
-            raise ImportError(name)
-        return load(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
-    assert main(["fit", str(write(tmp_path, HEADER + ROWS))]) == 1
-    assert "fit needs scipy" in capsys.readouterr().err
+    write(tmp_path, re.sub(r" \[[^]]*\]", "", text))
+    assert main(["fit", "record.csv", *options]) == 0
+    assert re.search(r"^Gc .* stress length$", capsys.readouterr().out, re.MULTILINE)
+    assert main(["fit", "record.csv", *options, "--units", "m,kPa"]) == 1
+    assert "--units m,kPa: expected units in the header of record.csv" in capsys.readouterr().err

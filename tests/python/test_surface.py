@@ -441,10 +441,11 @@ def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, 
         ("--bins 2 --planes 20", r"expected one of them"),
         ("--regular --bins 2", r"--regular: expected without"),
         ("--directions 1", r"--directions 1: expected 2 or more"),
-        ("--sides 0", r"--sides 0: expected 2 to 64"),
+        ("--regular --sides 0", r"--sides 0: expected 2 to 64"),
+        ("--sides 4", r"--sides: expected with --regular"),
         ("--direction nan", r"--direction nan: expected a finite angle"),
-        ("--flat 90", r"--flat 90: expected an angle"),
-        ("--regular --flat 5", r"--regular: expected without"),
+        ("--flat-below 90", r"--flat-below 90: expected an angle"),
+        ("--regular --flat-below 5", r"--regular: expected without"),
         ("--unit furlong", r"--unit furlong: expected one of m, cm, mm"),
         ("-o scan", r"-o scan: scan.csv is read: expected another name"),
         ("-o scan.csv", r"-o scan: scan.csv is read: expected another name"),
@@ -452,7 +453,7 @@ def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, 
         ("-o .", r"-o .: expected a name"),
         ("--case none.nml", r"none.nml: cannot be opened"),
         ("--case scan.csv", r"scan.csv:1: .* outside a group"),
-        ("--case scan.csv --material 3,0.3,0.9,0.5", r"--case, --material: expected one of them"),
+        ("--case scan.csv --material sigma0=3,Gc=0.3,eta=0.9,mu=0.5", r"--case, --material: expected one"),
         ("--sampling 0.5", r"sampling length 0.5: expected at least the spacing, 1"),
         ("--sampling 2", r"sampling length 2: expected at most 1.14286, for 8 points"),
         ("--smooth 0.5", r"smoothing length 0.5: expected more than the spacing, 1"),
@@ -529,7 +530,7 @@ def test_command(folder: Path, capsys: pytest.CaptureFixture[str], options: str)
     """The printed pattern is valid in cases and PROPS, and the CSV has the same planes."""
     _, x, y = grid(20, 2)
     write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
-    material = "3,0.3,0.9,0.5"
+    material = "sigma0=3,Gc=0.3,eta=0.9,mu=0.5"
     command = [
         "surface",
         "scan.csv",

@@ -18,8 +18,6 @@ import pytest
 from asperity.cards.command import read_run
 from asperity.cli import main
 
-pytest.importorskip("scipy")  # asperity[fit]
-
 DOCS = Path(__file__).parents[2] / "docs"
 
 DIGITS = 1.0e-3

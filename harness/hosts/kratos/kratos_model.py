@@ -7,11 +7,8 @@ plane strain with thickness 1.
 
 from __future__ import annotations
 
-import argparse
-import ctypes
 import json
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.GeoMechanicsApplication as Geo
@@ -44,23 +41,6 @@ MOST_ITERATIONS = 30
 
 class Lost(RuntimeError):
     """The Newton iterations did not converge."""
-
-
-def adapter(text: str) -> Path:
-    """Return the path of the commit adapter, as a type for argparse.
-
-    It is an error if the library cannot be loaded or is another one.
-    """
-    path = Path(text).resolve()
-    try:
-        found = hasattr(ctypes.CDLL(str(path)), "asperity_kratos_reset")
-    except OSError as error:
-        raise argparse.ArgumentTypeError(f"{error}: expected libasperity_kratos.so") from None
-    if not found:
-        raise argparse.ArgumentTypeError(
-            f"{text}: expected libasperity_kratos.so; without the commit adapter Kratos forgets every step"
-        )
-    return path
 
 
 class Structure:
@@ -105,19 +85,17 @@ class Structure:
         properties.SetValue(Kratos.DENSITY, 0.0)
         return properties
 
-    def umat(self, library: Path, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
-        """Return the properties of an interface according to its card, with another library.
+    def umat(self, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
+        """Return the properties of an interface according to its card.
 
         Further arguments replace variables of the card; None removes a variable.
         """
-        if not library.is_file():
-            raise FileNotFoundError(f"{library}: expected libasperity_kratos.so, the commit adapter")
         card = json.loads(interface.card("kratos", dimension=self.dimension))
         material = card["properties"][0]["Material"]
         material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
-        for name, value in (material["Variables"] | {"UDSM_NAME": str(library)} | other).items():
+        for name, value in (material["Variables"] | other).items():
             value = _vector(value) if isinstance(value, list) else value
             if value is not None:
                 properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)

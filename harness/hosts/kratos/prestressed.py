@@ -9,11 +9,10 @@ from __future__ import annotations
 import argparse
 from collections import defaultdict
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from asperity import contract
-from kratos_model import Floats, Structure, adapter
+from kratos_model import Floats, Structure
 from triplet import HEIGHT, JOINT, LENGTH, POISSON, PRESSURE, THETA, TOLERANCE, YOUNG
 
 SHEAR = 0.15
@@ -44,9 +43,7 @@ class Result:
     norms: list[list[float]]
 
 
-def run(
-    library: Path, state: Floats | None = None, slips: Floats | None = None, bricks_stressed: bool = True
-) -> Result:
+def run(state: Floats | None = None, slips: Floats | None = None, bricks_stressed: bool = True) -> Result:
     """A step under the loads of the stress; then the ends of the upper brick are moved by the slips, mm.
 
     state: initial state variables (nstatv,) of the joint, None for virgin; bricks_stressed: whether the
@@ -54,7 +51,7 @@ def run(
     """
     s = Structure(2)
     brick = s.elastic(YOUNG, POISSON)
-    joint = s.umat(library, JOINT, **({} if state is None else {"STATE_VARIABLES": state.tolist()}))
+    joint = s.umat(JOINT, **({} if state is None else {"STATE_VARIABLES": state.tolist()}))
     x, y = np.linspace(0.0, LENGTH, COLUMNS + 1), np.linspace(0.0, HEIGHT, ROWS + 1)
     bricks = []
     for k in range(2):
@@ -126,11 +123,10 @@ STARTS = (
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Prestressed bed joint in Kratos.")
-    parser.add_argument("library", type=adapter, help="libasperity_kratos.so, the commit adapter")
-    library = parser.parse_args().library
+    parser.parse_args()
     print(f"{'start':36}moves by its loads [mm]  largest strength  at the end  closed form")
     for name, state, direction in (*STARTS, ("no initial stress", None, 1.0)):
-        result = run(library, state, direction * SLIPS, bricks_stressed=state is not None)
+        result = run(state, direction * SLIPS, bricks_stressed=state is not None)
         moved, found = np.abs(result.displacement[0]).max(), strength(result)
         closed = residual_strength(direction)
         print(f"{name:36}{moved:23.1e}{found.max():18.3f}{found[-1]:12.6f}{closed:13.6f}")

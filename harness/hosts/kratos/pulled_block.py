@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from kratos_model import Floats, Structure, adapter
+from kratos_model import Floats, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
@@ -62,10 +62,10 @@ class Comparison:
         return sum(map(len, self.kratos.norms))
 
 
-def run(library: Path, slips: Floats, n: int) -> Result:
+def run(slips: Floats, n: int, **umat: object) -> Result:
     """Apply the pressure as in `pull_out.run`, then move the right face to each slip; n elements along x."""
     s = Structure(2)
-    solid, rough = s.elastic(pull_out.MODULUS, pull_out.POISSON), s.umat(library, pull_out.INTERFACE)
+    solid, rough = s.elastic(pull_out.MODULUS, pull_out.POISSON), s.umat(pull_out.INTERFACE, **umat)
     x, y = pull_out.axes(n)
     block = s.add_nodes(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1))
     base = s.add_nodes(np.column_stack([x, np.zeros_like(x)]))
@@ -94,10 +94,10 @@ def run(library: Path, slips: Floats, n: int) -> Result:
     return Result(force, rise - rise[0], separation, norms)
 
 
-def compare(library: Path, slip: float, steps: int, n: int, back: float | None = None) -> Comparison:
+def compare(slip: float, steps: int, n: int, back: float | None = None, **umat: object) -> Comparison:
     """Run both codes with the steps of the scikit-fem run; the arguments are those of `pull_out.run`."""
     python = pull_out.run(slip, steps, n, nodal=True, back=back)
-    kratos = run(library, python.slip, n)
+    kratos = run(python.slip, n, **umat)
     force = np.abs(kratos.force - python.force) / np.abs(python.force).max()
     separation = np.abs(kratos.separation - python.separation).max(axis=(1, 2))
     return Comparison(kratos, python, force, separation, np.abs(kratos.rise - python.rise))
@@ -141,7 +141,6 @@ def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
 def main() -> None:
     """Run both codes, print and draw the results."""
     parser = argparse.ArgumentParser(description="Pulled block in Kratos against scikit-fem.")
-    parser.add_argument("library", type=adapter, help="libasperity_kratos.so, the commit adapter")
     parser.add_argument("--slip", type=float, default=0.6, help="mm, > 0 (default: %(default)s)")
     parser.add_argument("--back", type=float, default=0.0, help="then back to, mm (default: %(default)s)")
     parser.add_argument("--steps", type=int, default=30, help="each way (default: %(default)s)")
@@ -151,7 +150,7 @@ def main() -> None:
     pull_out.check(parser, options)
     lines = []
     for n in options.elements:
-        both = compare(options.library, options.slip, options.steps, n, options.back)
+        both = compare(options.slip, options.steps, n, options.back)
         fine = pull_out.run(options.slip, options.steps, n, back=options.back)
         # The steps of either run may have been subdivided, so that the rows differ.
         other = np.interp(travelled(both.python.slip), travelled(fine.slip), fine.force)

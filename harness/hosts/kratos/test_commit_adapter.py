@@ -1,23 +1,22 @@
 """The commit adapter alone, called as Kratos calls a UMAT, on addresses that the test chooses.
 
-Kratos is not needed. `make hosts` runs these tests; ASPERITY_KRATOS names libasperity_kratos.so.
+Kratos is not needed. `make hosts` runs these tests.
 """
 
 from __future__ import annotations
 
 import ctypes
-import os
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
+from asperity.installed import kratos_adapter
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 
-LIBRARY = ctypes.CDLL(str(Path(os.environ["ASPERITY_KRATOS"]).resolve()))
+LIBRARY = ctypes.CDLL(str(kratos_adapter()))
 ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 PATH = np.array([[0.0, 0.05, 0.0], [0.03, 0.1, 0.0], [0.01, 0.01, 0.02], [-0.01, -0.05, 0.0]])
 """Separations of the steps: sliding, opening, unloading, closing."""

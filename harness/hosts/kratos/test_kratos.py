@@ -1,33 +1,24 @@
-"""Kratos' interface elements with libasperity: run by `make hosts`, which installs asperity[kratos] first.
-
-ASPERITY_KRATOS names libasperity_kratos.so, the commit adapter; ASPERITY_LIBRARY libasperity.so itself.
-"""
+"""Kratos' interface elements with libasperity: run by `make hosts`, which installs asperity[kratos] first."""
 
 from __future__ import annotations
 
-import argparse
 import ctypes
-import os
 import subprocess
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
-from asperity.installed import driver
+from asperity import Interface, Material, Pattern, library
+from asperity.installed import driver, kratos_adapter
 from asperity.results import read_rows
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import blocks
-import kratos_model
 import KratosMultiphysics
 import triplet
 from kratos_model import Floats, Structure
-
-ADAPTER = Path(os.environ["ASPERITY_KRATOS"]).resolve()
-LIBRARY = Path(os.environ["ASPERITY_LIBRARY"]).resolve()
 
 ROUNDING = 1.0e-12
 """Tolerance of tractions, relative to K times the largest separation so far."""
@@ -52,13 +43,13 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0
 """Nodes of one element of 2 x 3; the first two are those of a plane element."""
 
 
-def one_element(library: Path, interface: Interface, path: Floats, plane: bool) -> tuple[Floats, Floats]:
+def one_element(interface: Interface, path: Floats, plane: bool, **umat: object) -> tuple[Floats, Floats]:
     """Tractions (T, 3) of the element and reactions over its area, along prescribed separations (T, 3)."""
     s = Structure(2 if plane else 3)
     corners = CORNERS[:2, :2] if plane else CORNERS
     area = 2.0 if plane else 6.0
     lower, upper = s.add_nodes(corners), s.add_nodes(corners)
-    s.add_interface(lower, upper, s.umat(library, interface))
+    s.add_interface(lower, upper, s.umat(interface, **umat))
     axes = (1, 0) if plane else (2, 0, 1)  # order N, Tx, Ty
     s.fix([*lower, *upper], *axes)
     tractions, reactions = [], []
@@ -94,7 +85,7 @@ def scale(path: Floats) -> Floats:
 def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool]) -> None:
     """Tractions and reactions of an element equal the driver's in loading, unloading and cycles."""
     interface, path, expected, plane = driven
-    traction, reaction = one_element(ADAPTER, interface, path, plane)
+    traction, reaction = one_element(interface, path, plane)
     worst = float((np.abs(traction - expected) / scale(path)).max())
     print(f"{len(path)} steps, difference of tractions {worst:.1e} K |s|")
     assert worst <= ROUNDING
@@ -108,7 +99,7 @@ def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Float
     The tractions are those of a virgin point at the separation of the step; earlier steps have no effect.
     """
     interface, path, expected, plane = driven
-    traction, _ = one_element(LIBRARY, interface, path, plane)
+    traction, _ = one_element(interface, path, plane, UDSM_NAME=str(library()))
     virgin = interface.update(path).traction
     assert np.all(np.abs(traction - virgin) <= ROUNDING * scale(path))
     worst = float(np.abs(traction - expected).max())
@@ -124,7 +115,7 @@ def test_another_law_swaps_normal_and_shear() -> None:
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    s.add_interface(lower, upper, s.umat(ADAPTER, interface, law="SmallStrainUMAT3DInterfaceLaw"))
+    s.add_interface(lower, upper, s.umat(interface, law="SmallStrainUMAT3DInterfaceLaw"))
     s.fix([*lower, *upper], 0, 1, 2)
     s.move(upper, 2, 0.05)
     s.step(0.0)
@@ -145,7 +136,7 @@ def test_rows_of_the_water_pressure(drainage: str) -> None:
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    rough = s.umat(ADAPTER, interface, GEO_DRAINAGE_TYPE=drainage, BIOT_COEFFICIENT=None)
+    rough = s.umat(interface, GEO_DRAINAGE_TYPE=drainage, BIOT_COEFFICIENT=None)
     s.add_interface(lower, upper, rough)
     s.fix([*lower, *upper], 0, 1, 2)
     s.step(0.0)
@@ -163,7 +154,7 @@ def test_properties_are_written_while_elements_start() -> None:
     for given in ({"IGNORE_UNDRAINED": True, "GEO_DRAINAGE_TYPE": None}, {}):
         s = Structure(2)
         lower, upper = s.add_nodes(CORNERS[:2, :2]), s.add_nodes(CORNERS[:2, :2])
-        properties = s.umat(ADAPTER, interface, **given)
+        properties = s.umat(interface, **given)
         s.add_interface(lower, upper, properties)
         s.fix([*lower, *upper], 0, 1)
         before = str(properties)
@@ -181,7 +172,7 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
     """
     s = Structure(2)
     base, bottom, top = (s.add_nodes(np.array([[0.0, y], [1.0, y]])) for y in (0.0, 0.0, 1.0))
-    rough = s.umat(ADAPTER, Interface(MATERIAL, Pattern.regular(2, 30.0)), BIOT_COEFFICIENT=biot)
+    rough = s.umat(Interface(MATERIAL, Pattern.regular(2, 30.0)), BIOT_COEFFICIENT=biot)
     s.add_solid([*bottom, *top[::-1]], s.elastic(3000.0, 0.2))
     s.add_interface(base, bottom, rough)
     s.fix([*base, *top], 0, 1)
@@ -196,26 +187,13 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
     assert s.points()[0] == pytest.approx(np.array([[1.0, 0.0, 0.0]] * 2), abs=1e-9)
 
 
-def test_wrong_library(tmp_path: Path) -> None:
-    """A file that does not exist, is no library or is not the adapter is named before anything runs."""
-    with pytest.raises(FileNotFoundError, match=r"none\.so: expected libasperity_kratos\.so"):
-        Structure(2).umat(tmp_path / "none.so", Interface(MATERIAL, Pattern.regular(2, 30.0)))
-    text = tmp_path / "text.so"
-    text.write_text("no library")
-    assert kratos_model.adapter(str(ADAPTER)) == ADAPTER
-    wrong = {tmp_path / "none.so": "cannot open", text: "too short|invalid", LIBRARY: "forgets every step"}
-    for path, reason in wrong.items():
-        with pytest.raises(argparse.ArgumentTypeError, match=reason):
-            kratos_model.adapter(str(path))
-
-
 def test_analyses_in_one_process() -> None:
     """Analyses one after the other are independent, although addresses are used again."""
     path = np.array([[0.0, 0.05, 0.0], [0.1, 0.0, 0.0], [0.01, 0.01, 0.0]])
     for sides in (4, 64, 2, 4):
         interface = Interface(MATERIAL, Pattern.regular(sides, 30.0))
         expected = interface.replay(path).traction
-        traction, _ = one_element(ADAPTER, interface, path, False)
+        traction, _ = one_element(interface, path, False)
         assert np.all(np.abs(traction - expected) <= ROUNDING * scale(path))
 
 
@@ -224,7 +202,7 @@ def test_a_step_solved_again_starts_from_the_same_state() -> None:
     s = Structure(3)
     lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    s.add_interface(lower, upper, s.umat(ADAPTER, interface))
+    s.add_interface(lower, upper, s.umat(interface))
     s.fix([*lower, *upper], 0, 1, 2)
     tried = [(0.04, False), (0.2, False), (0.06, True), (0.01, False)]
     for opening, again in tried:
@@ -244,7 +222,7 @@ def assert_law_is_kept(interface: Interface, separation: Floats, traction: Float
 
 def test_blocks_converge_quadratically() -> None:
     """Two blocks in shear under compression: convergence of Newton, and cost of a symmetrised tangent."""
-    norms, separation, traction = blocks.run(ADAPTER)
+    norms, separation, traction = blocks.run()
     assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
     assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
     quadratic = 0
@@ -258,12 +236,12 @@ def test_blocks_converge_quadratically() -> None:
     assert quadratic >= 10
     assert max(map(len, norms)) <= 6
 
-    library = ctypes.CDLL(str(ADAPTER))
-    assert library.asperity_kratos_symmetrise(1) == 0
+    adapter = ctypes.CDLL(str(kratos_adapter()))
+    assert adapter.asperity_kratos_symmetrise(1) == 0
     try:
-        slow, same, _ = blocks.run(ADAPTER)
+        slow, same, _ = blocks.run()
     finally:
-        library.asperity_kratos_symmetrise(0)
+        adapter.asperity_kratos_symmetrise(0)
     counts = [sum(map(len, n)) for n in (norms, slow)]
     print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
     assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, with the same result
@@ -274,11 +252,11 @@ def test_two_threads() -> None:
     """The adapter separates its points if two threads of Kratos call it; `kratos_model` sets one thread."""
     utilities = KratosMultiphysics.ParallelUtilities
     assert utilities.GetNumThreads() == 1
-    _, expected, _ = blocks.run(ADAPTER, 2)
+    _, expected, _ = blocks.run(2)
     utilities.SetNumThreads(2)
     try:
         assert utilities.GetNumThreads() == 2
-        _, separation, traction = blocks.run(ADAPTER, 2)
+        _, separation, traction = blocks.run(2)
     finally:
         utilities.SetNumThreads(1)
     assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
@@ -288,7 +266,7 @@ def test_two_threads() -> None:
 
 def test_triplet() -> None:
     """In the cyclic shear of a triplet every point follows the law; strength and dilation are predicted."""
-    result = triplet.run(ADAPTER, [0.3, -0.3, 0.3], 0.01, nx=12, ny=3)
+    result = triplet.run([0.3, -0.3, 0.3], 0.01, nx=12, ny=3)
     assert_law_is_kept(triplet.JOINT, result.separation, result.traction, 1e-11)
     assert max(map(len, result.norms)) <= 10
     theta, sliding = np.radians(10.0), 2.0 * triplet.LENGTH * triplet.PRESSURE

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +17,6 @@ from kratos_model import Floats, Structure
 from prestressed import TRACTION
 from triplet import JOINT, LENGTH, PRESSURE
 
-ADAPTER = Path(os.environ["ASPERITY_KRATOS"]).resolve()
-
 EXACT = 1.0e-10
 """Largest error of a returned initial traction over the strength, as the contract promises."""
 
@@ -33,7 +29,7 @@ def one_element(**other: object) -> tuple[Structure, Floats]:
     """One interface element with fixed nodes, and its upper nodes."""
     s = Structure(3)
     lower, upper = s.add_nodes(SQUARE), s.add_nodes(SQUARE)
-    s.add_interface(lower, upper, s.umat(ADAPTER, INTERFACE, **other))
+    s.add_interface(lower, upper, s.umat(INTERFACE, **other))
     s.fix([*lower, *upper], 0, 1, 2)
     return s, upper
 
@@ -129,7 +125,7 @@ def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> Non
     s = Structure(3)
     bottom, lower, upper = s.add_nodes(SQUARE - [0.0, 0.0, 1.0]), s.add_nodes(SQUARE), s.add_nodes(SQUARE)
     s.add_solid([*bottom, *lower], s.elastic(100.0, 0.0))
-    properties = s.umat(ADAPTER, INTERFACE)
+    properties = s.umat(INTERFACE)
     if elastic:
         name = "GeoIncrementalLinearElasticInterface3DSurfaceLaw"
         law = Kratos.KratosGlobals.Kernel.GetConstitutiveLaw(name)
@@ -155,10 +151,9 @@ REST = 1.0e-9
 
 @pytest.mark.parametrize(("name", "state", "direction"), prestressed.STARTS)
 def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction: float) -> None:
-    """Under the loads of the initial stress nothing moves; then the joint slides with its residual strength.
-    """
-    moved = np.abs(prestressed.run(ADAPTER, bricks_stressed=False).displacement).max()
-    result = prestressed.run(ADAPTER, state, direction * prestressed.SLIPS)
+    """Under the loads of the initial stress nothing moves; then the joint has its residual strength."""
+    moved = np.abs(prestressed.run(bricks_stressed=False).displacement).max()
+    result = prestressed.run(state, direction * prestressed.SLIPS)
     largest = float(np.abs(result.displacement[0]).max())
     print(f"{name}: at rest displacements up to {largest:.1e} mm, first residual {result.norms[0][0]:.1e} N")
     print(f"  without initial stress {moved:.1e} mm")
@@ -192,7 +187,7 @@ def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction:
 def test_prestressed_joint_needs_its_state() -> None:
     """If only the bricks have initial stress, the joint closes and slips by the separation of its stress."""
     offset = JOINT.initial(TRACTION)[[contract.statev_index("offset_Tx"), contract.statev_index("offset_N")]]
-    top = prestressed.run(ADAPTER).displacement[0, -prestressed.ROWS - 1 :]
+    top = prestressed.run().displacement[0, -prestressed.ROWS - 1 :]
     print(f"the upper brick moves by {top.mean(axis=0)} mm, the offset of the state is {offset} mm")
     # Newton's tolerance is 1e-11 of the forces
     assert np.abs(top - offset).max() <= 1e-9 * np.abs(offset).max()

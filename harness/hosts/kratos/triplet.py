@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.cards.command import read_run
-from kratos_model import Floats, Structure, adapter
+from kratos_model import Floats, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import structure_picture
@@ -49,15 +49,13 @@ class Result:
     structure: Structure
 
 
-def run(
-    library: Path, turns: list[float], increment: float, nx: int = 21, ny: int = 5, law: Interface = JOINT
-) -> Result:
+def run(turns: list[float], increment: float, nx: int = 21, ny: int = 5, law: Interface = JOINT) -> Result:
     """Apply the pressure, then move the middle brick to each reversal (`turns`, mm) in turn.
 
     The steps have about the size `increment`, mm.
     """
     s = Structure(2)
-    brick, joint = s.elastic(YOUNG, POISSON), s.umat(library, law)
+    brick, joint = s.elastic(YOUNG, POISSON), s.umat(law)
     x, y = np.linspace(0.0, LENGTH, nx + 1), np.linspace(0.0, HEIGHT, ny + 1)
     bricks = []
     for k in range(3):
@@ -107,7 +105,6 @@ def prediction(slips: Floats, law: Interface = JOINT) -> tuple[Floats, Floats]:
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Masonry triplet in Kratos, drawn.")
-    parser.add_argument("library", type=adapter, help="libasperity_kratos.so, the commit adapter")
     parser.add_argument("-o", "--output", type=Path, default=Path("kratos-triplet.png"), metavar="FILE.png")
     parser.add_argument("--case", type=Path, metavar="CASE.nml", help="interface of the joints")
     parser.add_argument("--value", help="of the sweep of the case")
@@ -115,7 +112,7 @@ def main() -> None:
     parser.add_argument("--csv", type=Path, help="write slip, force and rise there")
     options = parser.parse_args()
     law = JOINT if options.case is None else read_run(options.case, options.value).interface
-    result = run(options.library, options.turns, 0.01, law=law)
+    result = run(options.turns, 0.01, law=law)
     after = slice(PRELOAD_STEPS, None)
     slip, force, rise = result.slip[after], result.force[after], result.rise[after]
     rise = rise - result.rise[PRELOAD_STEPS - 1]

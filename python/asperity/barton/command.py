@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from .. import contract
-from ..fit.command import BAD_INPUT, add_search, check_search, search, write
-from ..fit.fitting import DEFAULT_FIXED, NoScipyError
+from ..fit.fitting import DEFAULT_FIXED
+from ..fit.search import add_search, check_search, search, write
+from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
 
@@ -57,14 +57,14 @@ def _run(options: argparse.Namespace) -> int:
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     tests = curves(joint, stresses, options.reach)
-    try:
-        found = search(options, tests, FIXED)
-    except NoScipyError as error:
-        print(f"asperity: {error}", file=sys.stderr)
-        return BAD_INPUT
-    from ..fit.report import report
+    found = search(options, tests, FIXED)
+    from ..fit.report import props_line, report
 
     print(heading(joint, options.reach))
     print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found)}")
+    interface = found.interface
+    for text in doubts(interface.material, interface.pattern, -max(stresses)):
+        print(f"warning: {text}")
+    print(f"\n{props_line(found)}")
     write(options, found, lambda path: draw(joint, found, path))
     return 0

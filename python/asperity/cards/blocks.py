@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import contract
-from ..installed import library
+from ..installed import kratos_adapter, library
+from . import opengeosys
 
 PER_LINE = 8
 """Largest number of constants on a line of an Abaqus or CalculiX input."""
@@ -40,9 +41,8 @@ class Block:
 
 def card(host: str, block: Block) -> str:
     """Text for the input of a host; raises ValueError for a value that the host cannot take."""
-    writers = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos}
-    if host not in writers:
-        raise ValueError(f"host = {host!r}: expected one of {', '.join(writers)}")
+    if host not in HOSTS:
+        raise ValueError(f"host = {host!r}: expected one of {', '.join(HOSTS)}")
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,39}", block.name):
         raise ValueError(
             f"name = {block.name!r}: expected a letter, then up to 39 letters, digits or underscores"
@@ -53,7 +53,7 @@ def card(host: str, block: Block) -> str:
         raise ValueError(f"explicit, density: expected for abaqus only, not for {host}")
     if block.density is not None and not 0.0 < block.density < float("inf"):
         raise ValueError(f"density = {block.density:g}: expected > 0")
-    return writers[host](block)
+    return HOSTS[host](block)
 
 
 def _abaqus(block: Block) -> str:
@@ -142,7 +142,7 @@ def _kratos(block: Block) -> str:
         "Material": {
             "constitutive_law": {"name": law},
             "Variables": {
-                "UDSM_NAME": str(library()),
+                "UDSM_NAME": str(kratos_adapter()),
                 "IS_FORTRAN_UDSM": True,
                 "GEO_DRAINAGE_TYPE": "constant_pw_field",  # else the rows of the water pressure are 0/0
                 "BIOT_COEFFICIENT": 0.0,  # the water pressure is not coupled with the displacements
@@ -153,10 +153,8 @@ def _kratos(block: Block) -> str:
     }
     names = {f"STATE_VARIABLE_{i}": text for i, text in enumerate(block.statev, 1)}
     history = (
-        "UDSM_NAME: expected the commit adapter libasperity_kratos.so (-DASPERITY_HOSTS=ON) in place of this "
-        "library. An analysis with this library runs, but these elements commit no step, so damage would "
-        "heal "
-        "on unloading"
+        "UDSM_NAME is the commit adapter, because these elements commit no step. An analysis with "
+        "libasperity.so in its place runs, but damage heals on unloading"
     )
     initial = (
         "Zero STATE_VARIABLES are a virgin interface. Kratos passes no initial stress to a UMAT; a state of "
@@ -164,6 +162,43 @@ def _kratos(block: Block) -> str:
     )
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
+
+
+def _ogs(block: Block) -> str:
+    """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
+    if block.prop("m") < 0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for ogs, not listed planes")
+    _only("ogs, whose axes are those of the layer", "map", block.prop("map"), 0.0)
+    _only("ogs, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
+    law = opengeosys.behaviour(contract.check(block.props), len(block.statev))
+    comments = [
+        *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
+        f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
+        "axes: N, Tx, Ty of the layer, here of a horizontal one; a project has one local_coordinate_system, "
+        "whose parameters may be of the type MeshElement",
+        "zero state variables are the virgin interface; cracked planes by initial_values",
+    ]
+    return opengeosys.patch(block.name, law, block.props, block.dimension, comments)
+
+
+def _oofem(block: Block) -> str:
+    """OOFEM: the record of a material; it loads the UMAT of the library."""
+    _only("oofem, whose solids have the order 33, 13, 23", "map", block.prop("map"), 0.0)
+    _only("oofem, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
+    _only("oofem", "dimension", block.dimension, 3)
+    names = ", ".join(f"{i} {text}" for i, text in enumerate(block.statev, 1))
+    comments = [
+        *_remarks(block, "NonLinearStatic with lstype 0 smtype 1 (unsymmetric), LSpace elements"),
+        f"layer of LSpace elements, its normal along z, of the thickness h = {block.thickness()!r}",
+        "OOFEM goes on after a step that has not converged: look at the iterations",
+        f"state: {names}",
+    ]
+    props = " ".join(repr(value) for value in block.props.tolist())
+    return _text(
+        *(f"# {line}" for line in comments),
+        f"AbaqusUserMaterial 1 d 0.0 numstate {len(block.statev)} properties {len(block.props)} {props} "
+        f'umat "{library()}" name "{block.name}"',
+    )
 
 
 def _only(host: str, name: str, value: float, expected: float) -> None:
@@ -175,13 +210,18 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
 def _comments(block: Block, run: str) -> str:
     """Head of a block: its origin, the entries of PROPS, how to run it, and the remarks."""
     names = ", ".join(row.name for row in contract.props_table())
-    lines = [
-        f"asperity {contract.library_version()}: {names}",
+    head, *others = _remarks(block, run)
+    return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
+
+
+def _remarks(block: Block, run: str) -> list[str]:
+    """Lines at the head of a block: its origin, how to run it, and the remarks."""
+    return [
+        f"asperity {contract.library_version()}",
         "units: one consistent set, such as mm, N, MPa, N/mm; theta and turn in degrees",
         run,
         *block.remarks,
     ]
-    return "\n".join(f"** {line}" for line in lines)
 
 
 def _text(*lines: str) -> str:
@@ -193,3 +233,7 @@ def _constants(props: contract.Floats) -> list[str]:
     """Text of constants with all digits, eight on a line."""
     texts = [repr(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
+
+
+HOSTS = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs, "oofem": _oofem}
+"""Writers of the blocks by host."""

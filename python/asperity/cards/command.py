@@ -9,12 +9,13 @@ from pathlib import Path
 from .. import contract
 from ..case_files import Run, read_case
 from ..remarks import shown_warnings
+from .blocks import HOSTS
 
 
 def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
-    card.add_argument("--host", required=True, choices=("abaqus", "calculix", "kratos"))
+    card.add_argument("--host", required=True, choices=tuple(HOSTS))
     card.add_argument(
         "--name", default="INTERFACE", help="name of material and elements (default: %(default)s)"
     )
@@ -28,7 +29,8 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     card.add_argument("--density", type=float, metavar="RHO", help="mass over area and thickness h")
     checks = card.add_argument_group("checks", "given values are checked; remarks go into the block")
     checks.add_argument(
-        "--stress",
+        "--sigma-N",
+        dest="sigma_N",
         type=float,
         metavar="SIGMA_N",
         help="largest compression, < 0; checks the contact stiffness",
@@ -57,7 +59,7 @@ def _card(options: argparse.Namespace) -> int:
             dimension=options.dimension,
             explicit=options.explicit,
             density=options.density,
-            stress=options.stress,
+            stress=options.sigma_N,
             modulus=options.modulus,
             size=options.size,
             **of_host | {name: value for name, value in given.items() if value is not None},

@@ -11,15 +11,24 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..interface import Interface
+from .checks import LARGEST_RATIO
 from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, each, material_of
-from .records import LARGEST_RATIO, ShearTest
+from .records import ShearTest
 
-DEFAULT_FREE = ("sigma0", "Gc", "mu", "theta")
+DEFAULT_FREE = ("sigma0", "Gc", "eta", "mu", "theta", "flat", "kc")
+"""Parameters that are free unless they are set: what is not known is not assumed."""
+
+FLAT_FREE = ("sigma0", "Gc", "eta", "mu")
+"""The same for a flat joint: its closing stiffness shows in no shear-box test."""
+
 DEFAULT_FIXED = {"eta": 0.9} | {name: contract.default(name) for name in ("flat", "kc", "height", "W0")}
-"""Default free parameters and default values of the fixed ones."""
+"""Values of parameters that a given list of free ones leaves out."""
 
 STARTS_TRIED = 5
 """Number of starts. About one in four ends in the local minimum of a curve that never softens (small s_f)."""
+
+AGREEING, MORE_STARTS = 3, 3
+"""Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
 
 MOST_SIDES = 64
 """Largest number of inclined planes of a regular pattern, by the contract."""
@@ -27,8 +36,17 @@ MOST_SIDES = 64
 SAMPLES = 48
 """Points of a Latin hypercube; the best of them are the starts."""
 
+DEPENDENT = 0.3
+"""Correlation of neighbouring residuals above which the model differs from the record by more than noise."""
+
+DEVIATIONS = 3.0
+"""Standard deviations of the correlation of independent residuals, 1/sqrt(n), that count as none."""
+
 SAME = 1.01
 """Largest ratio of two sums of squares that count as the same minimum."""
+
+UNDETERMINED = 2.0
+"""A parameter is not determined if its value and an end of its interval differ by more than this factor."""
 
 COUPLED = 0.99
 """Correlation above which two parameters are called not separable."""
@@ -64,14 +82,6 @@ Tick = Callable[[str], object]
 """Function that is called after every evaluation of the model."""
 
 
-class NoScipyError(ImportError):
-    """scipy, which the extra `fit` brings, is not installed."""
-
-    def __init__(self) -> None:
-        """Message that names the package to install."""
-        super().__init__("fit needs scipy: expected it to be installed, as by pip install 'asperity[fit]'")
-
-
 BOUNDS = {
     "eta": (0.05, 0.995),
     "mu": (0.01, 2.0),
@@ -102,8 +112,9 @@ class Fit:
     """Identified parameters and measures of their quality.
 
     values: parameters by name, fixed ones included.  x: transformed free ones; covariance (p, p): of x.
-    quantile: of Student's t at `confidence`.  scatter: standard deviation of tau and of s_N about the fit,
-    over their range (nan without dilation).  neighbours: correlation of residuals of neighbouring rows.
+    quantile: of Student's t at `confidence`, and with an accepted model error times `dependence_factor`.
+    scatter: standard deviation of tau and of s_N about the fit, over their range (nan without dilation).
+    neighbours: correlation of residuals of neighbouring rows.
     derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
     shift: largest change of a parameter, in standard errors, if each increment is divided into REFINE.
     costs: sums of squares from the starts with the requested increments, the best first.  converged: whether
@@ -127,6 +138,17 @@ class Fit:
     evaluations: int
     singular: Floats
     directions: Floats
+    model_error: float = 0.0
+
+    @property
+    def dependent(self) -> bool:
+        """Whether the residuals of neighbouring rows are correlated beyond chance."""
+        return self.neighbours > max(DEPENDENT, DEVIATIONS / np.sqrt(self.residuals.size))
+
+    @property
+    def dependence_factor(self) -> float:
+        """Factor by which correlated residuals widen an interval (autoregressive of first order)."""
+        return float(np.sqrt((1.0 + self.neighbours) / (1.0 - self.neighbours)))
 
     @property
     def correlation(self) -> Floats:
@@ -167,6 +189,28 @@ class Fit:
         return sum(cost <= SAME * self.costs[0] for cost in self.costs)
 
     @property
+    def inseparable(self) -> bool:
+        """Whether mu and theta are to be identified from tests that show the residual ratio only."""
+        free = self.problem.free
+        if self.problem.dilation or not {"mu", "theta"} <= set(free):
+            return False
+        return abs(float(self.correlation[free.index("mu"), free.index("theta")])) > COUPLED
+
+    @property
+    def lost_rows(self) -> int:
+        """Number of rows of the tests that the model does not reach, because it has no equilibrium there."""
+        curves = self.problem.curves(self.values)
+        pairs = zip(self.problem.paths, curves, strict=True)
+        return sum(int(np.sum(path.rows >= done)) for path, (*_, done) in pairs)
+
+    @property
+    def undetermined(self) -> list[str]:
+        """Free parameters whose intervals are wider than UNDETERMINED to either side, the widest first."""
+        half = dict(zip(self.problem.free, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+        wide = [name for name, size in half.items() if self.quantile * size > np.log(UNDETERMINED)]
+        return sorted(wide, key=lambda name: -half[name])
+
+    @property
     def at_bounds(self) -> list[str]:
         """Free parameters that lie at a bound."""
         near = 1.0e-3
@@ -190,7 +234,7 @@ def derived(values: Mapping[str, float]) -> dict[str, float]:
 
 def fit(
     tests: Sequence[ShearTest],
-    free: Sequence[str] = DEFAULT_FREE,
+    free: Sequence[str] | None = None,
     fixed: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
@@ -201,25 +245,31 @@ def fit(
     seed: int = 0,
     confidence: float = 0.95,
     tick: Tick = lambda _: None,
+    model_error: float = 0.0,
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height, W0; a parameter
-    in neither has its value in DEFAULT_FIXED.  start: additional start besides the best points of a Latin
-    hypercube; `starts` is the number of all starts, `seed` that of the hypercube.  bounds: (low, high) by
-    name.  increments: smallest number along a test at first; they are refined until the parameters
-    converge.
-    tick: called after every evaluation.  Raises ValueError for inadmissible names and values and for fewer
-    data than the free parameters need, NoScipyError without scipy.
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height, W0.  Without
+    `free` DEFAULT_FREE are free as far as they are not fixed; a parameter that neither of them has takes its
+    value in DEFAULT_FIXED.
+    start: additional start besides the best points of a Latin hypercube; `starts` is the number of all
+    starts, `seed` that of the hypercube; if fewer than AGREEING of them reach the smallest sum of squares,
+    up to MORE_STARTS times as many are tried.  bounds: (low, high) by name.  increments: smallest number
+    along a test at first; they are refined until the parameters converge.  tick: called after each
+    evaluation.  model_error: accepted scatter, as a fraction of the range, of a model that differs from the
+    record by more than noise; the intervals are then wider.  Raises ValueError for inadmissible names and
+    values and for fewer data than the free parameters need.
     """
-    try:
-        from scipy.optimize import OptimizeResult, least_squares
-        from scipy.special import stdtrit
-    except ImportError as error:
-        raise NoScipyError from error
+    from scipy.optimize import OptimizeResult, least_squares
+    from scipy.special import stdtrit
+
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
         if not 1 <= value <= most:
             raise ValueError(f"{name} = {value}: expected 1 to {most}")
+    if free is None:
+        free = [name for name in (FLAT_FREE if sides == 0 else DEFAULT_FREE) if name not in (fixed or {})]
+    if not 0.0 <= model_error < 1.0:
+        raise ValueError(f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
     problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
     for name, value in (start or {}).items():
         if name not in problem.free:
@@ -264,11 +314,14 @@ def fit(
             max_nfev=MOST_EVALUATIONS,
         )
 
-    ends = []
+    ends: list[OptimizeResult] = []
+    costs: tuple[float, ...] = ()
     for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
+        if i >= starts and costs[min(AGREEING, starts) - 1] <= SAME * costs[0]:
+            break
         label = f"start {i + 1} of {starts}"
         ends.append(solve(x))
-    costs = tuple(sorted(2.0 * float(end.cost) for end in ends))
+        costs = tuple(sorted(2.0 * float(end.cost) for end in ends))
     best = min(ends, key=lambda end: float(end.cost))
     while True:
         parts = problem.refinement * REFINE
@@ -283,7 +336,7 @@ def fit(
         best = solve(best.x)
     label = "intervals"
     finer = problem.jacobian(best.x, FINER * STEP)
-    return Fit(
+    found = Fit(
         problem=problem,
         values=problem.values(best.x),
         x=best.x,
@@ -300,7 +353,11 @@ def fit(
         evaluations=evaluations + 2 * best.x.size,
         singular=known.singular,
         directions=known.directions,
+        model_error=model_error,
     )
+    if found.dependent and model_error > 0.0:
+        found = replace(found, quantile=found.quantile * found.dependence_factor)
+    return found
 
 
 def _problem(
@@ -414,7 +471,7 @@ def _starts(
         given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
         x = np.array([SCALES[name].to(given[name]) for name in problem.free])
         ranked.insert(0, np.clip(x, low + margin, high - margin))
-    return ranked[:count]
+    return ranked[: MORE_STARTS * count if count > 1 else 1]
 
 
 def _hypercube(problem: Problem, seed: int) -> list[Floats]:

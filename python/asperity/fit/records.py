@@ -6,7 +6,7 @@ import csv
 import io
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
+from . import checks, units
 
 REQUIRED = ("slip", "tau", "sigma_N")
 OPTIONAL = ("dilation", "k_N", "test")
@@ -23,32 +24,8 @@ ALIASES = {"s_N": "dilation"}
 HEADER = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 """Name of a column and its unit in brackets."""
 
-SAME_UNITS = (("MPa", "N/mm2"), ("kPa", "kN/m2"), ("Pa", "N/m2"), ("MPa/mm", "N/mm3"), ("kPa/m", "kN/m3"))
-"""Other accepted spellings of each unit."""
-
 LEAST_ROWS = 5
 """Smallest number of rows of a test: fewer show no stiffness, peak or residual strength."""
-
-LARGEST_RATIO = 1.0e3
-"""Largest ratio of two stresses in a file: more indicates mixed units, such as MPa and kPa."""
-
-STEEPEST = 20.0
-"""Largest ratio of dilation to slip: that of planes of 87 degrees."""
-
-HELD = 0.05
-"""Largest relative variation of a normal traction that counts as constant."""
-
-SPRING = 0.7
-"""Largest fraction of a change of the normal traction that k_N times the dilation need not explain."""
-
-OFFSET = 0.5
-"""Largest first dilation, as a fraction of its range, that counts as measured from the start of slip."""
-
-LONGEST_PATH, MOST_TURNS = 5.0, 1.0 / 3.0
-"""Length of the slip path over its range, and fraction of rows with a reversal.
-
-If both are exceeded, the rows are taken to be out of order.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +34,8 @@ class ShearTest:
 
     s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
     k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
-    units: of length and stress where the file has them.  Raises ValueError for inadmissible data.
+    units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
+    Raises ValueError for inadmissible data.
     """
 
     name: str
@@ -67,6 +45,7 @@ class ShearTest:
     sigma_N: float
     k_N: float = 0.0
     units: dict[str, str] = field(default_factory=dict)
+    lines: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         """Check shapes and values."""
@@ -98,21 +77,32 @@ class ShearTest:
 
 @dataclass(frozen=True)
 class _Row:
-    """Line number and values of a row."""
+    """Line number and values of a row as the file has them; factors: to the units of the test."""
 
     line: int
     values: dict[str, float | None]
+    factors: Mapping[str, float]
+
+    def get(self, column: str) -> float | None:
+        """Value in the units of the test, None where there is none."""
+        value = self.values.get(column)
+        return None if value is None else value * self.factors.get(column, 1.0)
 
 
 def read_records(
-    paths: Iterable[Path], k_N: float | None = None, compression_positive: bool = False
+    paths: Iterable[Path],
+    k_N: float | None = None,
+    compression_positive: bool = False,
+    target: tuple[str, str] = units.DEFAULT,
 ) -> list[ShearTest]:
     """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation (or s_N), k_N, test.
 
-    Units in brackets after the names must agree.  A ModelWarning names unused columns and tests whose rows
-    seem to be out of order.  k_N: for files without that column.  compression_positive: sigma_N in the files
-    is positive in compression.  Raises ValueError with file, line, column and value of an inadmissible entry,
-    OSError for a file that cannot be read.
+    Numbers with a unit in brackets after the name of their column are converted to the units of length and
+    stress of the target; numbers without units stay as they are.  A ModelWarning names unused columns, tests
+    whose rows seem to be out of order, and sizes that contradict their unit.  k_N: for files without that
+    column, in the units of the target.  compression_positive: sigma_N in the files is > 0 in compression.
+    Raises ValueError with file, line, column and value of an inadmissible entry, OSError for a file that
+    cannot be read.
     """
     if k_N is not None and not 0.0 <= k_N < np.inf:
         raise ValueError(f"k_N = {k_N:g}: expected a finite stiffness >= 0")
@@ -122,17 +112,17 @@ def read_records(
         if path.resolve() in seen:
             raise ValueError(f"{path}: given twice: expected each record once")
         seen.append(path.resolve())
-        found, units = _read(path)
+        found, of_file = _read(path, target)
         for name, rows in found.items():
             where = f"{path}: test {name}" if name else str(path)
-            tests.append(_test(path, where, rows, k_N, compression_positive, units))
+            tests.append(_test(path, where, rows, k_N, compression_positive, of_file))
     if not tests:
         raise ValueError("no test: expected a file")
-    check_units(tests)
+    checks.of_all(tests)
     return tests
 
 
-def _read(path: Path) -> tuple[dict[str, list[_Row]], dict[str, str]]:
+def _read(path: Path, target: tuple[str, str]) -> tuple[dict[str, list[_Row]], dict[str, str]]:
     """Rows of a file by test, in their order, and the units of the file."""
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -142,22 +132,24 @@ def _read(path: Path) -> tuple[dict[str, list[_Row]], dict[str, str]]:
         reason = (error.strerror or "cannot be read").lower()
         raise type(error)(f"{path}: {reason}: expected a CSV file with {', '.join(REQUIRED)}") from None
     try:
-        return _rows(path, text)
+        return _rows(path, text, target)
     except csv.Error as error:
         raise ValueError(f"{path}: {error}: expected a CSV file") from None
 
 
-def _rows(path: Path, text: str) -> tuple[dict[str, list[_Row]], dict[str, str]]:
-    """Rows of a text by test, and the units of the text."""
+def _rows(path: Path, text: str, target: tuple[str, str]) -> tuple[dict[str, list[_Row]], dict[str, str]]:
+    """Rows of a text by test, and the units to which they are converted, none where the text has none."""
     found: dict[str, list[_Row]] = {}
     columns: list[str] | None = None
-    units: dict[str, str] = {}
+    factors: dict[str, float] = {}
     reader = csv.reader(io.StringIO(text))
     for cells in reader:
         if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
             continue
         if columns is None:
-            columns, units = _columns(path, reader.line_num, cells)
+            columns, given = _columns(path, reader.line_num, cells)
+            measured = [name for name in columns if name in units.KINDS]
+            factors = units.factors(f"{path}: line {reader.line_num}", measured, given, target)
             continue
         while len(cells) > len(columns) and not cells[-1].strip():
             cells.pop()
@@ -173,14 +165,14 @@ def _rows(path: Path, text: str) -> tuple[dict[str, list[_Row]], dict[str, str]]
             for column, text in row.items()
             if column in REQUIRED + OPTIONAL
         }
-        found.setdefault(name, []).append(_Row(reader.line_num, values))
+        found.setdefault(name, []).append(_Row(reader.line_num, values, factors))
     if columns is None or not found:
         raise ValueError(f"{path}: no rows: expected a header with {', '.join(REQUIRED)}, then numbers")
-    return found, units
+    return found, dict(zip(("length", "stress"), target, strict=True)) if factors else {}
 
 
 def _columns(path: Path, line: int, cells: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Names of the columns, and the units of length and stress in the header."""
+    """Names of the columns, and the units in the header by column."""
     while len(cells) > 1 and not cells[-1].strip():
         cells = cells[:-1]
     parts = [HEADER.fullmatch(cell) for cell in cells]
@@ -205,32 +197,8 @@ def _columns(path: Path, line: int, cells: Sequence[str]) -> tuple[list[str], di
     unused = [name for name in names if name not in REQUIRED + OPTIONAL]
     if unused:
         warnings.warn(f"{path}: columns not used: {', '.join(unused)}", ModelWarning, stacklevel=6)
-    given = {name: unit_name(part[2]) for name, part in zip(names, parts, strict=True) if part and part[2]}
-    return names, _units(f"{path}: line {line}", given)
-
-
-def unit_name(text: str) -> str:
-    """Standard spelling of a unit: MPa for N/mm^2."""
-    plain = text.replace("\N{SUPERSCRIPT TWO}", "2").replace("\N{SUPERSCRIPT THREE}", "3").replace("^", "")
-    plain = plain.replace(" ", "")
-    return next((first for first, *others in SAME_UNITS if plain in others), plain)
-
-
-def _units(where: str, given: dict[str, str]) -> dict[str, str]:
-    """Units of length and stress in the header; ValueError where they disagree."""
-    units = {}
-    for kind, names in (("length", ("slip", "dilation")), ("stress", ("tau", "sigma_N"))):
-        told = [name for name in names if name in given]
-        if len({given[name] for name in told}) > 1:
-            first, second = told
-            raise ValueError(
-                f"{where}: {first} [{given[first]}], {second} [{given[second]}]: expected one unit of {kind}"
-            )
-        if told:
-            units[kind] = given[told[0]]
-    if len(units) == 2 and given.get("k_N", expected := f"{units['stress']}/{units['length']}") != expected:
-        raise ValueError(f"{where}: k_N [{given['k_N']}]: expected [{expected}], stress/length")
-    return units
+    given = {name: part[2] for name, part in zip(names, parts, strict=True) if part and part[2]}
+    return names, {name: unit for name, unit in given.items() if name in units.KINDS}
 
 
 def _number(path: Path, line: int, column: str, text: str) -> float | None:
@@ -252,7 +220,7 @@ def _test(
     rows: list[_Row],
     k_N: float | None,
     compression_positive: bool,
-    units: dict[str, str],
+    of_file: dict[str, str],
 ) -> ShearTest:
     """Test from its rows, after checks of the rows against each other."""
     if len(rows) < LEAST_ROWS:
@@ -270,7 +238,7 @@ def _test(
             f"{path}: line {row.line}, column sigma_N: {row.values['sigma_N']:g} is tension: expected "
             f"compression, <= 0 ({hint})"
         )
-    stiffnesses = {row.values.get("k_N") for row in rows}
+    stiffnesses = {row.get("k_N") for row in rows}
     if len(stiffnesses) > 1:
         raise ValueError(f"{where}: column k_N: {len(stiffnesses)} values: expected one a test")
     stiffness = stiffnesses.pop()
@@ -281,10 +249,10 @@ def _test(
     if stiffness == 0.0:
         away = np.abs(sigma_N - held)
         worst = int(np.argmax(away))
-        if away[worst] > HELD * abs(held):
+        if away[worst] > checks.HELD * abs(held):
             raise ValueError(
-                f"{path}: line {rows[worst].line}, column sigma_N: {rows[worst].values['sigma_N']:g} is more "
-                f"than {HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, or k_N"
+                f"{path}: line {rows[worst].line}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
+                f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, or k_N"
             )
     blank = [row for row in rows if row.values.get("dilation") is None]
     if 0 < len(blank) < len(rows):
@@ -292,88 +260,16 @@ def _test(
             f"{path}: line {blank[0].line}, column dilation: empty: expected a number, or none in the test"
         )
     s_N = None if blank else _column(rows, "dilation")
-    if s_N is not None and np.ptp(s_N) > STEEPEST * np.ptp(slip):
-        worst = int(np.argmax(np.abs(s_N)))
-        raise ValueError(
-            f"{path}: line {rows[worst].line}, column dilation: {s_N[worst]:g} over slips up to "
-            f"{np.abs(slip).max():g}: expected the unit of slip (at most {STEEPEST:g} times it)"
-        )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
         # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
     if not held <= 0.0:
         raise ValueError(f"{where}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")
-    test = ShearTest(where, slip, tau, s_N, held, stiffness, units)
-    _check_start(path, rows, test)
-    if stiffness > 0.0:
-        _check_spring(test, sigma_N)
-    _warn_of_order(test)
+    lines = tuple(row.line for row in rows)
+    test = ShearTest(where, slip, tau, s_N, held, stiffness, of_file, lines)
+    checks.of_rows(test, sigma_N)
     return test
 
 
-def _check_start(path: Path, rows: list[_Row], test: ShearTest) -> None:
-    """Raise ValueError where the dilation is not measured from the start of the slip."""
-    if test.s_N is None:
-        return
-    first, reached = float(test.s_N[0]), STEEPEST * abs(float(test.slip[0]))
-    if abs(first) > reached + OFFSET * float(np.ptp(test.s_N)):
-        raise ValueError(
-            f"{path}: line {rows[0].line}, column dilation: {first:g} at slip {test.slip[0]:g}: expected the "
-            "change since the start of the slip"
-        )
-
-
-def _check_spring(test: ShearTest, sigma_N: Floats) -> None:
-    """Raise ValueError where the change of the measured sigma_N differs from -k_N times the dilation."""
-    if test.s_N is None or np.ptp(sigma_N) <= HELD * float(np.abs(sigma_N).max()):
-        return
-    expected = -test.k_N * (test.s_N - test.s_N[0])
-    left = float(np.abs(sigma_N - sigma_N[0] - expected).max())
-    if left > SPRING * max(float(np.ptp(sigma_N)), float(np.ptp(expected))):
-        raise ValueError(
-            f"{test.name}: column k_N: {test.k_N:g} times the dilation changes sigma_N by up to "
-            f"{np.ptp(expected):g}, the column by {np.ptp(sigma_N):g}: expected stress/length in the units "
-            "of tau and slip, and dilation > 0 where it opens"
-        )
-
-
-def _warn_of_order(test: ShearTest) -> None:
-    """Issue a ModelWarning where the slip reverses so often that the rows seem to be out of order."""
-    way = float(np.abs(np.diff([0.0, *test.slip])).sum() / np.ptp([0.0, *test.slip]))
-    turns = len(test.turns) - 1
-    if way > LONGEST_PATH and turns > MOST_TURNS * test.slip.size:
-        text = (
-            f"{test.name}: the slip reverses at {turns} of {test.slip.size} rows and covers {way:.0f} "
-            "times its range: expected the rows in the order of the test"
-        )
-        warnings.warn(text, ModelWarning, stacklevel=5)
-
-
 def _column(rows: list[_Row], name: str) -> Floats:
-    return np.array([row.values[name] for row in rows], dtype=float)
-
-
-def check_units(tests: Sequence[ShearTest]) -> None:
-    """Raise ValueError where the stresses differ too much in size, or the units of the files differ."""
-    for kind in ("length", "stress"):
-        told = {test.units[kind]: test.name for test in tests if kind in test.units}
-        if len(told) > 1:
-            texts = ", ".join(f"{unit} in {name}" for unit, name in told.items())
-            raise ValueError(f"units of {kind}: {texts}: expected one unit")
-    pressed = max(abs(test.sigma_N) for test in tests)
-    highest = max(tests, key=lambda test: np.abs(test.tau).max())
-    tau = float(np.abs(highest.tau).max())
-    if pressed > 0.0 and not 1.0 / LARGEST_RATIO <= tau / pressed <= LARGEST_RATIO:
-        raise ValueError(
-            f"{highest.name}: column tau: {tau:g} where |sigma_N| is up to {pressed:g}: expected the same "
-            f"unit (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})"
-        )
-    for test in tests:
-        if test.k_N == 0.0 or test.s_N is None:
-            continue
-        change, most = test.k_N * float(np.ptp(test.s_N)), LARGEST_RATIO * max(tau, pressed)
-        if change > most:
-            raise ValueError(
-                f"{test.name}: column k_N: {test.k_N:g} changes sigma_N by {change:g}: expected stress/"
-                f"length in the units of tau and slip (a change up to {most:g})"
-            )
+    return np.array([row.get(name) for row in rows], dtype=float)

@@ -9,22 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import Floats
-from ..remarks import of_height, of_wear
-from .fitting import COUPLED, ENOUGH, REFINE, Estimate, Fit, derived, residual_ratio
+from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
 from .model import FINER, MATERIAL, SCALES, STEP
 from .records import ShearTest
-
-UNDETERMINED = 2.0
-"""A parameter is not determined if its value and an end of its interval differ by more than this factor."""
+from .units import NONE
 
 POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
 
 UNKNOWN = 1.0e6
 """Ratio of the ends of an interval above which nothing is known of the parameter."""
-
-DEPENDENT = 0.3
-"""Correlation of neighbouring residuals above which the intervals are called too narrow."""
 
 WIDTH = 110
 """Characters of a line of text."""
@@ -39,8 +33,8 @@ CASE_INCREMENTS = 100
 """Increments of a step in the case file."""
 
 
-def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
-    """Lines of the report: tests, assumptions, parameters with intervals, correlations, doubts, PROPS."""
+def report(found: Fit, units: tuple[str, str] = NONE) -> str:
+    """Lines of the report: tests, assumptions, parameters with intervals, correlations, doubts."""
     problem = found.problem
     length, stress = units
     of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
@@ -80,12 +74,14 @@ def report(found: Fit, units: tuple[str, str] = ("mm", "MPa")) -> str:
     lines.append("")
     for text in identifiability(found):
         lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
-    lines.append("")
-    props = found.interface.props()
-    lines.append(
-        f"PROPS({len(props)})   " + ", ".join(f"{float(f'{value:.6g}')!r}" for value in props.tolist())
-    )
     return "\n".join(lines)
+
+
+def props_line(found: Fit) -> str:
+    """Line with the vector PROPS."""
+    props = found.interface.props()
+    values = ", ".join(f"{float(f'{value:.6g}')!r}" for value in props.tolist())
+    return f"PROPS({len(props)})   {values}"
 
 
 def _row(name: str, one: Estimate, unit: str) -> str:
@@ -109,9 +105,8 @@ def identifiability(found: Fit) -> list[str]:
     """Sentences on parameters that cannot be separated, on their determined combination, and on doubts."""
     problem, texts = found.problem, []
     free = problem.free
-    half = found.quantile * np.sqrt(np.diag(found.covariance))
     poor = [value for value in found.scatter if value > POOR]
-    if poor and found.neighbours > DEPENDENT:
+    if poor and found.dependent:
         texts.append(
             f"the fit is poor: the residuals are {max(poor):.0%} of the range. Check the plot, the units "
             "and the "
@@ -126,10 +121,9 @@ def identifiability(found: Fit) -> list[str]:
             pair = {first, free[j]}
             if abs(found.correlation[i, j]) > COUPLED and pair not in ({"mu", "theta"}, {"sigma0", "Gc"}):
                 texts.append(_pair(found, i, j))
-    for name, size in zip(free, half, strict=True):
-        if size > np.log(UNDETERMINED):
-            one = found.estimates[name]
-            texts.append(f"{name} is not determined: {one.low:.3g} to {one.high:.3g}")
+    for name in found.undetermined:
+        one = found.estimates[name]
+        texts.append(f"{name} is not determined: {one.low:.3g} to {one.high:.3g}")
     weak = found.directions[-1] * np.sign(found.directions[-1][np.argmax(np.abs(found.directions[-1]))])
     size = found.quantile * float(np.sqrt(weak @ found.covariance @ weak))
     texts.append(
@@ -143,11 +137,6 @@ def identifiability(found: Fit) -> list[str]:
             f"{name} = {found.values[name]:.4g} is at one of its bounds, {low:g} to {high:g}: "
             "its interval has no meaning"
         )
-    lowest = min(test.sigma_N for test in problem.tests)
-    interface = found.interface
-    joint = interface.material, interface.pattern
-    limits = of_height(*joint, lowest) + of_wear(*joint, lowest)
-    texts += [remark.text for remark in limits if not remark.good]
     if not found.converged:
         texts.append(
             "the least squares ended before they converged: give a --start, or fewer free parameters"
@@ -162,13 +151,12 @@ def identifiability(found: Fit) -> list[str]:
         texts.append(
             "only one start reached the smallest sum of squares: there may be a smaller one; raise --starts"
         )
-    if found.neighbours > DEPENDENT:
-        factor = np.sqrt((1.0 + found.neighbours) / (1.0 - found.neighbours))
+    if found.dependent:
+        width = "are widened" if found.model_error > 0.0 else "are too narrow"
         texts.append(
-            f"residuals of neighbouring rows are correlated ({found.neighbours:.2f}): the model differs "
-            "from the "
-            "test data by more than noise, so the intervals are too narrow by a factor of about "
-            f"{factor:.1f}"
+            f"residuals of neighbouring rows are correlated ({found.neighbours:.2f}): the model differs from "
+            f"the test data by more than noise, so the intervals {width} by a factor of about "
+            f"{found.dependence_factor:.1f}"
         )
     return texts
 
@@ -275,7 +263,7 @@ def _combination(names: Sequence[str], weights: Floats) -> str:
     return " ".join(terms).removeprefix("+ ")
 
 
-def draw(found: Fit, path: Path, units: tuple[str, str] = ("mm", "MPa")) -> None:
+def draw(found: Fit, path: Path, units: tuple[str, str] = NONE) -> None:
     """Draw tests (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
     from ..plots import COLOURS, LINES, plt
 

@@ -15,16 +15,20 @@ from tqdm import tqdm
 
 from ..contract import Floats
 from ..tables import markdown, refresh
-from .fitting import DEFAULT_FREE, SAME, STARTS_TRIED, Fit, fit, residual_ratio
+from .fitting import SAME, STARTS_TRIED, Fit, fit, residual_ratio
 from .model import SIDES, Problem, slip_curve
 from .records import ShearTest, read_records
-from .report import draw, report
+from .report import draw, props_line, report
+from .units import DEFAULT
 
 TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
 """Parameters of the synthetic tests: mm, MPa, degrees."""
 
-SET = {name: TRUTH[name] for name in ("eta", "flat", "kc")}
-"""Fixed parameters of a fit of the default free ones."""
+FREE = ("sigma0", "Gc", "mu", "theta")
+"""Free parameters of most rows of the table."""
+
+SET = {name: value for name, value in TRUTH.items() if name not in FREE}
+"""Fixed parameters of these rows."""
 
 SIGMA_N = (-1.0, -2.0, -4.0)
 """Normal tractions, MPa."""
@@ -61,6 +65,7 @@ def synthetic(
     rows: int = ROWS,
     dilation: bool = True,
     increments: int = FINE,
+    sides: int = SIDES,
 ) -> list[ShearTest]:
     """Tests computed with `truth` in fine increments, with Gaussian noise on tau and s_N."""
     rng = np.random.default_rng(seed)
@@ -70,7 +75,7 @@ def synthetic(
     tests = []
     for number, held in enumerate(sigma_N, 1):
         clean = ShearTest(f"test {number}", slip, slip, None, held, k_N)
-        problem = Problem([clean], (), truth, {}, SIDES, 0.0, increments)
+        problem = Problem([clean], (), truth, {}, sides, 0.0, increments)
         path = problem.paths[0]
         tau, s_N, done = slip_curve(problem.interface(truth), clean, path.slips, 0.0, 200)
         if done < path.slips.size:
@@ -114,7 +119,7 @@ def holds(found: Fit, truth: Mapping[str, float] = TRUTH) -> list[bool]:
 def coverage(
     noise: float,
     repetitions: int,
-    free: Sequence[str] = DEFAULT_FREE,
+    free: Sequence[str] = FREE,
     tick: Callable[[], object] = lambda: None,
     starts: int = STARTS_TRIED,
     start: Mapping[str, float] | None = None,
@@ -143,10 +148,10 @@ def coverage(
 
 
 STUDIES: dict[str, tuple[Sequence[str], dict[str, object]]] = {
-    "CNL, dilation": (DEFAULT_FREE, {}),
-    "CNL, no dilation": (DEFAULT_FREE, {"dilation": False}),
-    "CNS, dilation": (DEFAULT_FREE, {"k_N": K_N}),
-    "cycle, dilation": (DEFAULT_FREE, CYCLIC),
+    "CNL, dilation": (FREE, {}),
+    "CNL, no dilation": (FREE, {"dilation": False}),
+    "CNS, dilation": (FREE, {"k_N": K_N}),
+    "cycle, dilation": (FREE, CYCLIC),
     "CNL, dilation, all seven": (tuple(TRUTH), {}),
 }
 """Synthetic tests and free parameters of each row of the table."""
@@ -195,13 +200,14 @@ def example(picture: Path | None) -> str:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))
-        found = fit(read_records([path]), fixed={"kc": TRUTH["kc"]})
-        text = report(found).replace(f"{folder}{os.sep}", "")
+        found = fit(read_records([path]), fixed=None if picture is not None else SET)
+        text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
     if picture is not None:
-        draw(found, picture)
+        draw(found, picture, DEFAULT)
+        text += f"\n\n{props_line(found)}"
     else:
         start = text.index("no dilation: mu")
-        text = text[start : text.index("\n\n", start)]
+        text = text[start:]
     return f"```text\n{text}\n```"
 
 

@@ -16,7 +16,8 @@ from tqdm import tqdm
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
-from ..remarks import shown_warnings, warn_of_limits
+from ..pattern import Pattern
+from ..remarks import shown_warnings, warn_of_physics
 from ..studies.speed_charts import Timing, measure, read_timings
 from .search import (
     REFERENCE_SIDES,
@@ -35,6 +36,9 @@ PATIENCE = 2.0
 """Seconds before progress is shown."""
 
 BAD_INPUT = 1
+
+TOLERANCE = 0.01
+"""Largest error where none is given."""
 
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
@@ -64,9 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         type=float,
-        default=0.01,
         metavar="ERROR",
-        help="largest error of traction, dilation and residual strength (default: %(default)s)",
+        help=f"largest error of traction, dilation and residual strength (default: {TOLERANCE})",
     )
     parser.add_argument(
         "--planar",
@@ -89,7 +92,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="picture of the map, .png or .pdf; a CSV is written beside it",
+        help="the case with the selected pattern, for run and card; with --map the picture, .png or .pdf, "
+        "beside which a CSV is written",
     )
     parser.set_defaults(action=_run)
 
@@ -115,7 +119,7 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
         raise ValueError(f"{path}: expected &step with t_N, then with slip, the same path in every run")
     if planar and any(test.direction != first.direction for test in tests):
         raise ValueError(f"{path}: expected one direction for a planar load case")
-    warn_of_limits(first.material, first.pattern, min(test.sigma_N for test in tests))
+    warn_of_physics(first.material, first.pattern, min(test.sigma_N for test in tests))
     return LoadCase(
         first.material,
         first.pattern.theta if first.pattern.m else 0.0,
@@ -177,11 +181,15 @@ def _run(options: argparse.Namespace) -> int:
     if options.map:
         if options.case is not None:
             raise ValueError(f"--map: expected without {options.case}")
+        if options.planar or options.tolerance is not None or options.bench is not None:
+            raise ValueError(
+                "--map: expected without --planar, --tolerance and --bench, which belong to a case"
+            )
         return _map(options.output or Path("select.png"))
     if options.case is None:
         raise ValueError("expected CASE.nml or --map")
-    if options.output is not None:
-        raise ValueError(f"-o {options.output}: expected with --map only")
+    if options.output is not None and options.output.resolve() == options.case.resolve():
+        raise ValueError(f"-o {options.output}: expected another name than that of the case that is read")
     with shown_warnings():
         case = read_load_case(options.case, options.planar)
     with warnings.catch_warnings():
@@ -190,14 +198,27 @@ def _run(options: argparse.Namespace) -> int:
         with _progress("pattern", REFERENCE_SIDES) as bar:
             try:
                 answer = select(
-                    case, options.tolerance, lambda name: (bar.update(), bar.set_postfix_str(name))
+                    case,
+                    TOLERANCE if options.tolerance is None else options.tolerance,
+                    lambda name: (bar.update(), bar.set_postfix_str(name)),
                 )
             except NoPatternError as error:
                 bar.close()
                 print(f"asperity: {options.case}: {error}", file=sys.stderr)
                 return BAD_INPUT
     print(report(answer, costs))
+    if options.output is not None:
+        write_case(options.case, answer.pattern, options.output)
+        print(options.output)
     return 0
+
+
+def write_case(source: Path, pattern: Pattern, output: Path) -> None:
+    """Write the case of a file with another pattern."""
+    from ..surface.command import case_lines
+
+    case = read_case(source)
+    output.write_bytes(case.before + case_lines(pattern).encode() + case.after)
 
 
 def report(answer: Selection, costs: Costs) -> str:

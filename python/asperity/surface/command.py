@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--planes", type=int, metavar="N", help="largest number of listed planes; it sets the bins"
     )
     planes.add_argument(
-        "--flat",
+        "--flat-below",
         type=float,
         metavar="DEG",
         help="facets inclined by at most this form the flat plane (default: 0)",
@@ -81,21 +81,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     planes.add_argument(
         "--material",
         type=_material,
-        metavar="SIGMA0,GC,ETA,MU",
-        help=f"constants for PROPS and the residual strength (default: names only, and mu = {MU:g})",
+        metavar="NAME=VALUE,...",
+        help=f"{', '.join(REQUIRED)} for the PROPS line and the residual strength (default: names, "
+        f"mu = {MU:g})",
     )
     parser.add_argument(
         "--case",
         type=Path,
         metavar="CASE.nml",
-        help="case of the driver; STEM.nml is the same case with the pattern found, for run, card and select",
+        help="case of the driver; the same case with the pattern found is written, for run, card and select",
     )
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
-        metavar="STEM",
-        help="writes STEM.csv, STEM.png and STEM.nml (default: the name of the scan with _planes, here)",
+        metavar="FILE.csv",
+        help="table of the planes; picture, and with --case the case, are written beside it, .png and .nml "
+        "(default: the name of the scan with _planes.csv, here)",
     )
     parser.set_defaults(action=_run)
 
@@ -190,11 +192,13 @@ def _run(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> None:
     """Check the options that do not depend on the scan."""
-    listing = (options.bins, options.planes, options.directions, options.flat)
+    listing = (options.bins, options.planes, options.directions, options.flat_below)
     if options.regular and any(value is not None for value in listing):
         raise ValueError(
-            "--regular: expected without --bins, --directions, --flat and --planes, which list planes"
+            "--regular: expected without --bins, --directions, --flat-below and --planes, which list planes"
         )
+    if options.sides is not None and not options.regular:
+        raise ValueError("--sides: expected with --regular, listed planes have no number of sides")
     if options.bins is not None and options.planes is not None:
         raise ValueError("--bins, --planes: expected one of them")
     if options.sides is not None and not 2 <= options.sides <= contract.MAX_INCLINED:
@@ -263,9 +267,9 @@ def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tupl
         value = getattr(options, name)
         if value is not None and not 1 <= value <= contract.MAX_INCLINED:
             raise ValueError(f"--{name} {value}: expected 1 to {contract.MAX_INCLINED}")
-    flat = 0.0 if options.flat is None else options.flat
+    flat = 0.0 if options.flat_below is None else options.flat_below
     if not 0.0 <= flat < 90.0:
-        raise ValueError(f"--flat {flat:g}: expected an angle from 0 to below 90 degrees")
+        raise ValueError(f"--flat-below {flat:g}: expected an angle from 0 to below 90 degrees")
     bins = options.bins or 3
     if options.planes is not None:
         if options.planes < directions + 1:
@@ -329,12 +333,13 @@ def _lengths(text: str) -> tuple[float, ...]:
 
 
 def _material(text: str) -> tuple[float, ...]:
-    """Read the constants of the option."""
+    """Read the constants of the option, in the order of PROPS."""
     try:
-        found = tuple(float(part) for part in text.split(","))
-        if len(found) != contract.N_REQUIRED_PROPS:
-            raise ValueError(f"expected {', '.join(REQUIRED)}")
-        contract.check(contract.pack(dict(zip(REQUIRED, found, strict=True))))
+        pairs = [part.partition("=") for part in text.split(",")]
+        values = {name.strip(): contract.number(name, value) for name, _, value in pairs}  # type: ignore[arg-type]
+        if set(values) != set(REQUIRED) or len(values) < len(pairs):
+            raise ValueError("expected " + ",".join(f"{name}=VALUE" for name in REQUIRED))
+        contract.check(contract.pack(values))
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"{text}: {error}") from None
-    return found
+    return tuple(values[name] for name in REQUIRED)

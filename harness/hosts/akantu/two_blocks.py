@@ -1,0 +1,176 @@
+"""Two elastic blocks with a joint in Akantu, in 2D and 3D: pressure, then slip of the upper block.
+
+As a script this module prints force and dilation beside those of a material point.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+
+import akantu as aka
+import numpy as np
+from asperity import Interface, Material, Pattern
+from asperity.hosts.akantu import register
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=4.0), Pattern.regular(2, theta=30.0))
+PRESSURE, SLIP = 1.0, 0.6
+PRELOAD_STEPS, STEPS = 10, 120
+YOUNG, POISSON = 30000.0, 0.2
+TOLERANCE = 1.0e-9
+"""Residual force, N, of blocks with an edge of 1 mm."""
+
+MOST_ITERATIONS = 200
+RUNS = count()
+
+INPUT = """
+model solid_mechanics_model_cohesive [
+  cohesive_inserter [
+    bounding_box = [{box}]
+  ]
+  material elastic [
+    name = block
+    rho = 1e-9
+    E = {young}
+    nu = {poisson}
+  ]
+  material {law} [
+    name = joint
+  ]
+]
+"""
+
+CELL = {2: aka._cohesive_2d_4, 3: aka._cohesive_3d_8}
+"""Type of the elements of the joint, by dimension."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Slip and rise of the top, force (T, dimension) and points of the joint of each step; iterations."""
+
+    slip: Floats
+    rise: Floats
+    force: Floats
+    separation: Floats
+    traction: Floats
+    iterations: list[int]
+
+
+def write_mesh(path: Path, dimension: int, n: int) -> None:
+    """Write two blocks with an edge of 1 mm, of n elements in each horizontal direction."""
+    axis = np.linspace(0.0, 1.0, n + 1)
+    axes = [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:-1])
+    # nodes of an element: around its lower face, then its upper face; in 2D around it
+    faces = [number[:-1], number[1:]]
+    if dimension == 3:
+        faces = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    lower, upper = [f[..., :-1] for f in faces], [f[..., 1:] for f in faces]
+    cells = np.stack(lower + (upper if dimension == 3 else upper[::-1]), axis=-1).reshape(-1, 2**dimension)
+    points = np.zeros((number.size, 3))
+    points[:, :dimension] = grid.reshape(-1, dimension)
+    kind = {2: 3, 3: 5}[dimension]
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "1", f'{dimension} 1 "blocks"']
+    lines += ["$EndPhysicalNames", "$Nodes", str(len(points))]
+    lines += [f"{i} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(points.tolist(), 1)]
+    lines += ["$EndNodes", "$Elements", str(len(cells))]
+    lines += [f"{i} {kind} 2 1 1 " + " ".join(map(str, cell)) for i, cell in enumerate(cells.tolist(), 1)]
+    path.write_text("\n".join([*lines, "$EndElements"]) + "\n", encoding="utf-8")
+
+
+def run(folder: Path, dimension: int, interface: Interface = JOINT, n: int = 2) -> Result:
+    """Press the blocks by PRESSURE, then move the top by SLIP along x; the top stays horizontal."""
+    name = f"asperity_{next(RUNS)}"  # a name can be registered once
+    made = register(interface, name)
+    wide = "[-1, 2], " * (dimension - 1)
+    text = INPUT.format(box=f"{wide}[0.9, 1.1]", young=YOUNG, poisson=POISSON, law=name)
+    (folder / "material.dat").write_text(text, encoding="utf-8")
+    write_mesh(folder / "blocks.msh", dimension, n)
+    aka.parseInput(str(folder / "material.dat"))
+    mesh = aka.Mesh(dimension)
+    mesh.read(str(folder / "blocks.msh"))
+    model = aka.SolidMechanicsModelCohesive(mesh)
+    model.initFull(_analysis_method=aka._static, _is_extrinsic=False)
+    (joint,) = made
+    rows, iterations = [], []
+    for k in range(1, PRELOAD_STEPS + STEPS + 1):
+        pressure = PRESSURE * min(1.0, k / PRELOAD_STEPS)
+        slip = SLIP * max(0.0, (k - PRELOAD_STEPS) / STEPS)
+        iterations.append(solve(model, slip, pressure))
+        joint.commit()
+        points = joint.points(CELL[dimension])
+        top = np.array(mesh.getNodes())[:, -1] > 1.5
+        u, force = np.array(model.getDisplacement()), np.array(model.getInternalForce())
+        rows.append(
+            (
+                slip,
+                u[top, -1].mean(),
+                -force[top].sum(axis=0),
+                points.separation.copy(),
+                points.traction.copy(),
+            )
+        )
+    slips, rise, force, separation, traction = (np.array(column) for column in zip(*rows, strict=True))
+    return Result(slips, rise, force, separation, traction, iterations)
+
+
+def solve(model: aka.SolidMechanicsModelCohesive, slip: float, pressure: float) -> int:
+    """Newton's method for a slip and a pressure of the top; returns the number of iterations."""
+    u = model.getDisplacement()
+    x = np.array(model.getMesh().getNodes())
+    n, dimension = x.shape
+    top, bottom = np.flatnonzero(x[:, -1] > 1.5), np.flatnonzero(x[:, -1] < 0.5)
+    numbers = np.arange(n * dimension).reshape(n, dimension)
+    vertical = numbers[top, -1]
+    # the vertical displacement of the first node of the top is that of all
+    tie = np.eye(n * dimension)
+    tie[vertical[1:], vertical[1:]] = 0.0
+    tie[vertical[1:], vertical[0]] = 1.0
+    held = np.concatenate([numbers[bottom].ravel(), numbers[top, :-1].ravel(), vertical[1:]])
+    free = np.setdiff1d(numbers.ravel(), held)
+    u[top, 0] = slip
+    external = np.zeros(n * dimension)
+    external[vertical[0]] = -pressure
+    for iteration in range(1, MOST_ITERATIONS + 1):
+        model.assembleInternalForces()
+        residual = external + tie.T @ np.array(model.getInternalForce()).ravel()
+        if np.abs(residual[free]).max() <= TOLERANCE:
+            return iteration - 1
+        model.assembleStiffnessMatrix()
+        matrix = aka.AkantuSparseMatrix(model.getDOFManager().getMatrix("K")).toarray()
+        reduced = (tie.T @ matrix @ tie)[np.ix_(free, free)]
+        step = np.zeros(n * dimension)
+        step[free] = np.linalg.solve(reduced, residual[free])
+        u[:] = np.array(u) + (tie @ step).reshape(n, dimension)
+    raise RuntimeError(f"slip {slip:g}: not converged after {MOST_ITERATIONS} iterations")
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="Two blocks with a joint in Akantu.")
+    parser.add_argument("--dimension", type=int, default=2, choices=(2, 3))
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        result = run(Path(name), options.dimension)
+    point = JOINT.confined_slip(0.0, result.slip[PRELOAD_STEPS - 1 :], -PRESSURE)
+    counts = result.iterations
+    print(f"{len(counts)} steps, {sum(counts)} iterations, at most {max(counts)}")
+    largest = result.force[:, 0].max()
+    print(f"largest force {largest:.4f} N, of the material point {point.traction[:, 1].max():.4f} N")
+    print(
+        f"force at the end {result.force[-1, 0]:.9f} N, of the material point {point.traction[-1, 1]:.9f} N"
+    )
+    rise = result.rise[-1] - result.rise[PRELOAD_STEPS - 1]
+    dilation = point.separation[-1, 0] - point.separation[0, 0]
+    print(f"rise at the end {rise:.6f} mm, of the material point {dilation:.6f} mm")
+
+
+if __name__ == "__main__":
+    main()

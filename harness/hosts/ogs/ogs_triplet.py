@@ -1,0 +1,183 @@
+"""Masonry triplet in OpenGeoSys: three bricks, two bed joints, slip of the middle brick under pressure.
+
+The model is triplet.prj, 2D plane strain in mm, N, MPa with thickness 1; a joint is a layer of the thickness
+THICKNESS.  As a script this module draws the deformed mesh with the damage of the joints, from an output of
+OpenGeoSys that ParaView opens as well, and force and dilation over the slip.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import ogs_run
+from asperity import Interface, Material, Pattern
+from ogs_run import Floats
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import structure_picture
+
+PROJECT = Path(__file__).parent / "triplet.prj"
+HYDRO = Path(__file__).parent / "hydro.xml"
+LENGTH, HEIGHT, THICKNESS = 210.0, 52.0, 0.1
+PRESSURE, SLIP = 0.5, 0.6
+WATER, VISCOSITY = 0.2, 1.0e-9
+"""Of hydro.xml: water pressure at the ends of the joints, MPa; viscosity, MPa s."""
+
+PRELOAD_STEPS = 4
+THETA = 10.0
+JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=THETA))
+"""The model of the Kratos triplet."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Histories with a row for each step from the end of the preload on, and the run.
+
+    slip and force of the middle brick, rise of the top; nodes (columns, rows); fields of each step.
+    """
+
+    slip: Floats
+    force: Floats
+    rise: Floats
+    nodes: np.ndarray
+    fields: list[dict[str, Floats]]
+    run: ogs_run.Run
+
+
+def write_meshes(folder: Path, nx: int, ny: int, h: float) -> np.ndarray:
+    """Write the meshes of the project; return the nodes (columns, rows)."""
+    y = [np.linspace(0.0, HEIGHT, ny + 1) + k * (HEIGHT + h) for k in range(3)]
+    grid = np.stack(np.meshgrid(np.linspace(0.0, LENGTH, nx + 1), np.concatenate(y), indexing="ij"), axis=-1)
+    points, n = grid.reshape(-1, 2), np.arange(grid.size // 2).reshape(grid.shape[:2])
+    cells = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1)
+    material = np.zeros(cells.shape[:2], dtype="i4")
+    material[:, [ny, 2 * ny + 1]] = 1
+    ids = {"MaterialIDs": material.ravel()}
+    ogs_run.write_mesh(folder / "triplet.vtu", points, cells.reshape(-1, 4), ogs_run.QUADRILATERAL, None, ids)
+    ends = n[[0, -1], ny + 1 : 2 * ny + 2]
+    middle = np.stack([ends[:, :-1], ends[:, 1:]], axis=-1).reshape(-1, 2)
+    for name, lines in {
+        "bottom": np.stack([n[:-1, 0], n[1:, 0]], axis=-1),
+        "middle": middle,
+        "ends": np.stack(
+            [n[[0, -1]][:, [ny, 2 * ny + 1]], n[[0, -1]][:, [ny + 1, 2 * ny + 2]]], axis=-1
+        ).reshape(-1, 2),
+        "top": np.stack([n[:-1, -1], n[1:, -1]], axis=-1),
+    }.items():
+        ogs_run.write_part(folder / f"{name}.vtu", points, lines, ogs_run.LINE)
+    return n
+
+
+def run(folder: Path, nx: int = 21, ny: int = 5, h: float = THICKNESS, *patches: str) -> Result:
+    """Apply the pressure, then move the middle brick; bricks of nx x ny elements.
+
+    Patches of the project come before the card.
+    """
+    n = write_meshes(folder, nx, ny, h)
+    done = ogs_run.run(PROJECT, folder, *patches, JOINT.card("ogs", dimension=2, h=h))
+    if done.code != 0:
+        raise RuntimeError(done.output)
+    _, steps = done.steps()
+    steps = steps[PRELOAD_STEPS:]
+    middle = n[[0, -1], ny + 1 : 2 * ny + 2].ravel()
+    slip = np.array([step["displacement"][middle[0], 0] for step in steps])
+    force = np.array([step["NodalForces"][middle, 0].sum() for step in steps])
+    rise = np.array([step["displacement"][n[:, -1], 1].mean() for step in steps])
+    return Result(slip, force, rise - rise[0], n, steps, done)
+
+
+def with_water(permeability: float) -> list[str]:
+    """Patches for water in the joints, of this permeability, mm2."""
+    where = "/*/media/medium[@id='1']/properties/property[name='permeability']/value/text()"
+    return [HYDRO.read_text(encoding="utf-8"), ogs_run.changed(("replace", where, repr(permeability)))]
+
+
+def suction(permeability: float, h: float = THICKNESS) -> float:
+    """Fall of the water pressure in the middle of a joint that slides, below that at its ends.
+
+    Steady flow into the opening joint: h k/viscosity p'' = rate of the dilation, slip rate SLIP in 1 s.
+    """
+    rate = SLIP * np.tan(np.radians(THETA))
+    return float(rate * VISCOSITY * LENGTH**2 / (8.0 * h * permeability))
+
+
+def prediction(slip: Floats, pressure: float = PRESSURE) -> tuple[Floats, Floats]:
+    """Force on two joints and rise of the top if all points have the same separation."""
+    history = JOINT.confined_slip(0.0, slip, -pressure)
+    rise = history.separation[:, 0]
+    return 2.0 * LENGTH * history.traction[:, 1], 2.0 * (rise - rise[0])
+
+
+def draw(result: Result, ny: int, pressure: float, png: Path) -> None:
+    """Draw the step at which the damage varies most along the joints, and the curves."""
+    n = result.nodes
+    rows = np.array([ny, 2 * ny + 1])
+    lower, upper = n[:, rows], n[:, rows + 1]
+    spread = [np.ptp(step["damage"][lower]) for step in result.fields]
+    k = int(np.argmax(spread))
+    fields = result.fields[k]
+    solid = np.array([j for j in range(n.shape[1] - 1) if j not in rows])
+    faces = np.stack([n[:-1, solid], n[1:, solid], n[1:, solid + 1], n[:-1, solid + 1]], axis=-1)
+    joints = np.stack([lower[:-1], lower[1:], upper[:-1], upper[1:]], axis=-1).reshape(-1, 4)
+    mesh = structure_picture.Mesh(
+        fields["Points"][:, :2], fields["displacement"], faces.reshape(-1, 4), joints,
+        fields["damage"][joints[:, :2]].clip(0.0, 1.0),
+    )  # fmt: skip
+    force, rise = prediction(result.slip, pressure)
+    label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn above"
+    name = "OpenGeoSys"
+    curves = [
+        structure_picture.Curves(
+            label, "force on two joints [N/mm]",
+            {name: (result.slip, result.force), "material point": (result.slip, force)},
+            [(mark, result.slip[k], result.force[k])],
+        ),
+        structure_picture.Curves(
+            label, "rise of the top [mm]",
+            {name: (result.slip, result.rise), "material point": (result.slip, rise)},
+            [(mark, result.slip[k], result.rise[k])],
+        ),
+    ]  # fmt: skip
+    title = f"OpenGeoSys: masonry triplet under {PRESSURE:g} MPa, slip {result.slip[k]:.2g} mm"
+    structure_picture.draw(png, title, mesh, 100.0, curves)
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="Masonry triplet in OpenGeoSys, drawn.")
+    parser.add_argument("-o", "--output", type=Path, default=Path("ogs-triplet.png"), metavar="FILE.png")
+    parser.add_argument("--folder", type=Path, help="keep meshes, patches and output (VTU, PVD) there")
+    parser.add_argument("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
+    parser.add_argument(
+        "--water", type=float, metavar="K", help="permeability, mm2, > 0, of joints with water; without: dry"
+    )
+    options = parser.parse_args()
+    if not 0.0 < options.thickness < HEIGHT:
+        parser.error(f"--thickness {options.thickness:g}: expected 0 < thickness < {HEIGHT:g}")
+    if options.water is not None and not 0.0 < options.water < float("inf"):
+        parser.error(f"--water {options.water:g}: expected a permeability > 0")
+    patches = [] if options.water is None else with_water(options.water)
+    pressure = PRESSURE if options.water is None else PRESSURE - WATER
+    with tempfile.TemporaryDirectory() as name:
+        folder = options.folder or Path(name)
+        folder.mkdir(parents=True, exist_ok=True)
+        result = run(folder, 21, 5, options.thickness, *patches)
+        force, rise = prediction(result.slip, pressure)
+        found = result.run.iterations
+        print(f"{len(found)} steps, {sum(found)} iterations, at most {max(found)}")
+        print(f"largest force {result.force.max():.2f} N, of the material point {force.max():.2f} N")
+        print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
+        print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")
+        if patches:
+            lowest = result.fields[-1]["pressure"][result.nodes[:, [5, 6, 11, 12]]].min()
+            print(f"lowest water pressure in the joints {lowest:.4f} MPa, at their ends {WATER:g} MPa")
+        draw(result, 5, pressure, options.output)
+
+
+if __name__ == "__main__":
+    main()

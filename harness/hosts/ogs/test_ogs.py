@@ -1,0 +1,346 @@
+"""OpenGeoSys with libasperity_generic: run by `make hosts`, which installs asperity[ogs] first."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern, contract
+from asperity.cards.opengeosys import property_names
+from asperity.installed import generic_library
+
+pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
+
+import ogs_block
+import ogs_run
+import ogs_triplet
+from ogs_run import Floats, Run, changed, values
+
+LAYER = Path(__file__).parent / "layer.prj"
+MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
+RT = Interface(MATERIAL, Pattern.regular(2, theta=30.0))
+PRESSURE = 1.0
+PRELOAD_STEPS = 10
+WIDTH = 10.0
+THIN = 1.0e-4
+"""Thickness, mm: the error of free side faces is of second order in thickness over width, 1e-10 here."""
+
+EXACT = 1.0e-8
+"""Difference from the driver over strength and s_f: tolerances of both programs, and the layer."""
+
+STEPS = "/*/time_loop/processes/process/time_stepping"
+
+
+def box(
+    folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0
+) -> Run:
+    """Run the layer of layer.prj, a square of the side WIDTH, with changes of the project."""
+    square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
+    points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
+    ids = {"MaterialIDs": np.array([1], dtype="i4")}
+    ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], ogs_run.HEXAHEDRON, None, ids)
+    for name, face in {"bottom": range(4), "top": range(4, 8)}.items():
+        ogs_run.write_part(folder / f"{name}.vtu", points, [face], ogs_run.QUADRILATERAL)
+    return ogs_run.run(LAYER, folder, interface.card("ogs", h=h, r=r), changed(*changes))
+
+
+def path(run: Run) -> tuple[Floats, Floats, list[dict[str, Floats]]]:
+    """Separation and traction (T, 3) from the end of the preload on, means over the face, and the fields."""
+    assert run.code == 0, run.output
+    _, steps = run.steps()
+    steps = steps[PRELOAD_STEPS:]
+    separation = np.array([step["displacement"][4:].mean(axis=0)[[2, 0, 1]] for step in steps])
+    # components xx, yy, zz, xy, yz, xz
+    traction = np.array([step["sigma"].mean(axis=0)[[2, 5, 4]] for step in steps])
+    return separation, traction, steps
+
+
+def steps(*pairs: tuple[int, float]) -> tuple[str, str, str]:
+    """Change of the steps after the preload: pairs of number and size."""
+    rows = ((PRELOAD_STEPS, 1.0 / PRELOAD_STEPS), *pairs)
+    texts = (f"<pair><repeat>{n}</repeat><delta_t>{size!r}</delta_t></pair>" for n, size in rows)
+    return "replace", f"{STEPS}/timesteps", f"<timesteps>{''.join(texts)}</timesteps>"
+
+
+def assert_is_the_driver(run: Run, interface: Interface = RT) -> None:
+    """Rise and shear traction at the slips of the run are those of the driver's solver."""
+    separation, traction, _ = path(run)
+    expected = interface.confined_slip(0.0, separation[:, 1], -PRESSURE)
+    rise = np.abs(separation[:, 0] - expected.separation[:, 0]).max()
+    shear = np.abs(traction[:, 1] - expected.traction[:, 1]).max()
+    print(f"{len(separation)} steps, at most {max(run.iterations)} iterations; "
+          f"difference of rise {rise:.1e} mm, of shear {shear:.1e} MPa")  # fmt: skip
+    assert np.abs(traction[:, 0] + PRESSURE).max() <= EXACT * MATERIAL.sigma0
+    assert rise <= EXACT * MATERIAL.s_f
+    assert shear <= EXACT * MATERIAL.sigma0
+
+
+# --- MGIS -------------------------------------------------------------------
+
+
+def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
+    """MGIS accepts joints and layers of 1 to 33 planes, with the names and bounds of the contract."""
+    compiler = shutil.which("c++")
+    if compiler is None:
+        pytest.skip("no C++ compiler")
+    folder = Path(sysconfig.get_path("purelib")) / "lib64"
+    mgis, program = folder / "libMFrontGenericInterface.so", tmp_path / "mgis_load"
+    source = Path(__file__).parent / "mgis_load.cpp"
+    built = [compiler, "-std=c++17", "-o", program, source, mgis, f"-Wl,-rpath,{folder}"]
+    subprocess.run(built, check=True)
+    of_joint = ["Tridimensional", "PlaneStrain", "Axisymmetrical", "GeneralisedPlaneStrain", "PlaneStress"]
+    pairs = [
+        (f"Asperity{kind}{n}", hypothesis)
+        for n in range(1, 34)
+        for kind, hypotheses in (("Joint", of_joint), ("Layer", of_joint[:-1]))
+        for hypothesis in hypotheses
+    ]
+    arguments = [text for pair in pairs for text in pair]
+    done = subprocess.run(
+        [program, generic_library(), *arguments], capture_output=True, text=True, check=True
+    )
+    lines = [line.split() for line in done.stdout.splitlines()]
+    assert [(name, hypothesis) for name, hypothesis, *_ in lines] == pairs
+    for name, _, gradient, *others in lines:
+        joint, n = "Joint" in name, int(name[len("AsperityJoint") :])
+        assert gradient == ("OpeningDisplacement" if joint else "Strain")
+        owners = ("law", "pattern", "numerics") if joint else ("law", "pattern", "host", "numerics")
+        rows = [row for row in contract.owned(*owners) if row.name != "map"]
+        for row, text in zip(rows, others, strict=False):
+            m = re.fullmatch(r"(\w+)(?:>=([^<]+))?(?:<=(.+))?", text)
+            assert m and m[1] == row.name
+            assert float(m[2] or -np.finfo(float).max) == row.lower
+            assert float(m[3] or np.finfo(float).max) == row.upper
+        assert others[len(rows) :] == list(contract.statev_names(n))
+    refused = [program, generic_library(), "AsperityLayer3", "PlaneStress"]
+    assert subprocess.run(refused, capture_output=True, check=False).returncode != 0
+
+
+def test_what_mgis_reads(tmp_path: Path) -> None:
+    """OpenGeoSys lists what MGIS has read: names in their order, types, sizes."""
+    run = box(tmp_path, RT, steps((1, 0.01)), ("replace", f"{STEPS}/t_end/text()", "1.01"))
+    assert run.code == 0, run.output
+    listed = run.output.split("### MFRONT ###")[1]
+    names = [*property_names("AsperityLayer3"), "Strain", "Stress", *contract.statev_names(3)]
+    found = [line.split("`")[2].split("'")[0] for line in listed.splitlines() if "--> type `" in line]
+    assert found[: len(names)] == names
+    for text in (
+        "Behaviour:      `AsperityLayer3'", "Hypothesis:     `Tridimensional'", "Symmetry:       `ISOTROPIC'",
+        "Behaviour type: `STANDARDSTRAINBASEDBEHAVIOUR'", "Kinematic:      `SMALLSTRAINKINEMATIC'",
+        "type `STENSOR' with name `Strain', size 6", f"#Int. StVars.: {RT.nstatv} (array size {RT.nstatv})",
+    ):  # fmt: skip
+        assert text in listed
+
+
+# --- one layer --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sides", [0, 2, 5, 32])
+def test_shear_box_is_the_driver(sides: int, tmp_path: Path) -> None:
+    """Slip at constant pressure: the path of the driver, for patterns of 1 to 33 planes."""
+    joint = Interface(MATERIAL, Pattern.regular(sides, 20.0))
+    assert_is_the_driver(box(tmp_path, joint), joint)
+
+
+def test_cycle(tmp_path: Path) -> None:
+    """Slip forward, back and forward again: the history is kept from step to step."""
+    cycle = values("slip", [0.0, 0.0, 0.2, -0.2, 0.1])
+    coords = ("replace", "/*/curves/curve[name='slip']/coords/text()", "0 1 2 3 4")
+    held = ("replace", "/*/curves/curve[name='pressure']/coords/text()", "0 1 4")
+    end = ("replace", f"{STEPS}/t_end/text()", "4")
+    run = box(tmp_path, RT, cycle, coords, held, end, steps((90, 1.0 / 30.0)))
+    assert_is_the_driver(run)
+    separation, _, fields = path(run)
+    assert separation[:, 1].min() == pytest.approx(-0.2) and separation[-1, 1] == pytest.approx(0.1)
+    assert fields[-1]["friction"].mean() > MATERIAL.Gc
+
+
+def test_thick_layer(tmp_path: Path) -> None:
+    """The error of free side faces falls with the square of the thickness."""
+    errors = []
+    for h in (1.0, 0.1):
+        separation, traction, _ = path(box(tmp_path, RT, h=h))
+        expected = RT.confined_slip(0.0, separation[:, 1], -PRESSURE).traction
+        errors.append(float(np.abs(traction - expected).max()))
+    print(f"h = 1 and 0.1 mm, width {WIDTH:g} mm: errors of traction {errors[0]:.1e} and {errors[1]:.1e} MPa")
+    assert errors[1] < 0.03 * errors[0]
+
+
+def test_cracked_planes(tmp_path: Path) -> None:
+    """Damage by initial_values: residual strength at once, no rupture energy."""
+    variables = "".join(f'<state_variable name="alpha_{k}" parameter="cracked"/>' for k in (1, 2, 3))
+    where = "/*/processes/process/constitutive_relation[@id='1']"
+    start = ("add", where, f"<initial_values>{variables}</initial_values>")
+    one = "<parameter><name>cracked</name><type>Constant</type><value>1</value></parameter>"
+    run = box(tmp_path, RT, start, ("add", "/*/parameters", one))
+    _, traction, fields = path(run)
+    residual = MATERIAL.residual_strength(30.0) * PRESSURE
+    print(f"largest shear {traction[:, 1].max():.10f}, closed form {residual:.10f}")
+    assert traction[:, 1].max() == pytest.approx(residual, abs=EXACT * MATERIAL.sigma0)
+    assert fields[0]["damage"] == pytest.approx(1.0, abs=1e-12)
+
+
+def test_initial_stress(tmp_path: Path) -> None:
+    """initial_stress is the traction of the first call: with its loads the layer does not move."""
+    stress = "<parameter><name>s0</name><type>Constant</type><values>0 0 -1 0 0 0.3</values></parameter>"
+    given = ("add", "/*/processes/process", "<initial_stress>s0</initial_stress>")
+    loaded = values("pressure", [-PRESSURE, -PRESSURE, -PRESSURE])
+    run = box(tmp_path, RT, given, ("add", "/*/parameters", stress), loaded)
+    separation, traction, _ = path(run)
+    assert traction[0] == pytest.approx([-1.0, 0.3, 0.0], abs=1e-7)
+    assert np.abs(separation[0]).max() < 1e-9
+
+
+def test_without_axes_the_normal_is_x(tmp_path: Path) -> None:
+    """Smallest case of a wrong project: without local_coordinate_system there is no message.
+
+    With r = 1 the other components have the stiffness of the bond.  The slip along x is then an opening and
+    a slip of a joint with the normal x, and the pressure is carried elastically.
+    """
+    h = 0.1
+    gone = ("remove", "/*/local_coordinate_system", "")
+    run = box(tmp_path, RT, gone, h=h, r=1.0)
+    separation, traction, _ = path(run)
+    right = path(box(tmp_path, RT, h=h, r=1.0))
+    assert separation[0, 0] == pytest.approx(-PRESSURE / MATERIAL.K, rel=1e-3)
+    assert np.abs(right[0][:, 0] - separation[:, 0]).max() > 0.1 * MATERIAL.s_f
+    assert np.abs(right[1][:, 1] - traction[:, 1]).max() > 0.1 * MATERIAL.sigma0
+
+
+def test_state_variables_need_material_0(tmp_path: Path) -> None:
+    """Smallest case of an error of OpenGeoSys: without a material 0 the output of state variables is 0."""
+    run = box(tmp_path, RT, ("remove", "/*/processes/process/constitutive_relation[@id='0']", ""))
+    _, traction, fields = path(run)
+    _, expected, right = path(box(tmp_path, RT))
+    assert np.array_equal(traction, expected)
+    assert np.all(fields[-1]["damage"] == 0.0) and right[-1]["damage"] == pytest.approx(1.0)
+
+
+# --- refused calls ----------------------------------------------------------
+
+
+def adaptive(first: float) -> tuple[str, str, str]:
+    """Change to adaptive time steps."""
+    text = (
+        "<type>IterationNumberBasedTimeStepping</type><t_initial>0</t_initial><t_end>2</t_end>"
+        f"<initial_dt>{first}</initial_dt><minimum_dt>1e-4</minimum_dt><maximum_dt>0.25</maximum_dt>"
+        "<number_iterations>1 10 20</number_iterations><multiplier>1.2 1.0 0.5</multiplier>"
+    )
+    return "replace", STEPS, f"<time_stepping>{text}</time_stepping>"
+
+
+def refused_near(time: float) -> list[tuple[str, str, str]]:
+    """Changes by which mu is out of range at one time, so that the law refuses a step that ends there."""
+    name = "INTERFACE_mu"
+    curve = (
+        f"<curve><name>notch</name><coords>0 {time - 1e-6} {time} {time + 1e-6} 9</coords>"
+        f"<values>{MATERIAL.mu} {MATERIAL.mu} -1 {MATERIAL.mu} {MATERIAL.mu}</values></curve>"
+    )
+    scaled = (
+        f"<parameter><name>{name}</name><type>CurveScaled</type><curve>notch</curve>"
+        "<parameter>one</parameter></parameter>"
+    )
+    where = f"/*/parameters/parameter[name='{name}']"
+    return [("add", "/*/curves", curve), ("replace", where, scaled)]
+
+
+def test_refused_step_is_repeated_with_a_smaller_one(tmp_path: Path) -> None:
+    """Adaptive time steps: a call that the law refuses rejects the step, which is repeated from its start."""
+    run = box(tmp_path, RT, adaptive(0.25), *refused_near(1.25))
+    assert run.code == 0, run.output
+    assert "AsperityLayer3: PROPS(4) mu = -1: expected >= 0" in run.output
+    print(f"{run.rejected} steps rejected of {len(run.iterations)}")
+    assert run.rejected >= 1
+    times, steps = run.steps()
+    assert times[-1] == pytest.approx(2.0) and np.all(np.abs(times - 1.25) > 1e-6)
+    shear = steps[-1]["sigma"][:, 5].mean()
+    assert shear == pytest.approx(MATERIAL.residual_strength(30.0) * PRESSURE, abs=EXACT * MATERIAL.sigma0)
+
+
+def test_refused_step_ends_a_run_with_fixed_steps(tmp_path: Path) -> None:
+    """Without adaptive time steps the run ends with the message and an exit code."""
+    run = box(tmp_path, RT, *refused_near(1.5))
+    assert run.code != 0
+    assert "AsperityLayer3: PROPS(4) mu = -1: expected >= 0" in run.output
+
+
+def test_another_behaviour_is_refused(tmp_path: Path) -> None:
+    """A behaviour for another number of planes ends the run and names the right one."""
+    law = "/*/processes/process/constitutive_relation/behaviour/text()"
+    run = box(tmp_path, RT, ("replace", law, "AsperityLayer5"))
+    assert run.code != 0
+    assert "AsperityLayer5: expected AsperityLayer3 for the 3 planes" in run.output
+
+
+# --- a structure ------------------------------------------------------------
+
+
+def test_triplet(tmp_path: Path) -> None:
+    """Two joints between bricks: residual force and dilation of the closed form, a peak below the point's."""
+    result = ogs_triplet.run(tmp_path, nx=12, ny=3)
+    force, _ = ogs_triplet.prediction(result.slip)
+    print(f"residual force {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
+    # the closed form of a facing plane
+    strength = ogs_triplet.JOINT.material.residual_strength(ogs_triplet.THETA)
+    assert force[-1] == pytest.approx(2.0 * ogs_triplet.LENGTH * ogs_triplet.PRESSURE * strength, rel=1e-9)
+    assert result.force[-1] == pytest.approx(force[-1], rel=1e-8)
+    slope = np.diff(result.rise[-6:]) / np.diff(result.slip[-6:])
+    assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
+    assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
+    assert max(result.run.iterations) <= 8
+
+
+def test_water_in_the_joints(tmp_path: Path) -> None:
+    """HYDRO_MECHANICS: drained joints have the strength of the effective pressure, and its dilation."""
+    result = ogs_triplet.run(tmp_path, 12, 3, ogs_triplet.THICKNESS, *ogs_triplet.with_water(1e3))
+    effective = ogs_triplet.PRESSURE - ogs_triplet.WATER
+    force, _ = ogs_triplet.prediction(result.slip, effective)
+    print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
+    # suction of the opening joint
+    fall = ogs_triplet.suction(1e3)
+    assert fall < 1e-8 and result.force[-1] == pytest.approx(force[-1], rel=1e-6)
+    slope = np.diff(result.rise[-6:]) / np.diff(result.slip[-6:])
+    assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
+
+
+def test_tight_joints_that_open_suck_water(tmp_path: Path) -> None:
+    """HYDRO_MECHANICS: dilation lowers the water pressure of tight joints and raises their strength.
+
+    Pressure and force are those of steady flow into a joint that opens at a constant rate.
+    """
+    columns, permeability = 12, 2e-5
+    result = ogs_triplet.run(
+        tmp_path, columns, 3, ogs_triplet.THICKNESS, *ogs_triplet.with_water(permeability)
+    )
+    fall = ogs_triplet.suction(permeability)
+    lowest = result.fields[-1]["pressure"][result.nodes[columns // 2, 3]]
+    # mean of a parabola, interpolated between the nodes
+    mean = 2.0 / 3.0 * fall * (1.0 - 1.0 / columns**2)
+    strength = ogs_triplet.JOINT.material.residual_strength(ogs_triplet.THETA)
+    effective = ogs_triplet.PRESSURE - ogs_triplet.WATER + mean
+    expected = 2.0 * ogs_triplet.LENGTH * strength * effective
+    dry = 2.0 * ogs_triplet.LENGTH * strength * ogs_triplet.PRESSURE
+    print(f"pressure {lowest:.6f} MPa, closed form {ogs_triplet.WATER - fall:.6f}")
+    print(f"force at the end {result.force[-1]:.4f} N, closed form {expected:.4f}, dry {dry:.4f}")
+    assert lowest == pytest.approx(ogs_triplet.WATER - fall, abs=1e-3 * fall)
+    assert result.force[-1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_block_in_space(tmp_path: Path) -> None:
+    """3D, slip oblique to the planes: the force is that of the law on the separations of every point."""
+    columns = 4
+    result = ogs_block.run(tmp_path, columns, 2, 1)
+    force = ogs_block.of_the_law(result)
+    largest = result.force.max()
+    worst = np.abs(result.force - force).max() / largest
+    print(f"difference from the law {worst:.1e} of the largest force {largest:.0f} N")
+    # the strain of a layer contains the slope of its faces, the separation of nodes does not
+    assert worst <= ogs_block.THICKNESS / (ogs_block.LENGTH / columns)
+    # both joints and both directions count, and all planes are broken at the end
+    assert result.force[-1, 1] > 0.02 * largest
+    assert result.fields[-1]["damage"][result.nodes[:, :, 1:5]].min() == pytest.approx(1.0)

@@ -1,0 +1,130 @@
+"""Command `asperity doctor`: whether what is installed works together, and which hosts this machine has."""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import importlib.metadata
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+from . import installed
+
+PACKAGES = ("numpy", "scipy", "matplotlib", "tqdm")
+"""Packages that the commands need."""
+
+HOST_PROGRAMS = {"CalculiX": ("ccx", "ccx_2.20"), "Abaqus": ("abaqus",), "gfortran": ("gfortran",)}
+HOST_MODULES = {"Kratos": "KratosMultiphysics", "scikit-fem": "skfem"}
+"""Programs and Python modules of the hosts, and the compiler that they need for user materials."""
+
+LONGEST_VERSION = 32
+"""Characters of the version, with the final null."""
+
+ROUNDING = 1.0e-10
+"""Largest relative difference between the library and the NumPy reference."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Line of the report; good is None where nothing is required."""
+
+    name: str
+    text: str
+    good: bool | None = None
+
+
+def add_arguments(doctor: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    doctor.description = "Check the installation and look for host programs; exit code 1: something is wrong."
+    doctor.set_defaults(action=_run)
+
+
+def _run(_: argparse.Namespace) -> int:
+    found = list(findings())
+    for one in found:
+        mark = {True: "ok", False: "WRONG", None: ""}[one.good]
+        print(f"{one.name:<12}{mark:<6} {one.text}")
+    return int(any(one.good is False for one in found))
+
+
+def findings() -> Iterator[Finding]:
+    """Findings in the order of the report."""
+    from . import contract
+
+    version = contract.library_version()
+    yield Finding("asperity", f"{version} in {installed.library().parent}", True)
+    yield _library(version)
+    yield _driver(version)
+    yield Finding("sources", f"for Abaqus: {installed.abaqus()}")
+    yield _law()
+    yield Finding("python", f"{platform.python_version()}, {platform.platform()}")
+    for name in PACKAGES:
+        try:
+            yield Finding(name, importlib.metadata.version(name), True)
+        except importlib.metadata.PackageNotFoundError:
+            yield Finding(name, "not installed: expected it, pip install asperity brings it", False)
+    yield _threads()
+    for name, module in HOST_MODULES.items():
+        place = find_spec(module)
+        yield Finding(name, f"module {module} found" if place else f"module {module} not found")
+    for name, programs in HOST_PROGRAMS.items():
+        paths = [path for path in map(shutil.which, programs) if path]
+        yield Finding(name, paths[0] if paths else f"{programs[0]} not found on PATH")
+
+
+def _library(version: str) -> Finding:
+    """Whether the shared library loads and is of the version of the extension module."""
+    try:
+        path = installed.library()
+        text = ctypes.create_string_buffer(LONGEST_VERSION)
+        ctypes.CDLL(str(path)).asperity_version(text, LONGEST_VERSION)
+        found = text.value.decode()
+    except (OSError, AttributeError) as error:
+        return Finding("library", f"{error}", False)
+    return Finding("library", f"{found}, {path}", found == version)
+
+
+def _driver(version: str) -> Finding:
+    """Whether the driver runs and is of the same version."""
+    try:
+        path = installed.driver()
+        told = subprocess.run([path, "--version"], capture_output=True, text=True, check=True).stdout
+        found = told.split()[-1]
+    except (OSError, subprocess.CalledProcessError, IndexError) as error:
+        return Finding("driver", f"{error}", False)
+    return Finding("driver", f"{found}, {path}", found == version)
+
+
+def _law() -> Finding:
+    """Whether a slip test of the library agrees with the NumPy reference."""
+    import numpy as np
+
+    from .interface import Interface
+    from .material import Material
+    from .oracle import reference
+    from .pattern import Pattern
+
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0}
+    joint = Interface(Material(**constants), Pattern.regular(2, 30.0))
+    path = joint.confined_slip(0.0, np.linspace(0.0, 0.2, 41)[1:], -0.5, preload=1)
+    start = joint.confined_slip(0.0, [0.0], -0.5, preload=1)
+    law = reference.replay(
+        reference.Parameters(**constants),
+        reference.regular_pattern(2, 30.0),
+        np.concatenate([start.separation, path.separation]),
+    )
+    largest = float(np.abs(path.traction).max())
+    difference = float(np.abs(law.traction[1:] - path.traction).max()) / largest
+    return Finding("law", f"differs from the NumPy reference by {difference:.0e}", difference < ROUNDING)
+
+
+def _threads() -> Finding:
+    """Processors, and the variables that set the number of threads."""
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    variables = [f"{name}={os.environ[name]}" for name in ("OMP_NUM_THREADS",) if name in os.environ]
+    return Finding("threads", ", ".join([f"{usable} of {os.cpu_count()} processors usable", *variables]))

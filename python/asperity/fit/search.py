@@ -1,0 +1,234 @@
+"""Options of a search for parameters, and the search itself, for all commands that fit curves."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from tqdm import tqdm
+
+from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, fit
+from .model import INCREMENTS, SCALES, SIDES
+from .records import ShearTest
+from .verdict import Change
+
+PATIENCE = 2.0
+"""Seconds before progress is shown."""
+
+HOSTS = ("abaqus", "calculix", "kratos")
+
+LABELS = ("starts", "increments", "intervals")
+"""Stages of a fit besides its starts."""
+
+
+def add_search(
+    parser: argparse.ArgumentParser,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+) -> None:
+    """Add the options of the search and of its results; free and fixed: the defaults, for the help."""
+    known = ", ".join(f"{name}={value:.4g}" for name, value in (fixed or {}).items())
+    parser.add_argument(
+        "--free",
+        default=None if free is None else ",".join(free),
+        metavar="NAMES",
+        help=f"parameters to identify, of {','.join(SCALES)} (default: "
+        + (
+            f"all of {','.join(DEFAULT_FREE)} that are not set; the others must be set)"
+            if free is None
+            else "%(default)s)"
+        ),
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help=f"parameters that are known{f' (default: {known})' if known else ''}",
+    )
+    parser.add_argument(
+        "--start", action="append", default=[], metavar="NAME=VALUE", help="additional start of the search"
+    )
+    parser.add_argument(
+        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="bounds of a free parameter"
+    )
+    parser.add_argument(
+        "--sides",
+        type=int,
+        help=f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES})",
+    )
+    parser.add_argument(
+        "--direction", type=float, default=0.0, metavar="DEGREES", help="direction of the slip, from Tx"
+    )
+    parser.add_argument(
+        "--increments",
+        type=int,
+        default=INCREMENTS,
+        help="smallest number along a test, refined until the parameters converge (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--starts",
+        type=int,
+        default=STARTS_TRIED,
+        help="number of starts of the least squares (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the random starts (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--plot",
+        nargs="?",
+        type=Path,
+        const=Path("fit.png"),
+        metavar="FILE",
+        help="plot of tests and fit, .png or .pdf (default: fit.png)",
+    )
+    parser.add_argument(
+        "-o", "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
+    )
+    parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
+
+
+def check_search(options: argparse.Namespace) -> None:
+    """Raise ValueError for options of the search that can be refused before the work starts."""
+    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
+        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
+    for option, path in (("--plot", options.plot), ("--case", options.case)):
+        _check_output(option, path)
+    if options.seed < 0:
+        raise ValueError(f"--seed {options.seed}: expected >= 0")
+
+
+def search(
+    options: argparse.Namespace,
+    tests: Sequence[ShearTest],
+    fixed: Mapping[str, float],
+    confidence: float = 0.95,
+) -> Fit:
+    """Fit the tests as the options say, with progress after PATIENCE; fixed: values that --set may change."""
+    options.confidence = confidence
+    searching = Search(options, fixed)
+    with searching.shown() as fitted:
+        return fitted(tests, searching.given)
+
+
+def write(
+    options: argparse.Namespace, found: Fit, draw: Callable[[Path], None], drawing_only: bool = False
+) -> None:
+    """Print the card and write picture and case file, as far as the options ask for them."""
+    from .report import case_text
+
+    if options.card is not None and not drawing_only:
+        print("\n" + found.interface.card(options.card), end="")
+    if options.plot is not None:
+        draw(options.plot)
+        print(options.plot)
+    if options.case is not None and not drawing_only:
+        options.case.write_text(case_text(found), encoding="utf-8")
+        print(options.case)
+
+
+class Search:
+    """Fits of tests with the options of a command and changed arguments; given: those of the command."""
+
+    def __init__(
+        self,
+        options: argparse.Namespace,
+        assumed: Mapping[str, float] | None = None,
+        strict: bool = False,
+    ) -> None:
+        """Parse the options that contain numbers.
+
+        assumed: values of parameters that are neither free nor set.  strict: whether every parameter of the
+        law must be free, set or assumed.
+        """
+        self.options = options
+        self.fixed = {name: one for name, (one,) in _numbers("--set", options.set, 1).items()}
+        self.start = {name: one for name, (one,) in _numbers("--start", options.start, 1).items()}
+        bounds = _numbers("--bounds", options.bounds, 2).items()
+        self.bounds = {name: (low, high) for name, (low, high) in bounds}
+        self.free: list[str] | None = None
+        if options.free is not None:
+            self.free = [name.strip() for name in options.free.split(",") if name.strip()]
+            needed = FLAT_FREE if options.sides == 0 else DEFAULT_FREE
+            missing = [name for name in needed if name not in {*self.free, *self.fixed}]
+            if missing and strict:
+                raise ValueError(
+                    f"--free {options.free}: {', '.join(missing)}: expected each parameter free or set, as "
+                    f"by --set {missing[0]}=VALUE"
+                )
+        taken = {*(self.free or ()), *self.fixed}
+        self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
+        self.given = Change(
+            SIDES if options.sides is None else options.sides, {}, getattr(options, "model_error", 0.0)
+        )
+
+    @contextmanager
+    def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
+        """Function that fits tests with changed arguments and shows its stages and the remaining time."""
+        bar = tqdm(
+            total=self.options.starts + len(LABELS), unit="stage", delay=PATIENCE, disable=None, leave=False
+        )
+        stage = ""
+
+        def tick(label: str) -> None:
+            nonlocal stage
+            if label != stage:
+                stage = label
+                bar.set_description(label, refresh=False)
+                bar.update()
+
+        try:
+            yield lambda tests, change: self._fit(tests, change, tick)
+        finally:
+            bar.close()
+
+    def _fit(self, tests: Sequence[ShearTest], change: Change, tick: Callable[[str], object]) -> Fit:
+        options = self.options
+        fixed = self.assumed | ({} if change.freed else self.fixed) | dict(change.fixed)
+        free = self.free and [name for name in self.free if name not in change.fixed]
+        return fit(
+            tests,
+            None if change.freed else free,
+            fixed,
+            {name: value for name, value in self.start.items() if name not in change.fixed},
+            {name: ends for name, ends in self.bounds.items() if name not in change.fixed},
+            change.sides,
+            options.direction,
+            options.increments,
+            options.starts,
+            options.seed,
+            options.confidence,
+            tick,
+            change.model_error,
+        )
+
+
+def _check_output(option: str, path: Path | None) -> None:
+    """Raise ValueError for a file that cannot be written, before the work starts."""
+    if path is None:
+        return
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
+    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ValueError(f"{option} {path}: expected a file that can be written")
+
+
+def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
+    """Parse the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
+    found = {}
+    for text in (one for several in texts for one in several.split()):
+        name, _, values = text.partition("=")
+        try:
+            numbers = [float(value) for value in values.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count:
+            raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
+        if name.strip() in found:
+            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected one value")
+        found[name.strip()] = numbers
+    return found

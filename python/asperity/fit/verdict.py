@@ -1,0 +1,183 @@
+"""Whether a fit is a result, and which fit to try next where it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .fitting import ENOUGH, LEAST_ERROR, Fit
+from .model import SIDES
+from .records import ShearTest
+
+OUTLYING = 6.0
+"""Residual, in robust standard deviations, above which a row that stands alone is an outlier."""
+
+ALONE = 0.5
+"""Largest residual of the neighbours of an outlier, as a fraction of its own."""
+
+MOVED = 1.0
+"""Change of a parameter, in standard errors, above which an outlier makes the fit no result."""
+
+ROBUST = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+PATTERNS = (SIDES, 2, 0)
+"""Inclined planes of the patterns that are tried where the user has given none."""
+
+LARGEST_ERROR = 0.1
+"""Largest scatter, as a fraction of the range, that is proposed to be accepted."""
+
+BETTER, AS_GOOD = 0.9, 1.05
+"""Ratio of two sums of squares below which another pattern is preferred; the second one if it is a result."""
+
+MOST_CHANGES = 4
+"""Largest number of changes of the arguments that are tried one after the other."""
+
+CUSTOMARY = {"flat": (1.0 / 3.0,), "kc": (100.0, 20.0), "eta": (0.9,)}
+"""Values proposed for parameters that the tests do not determine: the first one inside the interval."""
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """Row that the fit misses by far more than its neighbours; moves: parameters, in standard errors."""
+
+    place: str
+    text: str
+    moves: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """Arguments of another fit: inclined planes, values that are set, accepted model error.
+
+    freed: whether the values that the user has set are free.
+    """
+
+    sides: int
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    model_error: float = 0.0
+    freed: bool = False
+
+
+Fitted = Callable[[Change], Fit]
+"""Function that fits the same tests with changed arguments."""
+
+
+def refusals(found: Fit) -> list[str]:
+    """Reasons why the parameters must not be used; none if the fit is a result."""
+    reasons = [f"{name} is not determined" for name in found.undetermined if name not in found.at_bounds]
+    reasons += [f"{name} is at a bound" for name in found.at_bounds]
+    if found.inseparable:
+        reasons.append("mu and theta are not separated without dilation")
+    # the widening for correlated residuals presumes that the scatter is what the user accepts
+    scatter = float(np.nanmax(found.scatter))
+    if found.dependent and scatter > max(found.model_error, LEAST_ERROR):
+        reasons.append(f"the residuals of neighbouring rows are correlated ({found.neighbours:.2f})")
+    if found.lost_rows:
+        reasons.append(f"the model has no equilibrium at {found.lost_rows} rows")
+    if not found.converged:
+        reasons.append("the least squares did not converge")
+    if found.shift > ENOUGH:
+        reasons.append("the increments are too long")
+    if found.agreeing == 1 and len(found.costs) > 1:
+        reasons.append("only one start reached the smallest sum of squares")
+    moving = [one.place for one in outliers(found) if one.moves > MOVED]
+    if moving:
+        reasons.append(f"outliers move the parameters ({', '.join(moving)})")
+    return reasons
+
+
+def outliers(found: Fit) -> list[Outlier]:
+    """Rows with residuals far beyond those of all others and of their neighbours."""
+    rows, at = [], 0
+    for test, name, size in _parts(found):
+        residuals = found.residuals[at : at + size]
+        scale = ROBUST * float(np.median(np.abs(residuals)))
+        padded = np.abs(np.concatenate([residuals[1:2], residuals, residuals[-2:-1]]))
+        beside = np.maximum(padded[:-2], padded[2:])
+        for i in np.flatnonzero(
+            (np.abs(residuals) > OUTLYING * scale) & (beside < ALONE * np.abs(residuals))
+        ):
+            rows.append((at + int(i), test, name, int(i), residuals[i] / scale if scale > 0.0 else np.inf))
+        at += size
+    if not rows:
+        return []
+    inverse = np.linalg.pinv(found.problem.jacobian(found.x))
+    good = np.setdiff1d(np.arange(found.residuals.size), [row[0] for row in rows])
+    noise = ROBUST * float(np.median(np.abs(found.residuals[good])))
+    errors = np.maximum(noise * np.linalg.norm(inverse, axis=1), np.finfo(float).tiny)
+    told = []
+    for place, test, name, i, size in rows:
+        moves = float(np.max(np.abs(inverse[:, place] * found.residuals[place]) / errors))
+        value = float((test.tau if name == "tau" else test.s_N)[i])  # type: ignore[index]
+        line = f"{test.name}: line {test.lines[i]}" if test.lines else f"{test.name}: row {i + 1}"
+        text = (
+            f"outlier: {line}, {name} {value:g} is {abs(size):.0f} standard deviations off the fit and moves "
+            f"a parameter by {moves:.1g} standard errors"
+        )
+        told.append(Outlier(line, text, moves))
+    return told
+
+
+def _parts(found: Fit) -> list[tuple[ShearTest, str, int]]:
+    """Test, column and number of rows of each part of the residuals, in their order."""
+    parts = []
+    for test, spread in zip(found.problem.tests, found.problem.spreads, strict=True):
+        parts.append((test, "tau", test.slip.size))
+        if test.s_N is not None and spread[1] > 0.0:
+            parts.append((test, "dilation", test.slip.size))
+    return parts
+
+
+def propose(found: Fit, fitted: Fitted, given_sides: bool, given_values: bool) -> tuple[Change, Fit] | None:
+    """Changed arguments with which the same tests give a result, and this fit; None if none is found.
+
+    given_sides, given_values: whether the user has given the pattern, and values of parameters.  The changes
+    add up: another pattern or free parameters that fit better, then customary values of parameters that the
+    tests do not tell, then the acceptance of a model error.
+    """
+    change = Change(found.problem.sides, model_error=found.model_error)
+    ways = (
+        [] if given_sides else [[replace(change, sides=sides) for sides in PATTERNS if sides != change.sides]]
+    )
+    ways += [[replace(change, freed=True)]] if given_values else []
+    for _ in range(MOST_CHANGES):
+        if not refusals(found):
+            return change, found
+        better: list[tuple[Change, Fit]] = []
+        while ways and not better:
+            tried = [(one, fitted(one)) for one in ways.pop(0)]
+            better = [one for one in tried if _is_better(one[1], found)]
+        if better:
+            change, found = min(better, key=lambda one: one[1].costs[0])
+            continue
+        following = _value(found, change) or _acceptance(found, change)
+        if following is None:
+            return None
+        change, found = following, fitted(following)
+    return None if refusals(found) else (change, found)
+
+
+def _is_better(other: Fit, found: Fit) -> bool:
+    ratio = other.costs[0] / found.costs[0]
+    return ratio < BETTER or (ratio < AS_GOOD and not refusals(other))
+
+
+def _value(found: Fit, change: Change) -> Change | None:
+    """Change that sets a parameter that the tests do not tell, if there is a customary value of it."""
+    for name in dict.fromkeys([*found.undetermined, *found.at_bounds]):
+        one = found.estimates[name]
+        inside = [value for value in CUSTOMARY.get(name, ()) if one.low <= value <= one.high]
+        if inside:
+            return replace(change, fixed=dict(change.fixed) | {name: inside[0]})
+    return None
+
+
+def _acceptance(found: Fit, change: Change) -> Change | None:
+    """Change that accepts the scatter of a model that differs from the record by more than noise."""
+    scatter = float(np.nanmax(found.scatter))
+    if not found.dependent or scatter <= change.model_error or scatter > LARGEST_ERROR:
+        return None
+    return replace(change, model_error=float(np.ceil(100.0 * scatter) / 100.0))

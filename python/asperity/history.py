@@ -1,0 +1,226 @@
+"""Results with names: points after an increment, and one point along a load path."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import contract
+from .contract import Floats
+from .results import ENERGIES, Rows
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
+"""Names of columns, as in the results of the driver."""
+
+
+class _Named:
+    """State variables by name; the first axis is the point or the row."""
+
+    state: Floats
+    n_planes: int | None
+
+    @property
+    def planes(self) -> int:
+        """Number of planes."""
+        if self.n_planes is not None:
+            return self.n_planes
+        return (self.state.shape[1] - contract.N_POINT_STATEV) // contract.N_PLANE_STATEV
+
+    @property
+    def stored(self) -> Floats:
+        """Stored energy per unit area, stress*length."""
+        return self._column("stored")
+
+    @property
+    def rupture(self) -> Floats:
+        """Energy dissipated by rupture per unit area, stress*length."""
+        return self._column("rupture")
+
+    @property
+    def friction(self) -> Floats:
+        """Energy dissipated by friction and wear per unit area, stress*length."""
+        return self._column("friction")
+
+    def alpha(self, plane: int) -> Floats:
+        """Damage of a plane, 0 to 1; planes count from 1 in the order of `Pattern.normals`."""
+        return self.state[:, self._place(plane)]
+
+    def slip(self, plane: int) -> Floats:
+        """Frictional slip of a plane, (s_dit, s_dih), (..., 2), length; planes count from 1."""
+        first = self._place(plane) + 1
+        return self.state[:, first : first + 2]
+
+    @property
+    def wears(self) -> bool:
+        """Whether the state has variables of wear (W0 > 0)."""
+        return self.state.shape[1] == contract.n_statev(self.planes, True)
+
+    def worn(self, plane: int) -> Floats:
+        """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
+        at = self._place(plane)
+        if not self.wears:
+            raise ValueError("worn: expected a material with W0 > 0")
+        return self.state[:, contract.statev_names(self.planes, True).index(f"worn_{plane}", at)]
+
+    def _column(self, name: str) -> Floats:
+        return self.state[:, contract.statev_index(name)]
+
+    def _place(self, plane: int) -> int:
+        if isinstance(plane, bool) or not isinstance(plane, int) or not 1 <= plane <= self.planes:
+            raise ValueError(f"plane = {contract.shown(plane)}: expected 1 to {self.planes}")
+        return contract.plane_statev(plane)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Update(_Named):
+    """Points at the end of an increment; the first axis of every field is the point.
+
+    traction (n, 3): (N, Tx, Ty), stress.  state (n, nstatv): contract.statev_table(), by name in stored,
+    rupture, friction, damage, alpha(plane), slip(plane).  tangent (n, 3, 3): [i, j] = d traction_i / d s_j,
+    stress/length, consistent and not symmetric.
+    """
+
+    traction: Floats
+    state: Floats
+    tangent: Floats
+    n_planes: int | None = None
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        _freeze(self.traction, self.state, self.tangent)
+
+    def __repr__(self) -> str:
+        """Number of points and planes."""
+        return f"Update({len(self.traction)} points, {self.planes} planes)"
+
+    @property
+    def damage(self) -> Floats:
+        """Mean damage of the planes by their weights, 0 to 1."""
+        return self._column("damage")
+
+
+@dataclass(frozen=True)
+class Snap:
+    """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
+
+    released: energy per unit area that the jump sets free. It is the work of the prescribed tractions less
+    the change of the stored and dissipated energy.
+    """
+
+    row: int
+    before: tuple[float, float, float]
+    after: tuple[float, float, float]
+    released: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class History(_Named):
+    """One point along a load path; the first axis of every field is the row.
+
+    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv), by name in stored,
+    rupture, friction, alpha(plane), slip(plane); work (T,): of the traction on the separation, the preload
+    included, stress*length; events: (row, text), those of a preload with row 0; snaps: the jumps among them,
+    the longest of each row.
+    """
+
+    separation: Floats
+    traction: Floats
+    damage: Floats
+    state: Floats
+    work: Floats
+    events: tuple[tuple[int, str], ...] = ()
+    snaps: tuple[Snap, ...] = ()
+    n_planes: int | None = None
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        _freeze(self.separation, self.traction, self.damage, self.state, self.work)
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(self.damage)
+
+    def __repr__(self) -> str:
+        """Number of rows, and the last one."""
+        if len(self) == 0:
+            return "History(no rows)"
+        s, t = (", ".join(f"{value:.5g}" for value in rows[-1]) for rows in (self.separation, self.traction))
+        counts = f"rows: {len(self)}, events: {len(self.events)}"
+        return f"History({counts}; at the end s = ({s}), t = ({t}), damage {self.damage[-1]:.4g})"
+
+    @property
+    def dilation(self) -> Floats:
+        """Opening s_N of the rows, length; under pressure it begins with the closure."""
+        return self.separation[:, 0]
+
+    def columns(self, planes: bool = False) -> dict[str, Any]:
+        """Columns by their names in the results of the driver; planes: also the state of every plane."""
+        found: dict[str, Any] = dict(zip(SEPARATION, self.separation.T, strict=True))
+        found |= dict(zip(TRACTION, self.traction.T, strict=True))
+        found |= {"damage": self.damage} | {name: getattr(self, name) for name in ENERGIES}
+        found["event"] = self._events()
+        if planes:
+            names = contract.statev_names(self.planes, self.wears)
+            found |= {name: self.state[:, i] for i, name in enumerate(names) if i >= contract.N_POINT_STATEV}
+        return found
+
+    def to_dataframe(self, planes: bool = False) -> pandas.DataFrame:
+        """Table of pandas with the columns of `columns`; raises ImportError where pandas is not installed."""
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_dataframe needs pandas: install it, or use to_csv") from None
+        return pandas.DataFrame(self.columns(planes))
+
+    def to_csv(self, path: str | Path, planes: bool = False) -> None:
+        """Write the columns of `columns` to a CSV file, with all digits."""
+        found = self.columns(planes)
+        lists = [values if name == "event" else values.tolist() for name, values in found.items()]
+        with Path(path).open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(found)
+            writer.writerows(zip(*lists, strict=True))
+
+    def plot(
+        self, path: str | Path | None = None, title: str = "", units: tuple[str, str] = ("mm", "MPa")
+    ) -> Figure:
+        """Figure of traction, dilation and damage over the slip, or over the opening without slip.
+
+        path: file to write, too.  units: of length and stress, for the labels.
+        """
+        from .plots import figure_of
+
+        if len(self) == 0:
+            raise ValueError("plot: expected a history with rows")
+        figure = figure_of({None: self.rows()}, title, "", *units)
+        if path is not None:
+            figure.savefig(path, dpi=200)
+        return figure
+
+    def rows(self) -> Rows:
+        """Rows as read from a result of the driver."""
+        import numpy as np
+
+        energies = np.column_stack([getattr(self, name) for name in ENERGIES])
+        return Rows(self.separation, self.traction, self.damage, self._events(), energies)
+
+    def _events(self) -> list[str]:
+        """Events of each row, joined by +; one after the last row belongs to it."""
+        texts = [""] * len(self)
+        for row, text in self.events:
+            i = min(row, len(self) - 1)
+            if i >= 0:
+                texts[i] = f"{texts[i]}+{text}" if texts[i] else text
+        return texts
+
+
+def _freeze(*arrays: Floats) -> None:
+    """Make arrays of a result read-only."""
+    for array in arrays:
+        array.flags.writeable = False

@@ -1,0 +1,1 @@
+"""Classes that put the law into programs with a Python interface."""

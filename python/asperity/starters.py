@@ -1,0 +1,135 @@
+"""Commands `asperity new` and `asperity cases`: a case file to start from."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from .installed import all_cases, driver, named_case
+
+LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
+"""Entries of the load path, and their values in a new case."""
+
+MATERIAL = {"sigma0": "3.0", "Gc": "0.3", "eta": "0.9", "mu": "0.5", "kc": "20.0"}
+PATTERN = {"sides": "8", "theta": "30.0", "flat": "0.3333333333333333"}
+"""Entries of the groups of a new case; constants that are not here may be added."""
+
+TEXT = """! Slip under a constant normal traction; units here: mm, MPa. Run it by
+!   asperity run {name} --plot
+! Components are (N, Tx, Ty); tension and opening are positive, angles are in degrees.
+&case title = 'Slip under pressure' /
+
+! sigma0: strength of the bond, Gc: its fracture energy, eta: 1 - s0/sf, mu: friction,
+! kc: normal stiffness of the closed joint over that of the bond (10 to 1e4 for most joints)
+&material {material} /
+
+! sides: inclined planes (0: a flat joint), theta: their inclination, flat: share of the flat plane
+&pattern {pattern} /
+
+! the pressure first, then the slip under it
+&step t_N = {sigma_N}, increments = 100 /
+&step slip = {slip}, direction = {direction}, increments = {increments} /
+"""
+
+
+def new_arguments(new: argparse.ArgumentParser) -> None:
+    """Add the arguments of `asperity new`."""
+    new.description = "Write a case file with comments, as a start. The driver checks its values."
+    new.add_argument(
+        "values",
+        nargs="*",
+        metavar="NAME=VALUE",
+        help=f"constants and load path, with the names of case files: {', '.join([*MATERIAL, *PATTERN])}, "
+        f"{', '.join(LOAD)}; a constant may also be another one of &material or &pattern",
+    )
+    _output_argument(new, "case.nml")
+    new.set_defaults(action=_new)
+
+
+def cases_arguments(cases: argparse.ArgumentParser) -> None:
+    """Add the arguments of `asperity cases`."""
+    cases.description = (
+        "List the case files that come with the package, or copy one; asperity run takes their names, too."
+    )
+    cases.add_argument("name", nargs="?", metavar="NAME", help="copy this case (default: list all)")
+    _output_argument(cases, None)
+    cases.set_defaults(action=_cases)
+
+
+def _output_argument(parser: argparse.ArgumentParser, default: str | None) -> None:
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=None if default is None else Path(default),
+        metavar="CASE.nml",
+        help=f"file to write, which must not exist (default: {default or 'the name of the case, here'})",
+    )
+
+
+def _new(options: argparse.Namespace) -> int:
+    """Write a case, which the driver has checked."""
+    values = _values(options.values)
+    taken = {name: values.pop(name, value) for name, value in LOAD.items()}
+    pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
+    if pattern["sides"].strip() == "0":
+        pattern = {"sides": "0"}
+    material = MATERIAL | values
+    groups = [_entries(material), _entries({name: text for name, text in pattern.items() if text})]
+    text = TEXT.format(name=options.output, material=groups[0], pattern=groups[1], **taken)
+    _write(options.output, text.encode())
+    checked = subprocess.run([driver(), options.output, "--echo"], capture_output=True, check=False)
+    if checked.returncode != 0:
+        options.output.unlink()
+        raise ValueError(checked.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
+    print(options.output)
+    return 0
+
+
+def _cases(options: argparse.Namespace) -> int:
+    """List the cases of the package, or copy one."""
+    if options.name is None:
+        if options.output is not None:
+            raise ValueError(f"-o {options.output}: expected the name of a case to copy")
+        for name, path in all_cases().items():
+            print(f"{name:<34}{_title(path)}")
+        return 0
+    path = named_case(options.name)
+    output = options.output or Path(path.name)
+    _write(output, path.read_bytes())
+    print(output)
+    return 0
+
+
+def _values(texts: Sequence[str]) -> dict[str, str]:
+    """Values by name of NAME=VALUE entries."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (re.fullmatch(r"\w+", name) and equals and re.fullmatch(r"[-+.\w]+", value)):
+            raise ValueError(f"{text}: expected NAME=VALUE, as sigma0=3.0")
+        if name in found:
+            raise ValueError(f"{text}: {name} is given twice: expected one value")
+        found[name] = value
+    return found
+
+
+def _entries(values: dict[str, str]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())
+
+
+def _write(path: Path, text: bytes) -> None:
+    """Write a new file; raises ValueError where there is one already."""
+    try:
+        with path.open("xb") as file:
+            file.write(text)
+    except FileExistsError:
+        raise ValueError(f"{path}: expected a name that is not taken, -o gives another one") from None
+
+
+def _title(path: Path) -> str:
+    found = re.search(r"&case\s+title\s*=\s*'((?:[^']|'')*)'", path.read_text(encoding="utf-8"))
+    return found[1].replace("''", "'") if found else ""

@@ -1,0 +1,36 @@
+#!/bin/sh
+# wheel_commands.sh: what a user does first, run by wheel_test.sh in a root without compiler, LAPACK and NumPy.
+set -eux
+export HOME=/root LC_ALL=C.UTF-8
+for program in gfortran gcc cc pip; do
+  ! command -v "$program"
+done
+pip=$(echo /needed/pip-*.whl)
+python3 "$pip/pip" install --quiet --root-user-action ignore --no-index --find-links /needed --break-system-packages asperity
+mkdir /first && cd /first
+
+asperity doctor
+rie_driver --version
+asperity run figure05b --quiet --plot
+asperity new mu=0.6 -o joint.nml
+rie_driver joint.nml --quiet
+asperity card --host abaqus joint.nml --sigma-N -1
+asperity surface --help >help.txt
+
+# constants of synthetic tests, with a picture and a case that the driver runs
+python3 -m asperity.fit.study record.csv
+asperity fit record.csv --plot -o found.nml
+asperity run found.nml --quiet
+ls -l figure05b.csv figure05b.png joint.csv fit.png found*.csv
+
+# what hosts need: library, header, sources for Abaqus and its models
+python3 - <<END
+import ctypes
+from asperity.installed import abaqus, library
+
+ctypes.CDLL(str(library())).umat_
+for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90", "asperity_abaqus_explicit.f90", "standard.inp",
+             "explicit.inp", "joint.nml"):
+    assert (abaqus() / name).is_file(), name
+assert library().with_name("asperity.h").is_file()
+END
