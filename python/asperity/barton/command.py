@@ -7,9 +7,12 @@ import argparse
 from .. import contract
 from ..fit.fitting import DEFAULT_FIXED
 from ..fit.search import add_search, check_search, search, write
-from ..remarks import doubts
+from ..remarks import of_height, of_wear
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
+
+UNITS = ("mm", "MPa")
+"""Units of the constants that are found."""
 
 FREE = ("sigma0", "Gc", "mu", "theta", "height")
 
@@ -61,10 +64,11 @@ def _run(options: argparse.Namespace) -> int:
     from ..fit.report import props_line, report
 
     print(heading(joint, options.reach))
-    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found)}")
-    interface = found.interface
-    for text in doubts(interface.material, interface.pattern, -max(stresses)):
-        print(f"warning: {text}")
+    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, UNITS)}")
+    joint_of_law = found.interface.material, found.interface.pattern, -max(stresses)
+    for remark in of_height(*joint_of_law) + of_wear(*joint_of_law):
+        if not remark.good:
+            print(f"warning: {remark.text}")
     print(f"\n{props_line(found)}")
     write(options, found, lambda path: draw(joint, found, path))
     return 0
