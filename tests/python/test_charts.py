@@ -15,6 +15,9 @@ from asperity.studies import speed_charts as charts
 PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
 """Planes of the patterns: inclined ones and, but for the first, the flat one."""
 
+FACETS = {"RP-4 H": 5, "RP-4 HW0": 5}
+"""Planes of the pattern with a finite height, and with wear, too."""
+
 FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
 
 
@@ -32,7 +35,7 @@ def test_rows(measured: Path) -> None:
     These are single points, blocks in both precisions, both with and without tangent, and the lower limits.
     """
     timings = charts.read_timings(measured)
-    assert {t.pattern: t.planes for t in timings} == PLANES
+    assert {t.pattern: t.planes for t in timings} == PLANES | FACETS
     assert all(t.ns_per_point > 0.0 for t in timings)
     have = {(t.pattern, t.kernel, t.precision, t.tangent) for t in timings}
     double = "double"
@@ -102,7 +105,7 @@ def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert main(["chart", "speed", str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
     head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
     rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
-    assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES
+    assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES | FACETS
     with measured.open(encoding="utf-8", newline="") as file:
         single = {
             row["pattern"]: f"{float(row['ns_per_point']):.1f}"

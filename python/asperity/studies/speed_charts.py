@@ -104,6 +104,9 @@ def draw_speed(timings: Sequence[Timing], path: Path) -> None:
     plt.close(figure)
 
 
+FACETS = ("RP-4 H", "RP-4 HW0")
+"""Patterns with a finite height, and with wear, too; the curves are those of straight planes."""
+
 COLUMNS = (
     ("textbook", "textbook", "double", True),
     ("point", "point", "double", True),
@@ -136,7 +139,8 @@ def _growth(ax: Axes, timings: Sequence[Timing]) -> None:
     from ..plots import COLOURS
 
     for kernel, precision, tangent, label, colour, style in CURVES:
-        points = sorted((t.planes, t.ns_per_point) for t in _rows(timings, kernel, precision, tangent))
+        rows = _rows(timings, kernel, precision, tangent)
+        points = sorted((t.planes, t.ns_per_point) for t in rows if t.pattern not in FACETS)
         if points:
             x, y = zip(*points, strict=True)
             ax.loglog(x, y, style, color=COLOURS[colour], label=label, markersize=4, linewidth=1.3)
