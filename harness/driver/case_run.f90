@@ -1,10 +1,11 @@
 !> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: p_eta, p_kc, p_sigma0, v_damage, v_friction, v_rupture, v_stored
+  use asperity_contract, only: p_eta, p_kc, p_sigma0, p_w0, v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
+  use case_warnings, only: s_f_over_height
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
   use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
@@ -22,20 +23,20 @@ module case_run
 contains
 
   !> Run a case, write its rows to a CSV file and its result to standard error.
-  subroutine run_case(case, label, output, planes, quiet, closure, code)
+  subroutine run_case(case, label, output, planes, quiet, measures, code)
     type(case_type), intent(in) :: case         !! the case
     character(len=*), intent(in) :: label       !! name of the run in messages
     character(len=*), intent(in) :: output      !! file, "-": standard output
     logical, intent(in) :: planes               !! whether each plane has columns
     logical, intent(in) :: quiet                !! no progress line, no summary
-    real(wp), intent(out) :: closure            !! of the facing planes at the largest pressure, as a multiple of s_f
+    real(wp), intent(out) :: measures(3)        !! of the facing planes at the largest pressure, see largest_measures
     integer, intent(out) :: code                !! exit code
     type(history_type) :: table
     type(progress_type) :: progress
     type(failed_type) :: failed
     character(len=:), allocatable :: failure, text
 
-    closure = 0.0_wp
+    measures = 0.0_wp
     failure = ""
     code = exit_input
     call open_history(table, output, case%joint, planes .or. case%planes)
@@ -57,7 +58,7 @@ contains
       call close_history(table)
     end if
     if (.not. table%good) return
-    closure = largest_closure(case, -table%least_traction)
+    measures = largest_measures(case, -table%least_traction)
 
     code = exit_ok
     text = last_row(table)
@@ -249,21 +250,23 @@ contains
     end do
   end function unexpected
 
-  !> Elastic closure of one inclined plane that carries the whole pressure, as a multiple of s_f.
-  pure function largest_closure(case, pressure) result(closure)
+  !> Of one inclined plane that carries the whole pressure: elastic closure over s_f, elastic closure over the asperity
+  !> height (0 without a height), elastic energy of the friction over W0 (0 without wear).
+  pure function largest_measures(case, pressure) result(measures)
     type(case_type), intent(in) :: case    !! the case
     real(wp), intent(in) :: pressure       !! >= 0, stress
-    real(wp) :: closure
-    real(wp) :: kc
-    integer :: k
-    closure = 0.0_wp
+    real(wp) :: measures(3)
+    real(wp) :: gamma, kc
+    measures = 0.0_wp
     kc = merge(case%props(p_kc), 1.0_wp, case%props(p_kc) > 0.0_wp)
-    associate (pattern => case%joint%pattern)
-      do k = 1, pattern%n
-        if (pattern%sin_theta(k) > 0.0_wp) closure = max(closure, &
-          pressure*(1.0_wp - case%props(p_eta))/(pattern%gamma(k)*case%props(p_sigma0)*kc))
-      end do
+    associate (pattern => case%joint%pattern, material => case%joint%material)
+      if (.not. any(pattern%sin_theta(:pattern%n) > 0.0_wp)) return
+      gamma = minval(pattern%gamma(:pattern%n), mask=pattern%sin_theta(:pattern%n) > 0.0_wp)
+      measures(1) = pressure*(1.0_wp - case%props(p_eta))/(gamma*case%props(p_sigma0)*kc)
+      measures(2) = measures(1)*s_f_over_height(case)
+      if (.not. case%props(p_w0) > 0.0_wp) return
+      measures(3) = (material%mu*pressure/gamma)**2/(2.0_wp*material%k_t*case%props(p_w0))
     end associate
-  end function largest_closure
+  end function largest_measures
 
 end module case_run

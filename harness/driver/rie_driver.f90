@@ -16,6 +16,13 @@ program rie_driver
 
   !> Closure of the facing planes, as a multiple of s_f, above which the driver warns.
   real(wp), parameter :: soft_contact = 0.1_wp
+
+  !> Closure of the facing planes, as a multiple of the asperity height, above which the driver warns.
+  real(wp), parameter :: deep_closure = 0.1_wp
+
+  !> Elastic energy of the friction on the facing planes, as a multiple of W0, above which the driver warns.
+  real(wp), parameter :: runaway = 0.01_wp
+
   character(len=*), parameter :: usage(9) = [character(len=78) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
@@ -100,7 +107,7 @@ contains
     type(case_type), allocatable :: cases(:)
     character(len=:), allocatable :: variable, stem
     real(wp), allocatable :: values(:)
-    real(wp) :: closure, largest
+    real(wp) :: largest(3), measures(3)
     integer :: code, i, worst
     logical :: good
 
@@ -147,16 +154,20 @@ contains
     do i = 1, size(cases)
       if (size(values) > 0) then
         call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
-          result_file(stem, values, i), planes, quiet, closure, code)
+          result_file(stem, values, i), planes, quiet, measures, code)
       else
-        call run_case(cases(i), path, result_file(stem, values, i), planes, quiet, closure, code)
+        call run_case(cases(i), path, result_file(stem, values, i), planes, quiet, measures, code)
       end if
       worst = max(worst, code)
-      largest = max(largest, closure)
+      largest = max(largest, measures)
       if (code == exit_input) exit
     end do
-    if (largest > soft_contact) call say(path // ": warning: the contact is soft: facing planes that carry the " // &
-      "largest pressure close by " // short(largest) // " s_f (kc of &material makes it stiffer)")
+    if (largest(1) > soft_contact) call say(path // ": warning: the contact is soft: facing planes that carry the " // &
+      "largest pressure close by " // short(largest(1)) // " s_f (kc of &material makes it stiffer)")
+    if (largest(2) > deep_closure) call say(path // ": warning: facing planes that carry the largest pressure " // &
+      "close by " // short(largest(2)) // " height (kc of &material makes the contact stiffer)")
+    if (largest(3) > runaway) call say(path // ": warning: the friction on facing planes that carry the largest " // &
+      "pressure stores " // short(largest(3)) // " W0: a facet may wear off in a jump")
     call finish(worst)
   end subroutine run
 

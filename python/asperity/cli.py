@@ -159,6 +159,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "paper": ("recompute the figures and tables of the paper", _imported("studies.paper.command")),
     "card": ("print the material block for the input of a host program", _imported("cards.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
+    "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
     "doctor": ("check the installation and look for host programs", _imported("doctor")),

@@ -85,9 +85,7 @@ class Interface:
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if n > 0:  # f2py accepts no empty arrays
             _raise(
-                *_core.interface_update(
-                    self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
-                ),
+                *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
             )
         return Update(traction, new, tangent, self.n_planes)
 
@@ -157,8 +155,9 @@ class Interface:
         area under tau is the change of work less that of sigma_N s_N.
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
-        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f, where a
-        plane locks, where theta may be in radians, and where sigma_N is not below the strength.
+        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f or of the
+        asperity height, where a plane locks or may wear off in a jump, where the height is below s_f, where
+        theta may be in radians, and where sigma_N is not below the strength.
         """
         slips = contract.array("slips", slips)
         direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")

@@ -1,4 +1,4 @@
-"""Checks of a model with an interface: locking, soft contact, snap-back, mesh."""
+"""Checks of a model with an interface: locking, soft contact, asperity height, snap-back, mesh."""
 
 from __future__ import annotations
 
@@ -16,6 +16,12 @@ from .pattern import Pattern
 
 SMALL_CLOSURE = 0.1
 """Closure of a plane that carries the normal traction alone, over s_f, above which a warning is given."""
+
+SMALL_ENERGY = 0.01
+"""Elastic energy of the friction on a facing plane over W0, above which a facet may wear off in a jump."""
+
+SMALL_SHARE = 0.1
+"""Closure of the facing planes over the asperity height H, above which a warning is given."""
 
 LARGEST_RADIAN = 1.6
 """Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57."""
@@ -61,8 +67,8 @@ def doubts(material: Material, pattern: Pattern, sigma_N: float) -> list[str]:
                 f"(|sigma_N| (1 - eta)/(gamma sigma0 kc), gamma = {gamma:.3g}): the contact is as soft as "
                 "the bond, raise kc where closure matters"
             )
-    # a finite height ends the climb up a plane that locks
-    checked = [_radians(pattern)] + ([] if material.height > 0.0 else [_locking(material, pattern)])
+    asperities = of_height(material, pattern, sigma_N) + of_wear(material, pattern, sigma_N)
+    checked = [_radians(pattern), _locking(material, pattern), *asperities]
     found += [one.text for one in checked if one is not None and not one.good]
     if sigma_N >= material.sigma0:
         found.append(
@@ -102,9 +108,9 @@ def remarks(
     for name, value in (("modulus", modulus), ("size", size)):
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value:g}: expected > 0")
-    found = [_locking(material, pattern), _radians(pattern)]
+    found = [_locking(material, pattern), _radians(pattern), *of_height(material, pattern, stress)]
     if stress is not None:
-        found.append(_contact(material, pattern, stress))
+        found += [*of_wear(material, pattern, stress), _contact(material, pattern, stress)]
     if modulus is not None and size is not None:
         found += [_snap_back(material, modulus, size), _zone(material, modulus, size)]
         found.append(_compliance(material, modulus, size))
@@ -123,6 +129,13 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
     if steepest == 0.0:
         return None
     product = material.mu * steepest
+    if product >= 1.0 and material.height > 0.0:
+        slip = material.height / steepest * np.log(product)
+        text = (
+            f"mu tan(theta) = {product:.3g} >= 1: where the interface slides up the steepest plane it locks, "
+            f"but only up to the slip (height/tan(theta)) log(mu tan(theta)) = {slip:.3g}"
+        )
+        return Remark(text, good=True)
     if product >= 1.0:
         text = (
             f"mu tan(theta) = {product:.3g}: expected < 1 for the steepest plane, because from 1 on the "
@@ -131,7 +144,50 @@ def _locking(material: Material, pattern: Pattern) -> Remark | None:
         return Remark(text, good=False)
     strength = material.residual_strength(np.degrees(np.arctan(steepest)))
     text = f"mu tan(theta) = {product:.3g} < 1: the residual strength up the steepest plane is {strength:.3g}"
-    return Remark(f"{text} times the normal traction", good=True)
+    text += " times the normal traction"
+    if material.height > 0.0:
+        text += f" at the foot of the asperities and falls to mu = {material.mu:g} at their top"
+    return Remark(text, good=True)
+
+
+def of_height(material: Material, pattern: Pattern, sigma_N: float | None = None) -> list[Remark]:
+    """Remarks on the asperity height: H against s_f, and against the closure under sigma_N (< 0, stress)."""
+    H = material.height
+    if H == 0.0 or not _slopes(pattern).any():
+        return []
+    s_f = material.s_f
+    text = f"height = {H:g}, s_f = 2 Gc/sigma0 = {s_f:.4g}"
+    if H < s_f:
+        text += ": expected height >= s_f, because the bond of the straight plane breaks within s_f"
+    found = [Remark(text, good=H >= s_f)]
+    if sigma_N is not None and sigma_N < 0.0:
+        share, gamma = closure(material, pattern, sigma_N)
+        share *= s_f / H
+        text = (
+            f"height = {H:g}: sigma_N = {sigma_N:g} closes a plane that carries it alone by {share:.2g} "
+            f"height (|sigma_N|/(gamma kc Kn height), gamma = {gamma:.3g})"
+        )
+        if share > SMALL_SHARE:
+            text += f": expected at most {SMALL_SHARE:g}, raise kc or height"
+        found.append(Remark(text, good=share <= SMALL_SHARE))
+    return found
+
+
+def of_wear(material: Material, pattern: Pattern, sigma_N: float) -> list[Remark]:
+    """Remark on the wear under sigma_N (< 0, stress): W0 against the elastic energy of the friction."""
+    if material.W0 == 0.0 or not (sigma_N < 0.0 and _slopes(pattern).any()):
+        return []
+    _, gamma = closure(material, pattern, sigma_N)
+    strength, energy = material.sigma02 or material.sigma0, material.Gc2 or material.Gc
+    Kt = strength**2 / (2.0 * energy * (1.0 - material.eta))
+    share = (material.mu * sigma_N / gamma) ** 2 / (2.0 * Kt * material.W0)
+    text = (
+        f"W0 = {material.W0:g}: under sigma_N = {sigma_N:g} the friction on a plane that carries it alone "
+        f"stores {share:.2g} W0 ((mu sigma_N/gamma)^2/(2 Kt), gamma = {gamma:.3g})"
+    )
+    if share > SMALL_ENERGY:
+        text += f": expected at most {SMALL_ENERGY:g}, beyond it a facet may wear off in a jump"
+    return [Remark(text, good=share <= SMALL_ENERGY)]
 
 
 def _radians(pattern: Pattern) -> Remark | None:

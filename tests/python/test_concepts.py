@@ -1,4 +1,4 @@
-"""Tests of the pictures of docs/concepts.md and docs/solver.md, and of the statements they illustrate."""
+"""Tests of the pictures of `asperity chart concepts`, and of the statements they illustrate."""
 
 from __future__ import annotations
 
@@ -20,9 +20,8 @@ def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["chart", "concepts", "-o", str(tmp_path)]) == 0
     drawn = [Path(line) for line in capsys.readouterr().out.splitlines()]
     assert [path.stem for path in drawn] == list(concepts.PICTURES)
-    pages = (DOCS / "concepts.md").read_text(encoding="utf-8") + (DOCS / "solver.md").read_text(
-        encoding="utf-8"
-    )
+    names = ("concepts.md", "solver.md", "extensions.md")
+    pages = "".join((DOCS / name).read_text(encoding="utf-8") for name in names)
     for path in drawn:
         assert path.stat().st_size > 10000
         assert (DOCS / "images" / path.name).is_file()

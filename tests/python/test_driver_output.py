@@ -168,7 +168,7 @@ def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
 
 
 def test_warnings(run) -> None:
-    """Other values in mode II give a warning, and so does a contact that is too soft for the pressure."""
+    """Other values in mode II give a warning, and so do a soft contact, a low height and a small W0."""
     path = RP_4 + "&step t_N = -10.0 /\n"
     assert "warning: the contact is soft" in run(MATERIAL + path).messages
     stiff = MATERIAL.replace("/", ", kc = 1000.0 /")
@@ -177,6 +177,18 @@ def test_warnings(run) -> None:
     assert "warning" not in run(MATERIAL + FLAT + "&step t_N = -10.0 /\n").messages
     # closure/s_f = |sigma_N| (1-eta)/(gamma sigma0) with gamma = 1/6
     assert "close by 2 s_f" in run(MATERIAL + path).messages
+    # s_f = 0.2, so that the closure is 0.4/kc
+    high = MATERIAL.replace("/", ", kc = 40.0, height = {} /")
+    assert "warning" not in run(high.format(0.21) + path).messages
+    assert "close by 0.2 height" in run(high.replace("40", "10").format(0.2) + path).messages
+    assert (
+        "warning: s_f is 2 height: expected" in run(high.format(0.1) + RP_4 + "&step t_N = -0.1 /\n").messages
+    )
+    assert "warning" not in run(high.format(0.1) + FLAT + "&step t_N = -0.1 /\n").messages
+    # mu |sigma_N|/gamma = 30, Kt = 150: 3/W0
+    wears = MATERIAL.replace("/", ", kc = 1000.0, W0 = {} /")
+    assert "warning" not in run(wears.format(301.0) + path).messages
+    assert "stores 0.02 W0" in run(wears.format(150.0) + path).messages
     for other in ("sigma02 = 4.0", "Gc2 = 0.5"):
         text = MATERIAL.replace("/", f", {other} /") + FLAT + "&step s_N = 0.1 /\n"
         assert "warning: sigma02 or Gc2 differ" in run(text).messages

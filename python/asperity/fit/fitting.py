@@ -12,7 +12,7 @@ from .. import contract
 from ..contract import Floats
 from ..interface import Interface
 from .checks import LARGEST_RATIO
-from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, each, material_of
+from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, each, material_of
 from .records import ShearTest
 
 DEFAULT_FREE = ("sigma0", "Gc", "eta", "mu", "theta", "flat", "kc")
@@ -21,7 +21,7 @@ DEFAULT_FREE = ("sigma0", "Gc", "eta", "mu", "theta", "flat", "kc")
 FLAT_FREE = ("sigma0", "Gc", "eta", "mu")
 """The same for a flat joint: its closing stiffness shows in no shear-box test."""
 
-DEFAULT_FIXED = {"eta": 0.9, "flat": contract.default("flat"), "kc": contract.default("kc")}
+DEFAULT_FIXED = {"eta": 0.9} | {name: contract.default(name) for name in ("flat", "kc", "height", "W0")}
 """Values of parameters that a given list of free ones leaves out."""
 
 STARTS_TRIED = 5
@@ -89,7 +89,7 @@ BOUNDS = {
     "flat": (0.005, 0.95),
     "kc": (0.1, 1e3),
 }
-"""Bounds of the parameters; those of sigma0 and Gc depend on the tests."""
+"""Bounds of the parameters; those of sigma0, Gc, height and W0 depend on the tests."""
 
 DEGREES = " in degrees"
 """Remark after bounds of theta in messages."""
@@ -181,7 +181,7 @@ class Fit:
         gradient = np.array([(log(self.x + d) - log(self.x - d)) / (2.0 * STEP) for d in shifts])
         half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
         value = log(self.x)
-        return Estimate(*(float(np.exp(v)) for v in (value, value - half, value + half)))
+        return Estimate(*(Scale().back(v) for v in (value, value - half, value + half)))
 
     @property
     def agreeing(self) -> int:
@@ -249,8 +249,9 @@ def fit(
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc.  Without `free` all are
-    free that are not fixed; a parameter that neither of them has takes its value in DEFAULT_FIXED.
+    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height, W0.  Without
+    `free` DEFAULT_FREE are free as far as they are not fixed; a parameter that neither of them has takes its
+    value in DEFAULT_FIXED.
     start: additional start besides the best points of a Latin hypercube; `starts` is the number of all
     starts, `seed` that of the hypercube; if fewer than AGREEING of them reach the smallest sum of squares,
     up to MORE_STARTS times as many are tried.  bounds: (low, high) by name.  increments: smallest number
@@ -391,8 +392,11 @@ def _problem(
     missing = [name for name in SCALES if name not in free and name not in known]
     if missing:
         raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
-    if sides == 0 and {"theta", "flat"} & set(free):
-        raise ValueError("free: theta, flat: expected inclined planes, which sides = 0 does not have")
+    inclined = [name for name in ("theta", "flat", "height", "W0") if name in free]
+    if sides == 0 and inclined:
+        raise ValueError(
+            f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have"
+        )
     if 0.0 < known.get("theta", 0.0) < BOUNDS["theta"][0]:
         raise ValueError(
             f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {BOUNDS['theta'][0]:g} "
@@ -403,6 +407,8 @@ def _problem(
     within = dict(BOUNDS) | {
         "sigma0": (1e-3 * largest, 30.0 * largest),
         "Gc": (1e-6 * largest * length, 150.0 * largest * length),
+        "height": (1e-3 * length, 1e3 * length),
+        "W0": (1e-3 * largest * length, 1e3 * largest * length),
     }
     for name, (low, high) in bounds.items():
         if not 0.0 < low < high < SCALES[name].top:
@@ -472,7 +478,12 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
     """Transformed parameters of SAMPLES points; s_f replaces Gc because the tests show the size of s_f."""
     largest = max(float(np.abs(test.tau).max()) for test in problem.tests)
     length = max(float(np.abs(test.slip).max()) for test in problem.tests)
-    ranges = dict(STARTS) | {"sigma0": (0.05 * largest, 2.0 * largest), "s_f": (0.02 * length, 1.5 * length)}
+    ranges = dict(STARTS) | {
+        "sigma0": (0.05 * largest, 2.0 * largest),
+        "s_f": (0.02 * length, 1.5 * length),
+        "height": (0.03 * length, 3.0 * length),
+        "W0": (0.05 * largest * length, 5.0 * largest * length),
+    }
     rng = np.random.default_rng(seed)
     strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
     points = []

@@ -24,6 +24,9 @@ SIDES = 8
 INCREMENTS = 200
 """Smallest number of increments along a test, with which a fit begins."""
 
+MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0")
+"""Parameters of the material; the others are those of the pattern."""
+
 PRELOAD = 50
 """Increments in which sigma_N is applied before the slip."""
 
@@ -75,6 +78,8 @@ SCALES = {
     "theta": Scale(90.0),
     "flat": Scale(1.0),
     "kc": Scale(),
+    "height": Scale(),
+    "W0": Scale(),
 }
 """Transforms of the parameters that can be identified."""
 
@@ -175,8 +180,8 @@ class Problem:
 
 
 def material_of(values: Mapping[str, float]) -> Material:
-    """Material of parameters by name."""
-    return Material(*(values[name] for name in ("sigma0", "Gc", "eta", "mu")), kc=values["kc"])
+    """Material of parameters by name; height and W0 have their defaults where they are missing."""
+    return Material(**{name: values[name] for name in MATERIAL if name in values})
 
 
 def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..contract import Floats
 from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
-from .model import FINER, SCALES, STEP
+from .model import FINER, MATERIAL, SCALES, STEP
 from .records import ShearTest
 from .units import NONE
 
@@ -26,6 +26,9 @@ WIDTH = 110
 MOST_TURNS = 20
 """Largest number of reversals that a case file repeats; noise on the slip makes more."""
 
+ABSENT = ("height", "W0")
+"""Parameters that are left out where they are 0, which stands for a law without them."""
+
 CASE_INCREMENTS = 100
 """Increments of a step in the case file."""
 
@@ -35,7 +38,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     problem = found.problem
     length, stress = units
     of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
-    of |= {"s_f": length, "s0": length}
+    of |= {"s_f": length, "s0": length, "height": length, "W0": f"{stress} {length}"}
     lines = []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
@@ -46,7 +49,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     given = {
         name: value
         for name, value in problem.fixed.items()
-        if problem.sides > 0 or name not in ("theta", "flat")
+        if (problem.sides > 0 or name not in ("theta", "flat")) and (value or name not in ABSENT)
     }
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     lines += [
@@ -312,7 +315,8 @@ def case_text(found: Fit) -> str:
     turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
     held = sorted({float(f"{test.sigma_N:.4g}") for test in problem.tests}, reverse=True)
     several = len(held) > 1
-    material = ", ".join(f"{name} = {values[name]}" for name in ("sigma0", "Gc", "eta", "mu", "kc"))
+    there = [name for name in MATERIAL if found.values[name] or name not in ABSENT]
+    material = ", ".join(f"{name} = {values[name]}" for name in there)
     pattern = f"sides = {problem.sides}"
     if problem.sides > 0:
         pattern += f", theta = {values['theta']}, flat = {values['flat']}"

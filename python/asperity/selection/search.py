@@ -19,7 +19,7 @@ from .. import contract
 from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
-from ..oracle import planar
+from ..oracle import planar, reference
 from ..oracle.compare import parameters_of
 from ..pattern import Pattern, direction_vector
 from ..slip_curves import slip_curves
@@ -82,6 +82,11 @@ class LoadCase:
         self.regular(REFERENCE_SIDES)
         if self.material.tau_v > 0.0:
             raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, because a load case has no rate")
+        if self.material.W0 > 0.0 and not (self.planar or self.smooth):
+            raise ValueError(
+                f"W0 = {self.material.W0:g}: expected 0, or a planar load case: a facet wears by the work "
+                "per area of its own, so that W0 belongs to one pattern"
+            )
         if not np.isfinite(self.direction):
             raise ValueError(f"direction = {self.direction!r}: expected a finite angle")
         for name, values in (("sigma_N", self.sigma_N), ("turns", self.turns)):
@@ -99,6 +104,11 @@ class LoadCase:
     def smooth(self) -> bool:
         """Whether the surface is flat."""
         return self.theta == 0.0 or self.flat == 1.0
+
+    @property
+    def curved(self) -> bool:
+        """Whether asperities end or wear, so that the strength ends at mu in every direction."""
+        return self.material.height > 0.0 or self.material.W0 > 0.0
 
     def regular(self, sides: int, turn: float = 0.0) -> Pattern:
         """Regular pattern of the surface; 0 sides give the flat plane."""
@@ -294,10 +304,13 @@ class DenseRun:
 
 
 def residual_error(case: LoadCase, sides: int) -> float:
-    """Relative difference of the residual strengths between two planes and up a plane."""
-    if case.smooth:
-        return 0.0
+    """Relative difference of the residual strengths between two planes and up a plane.
+
+    Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
+    """
     material = case.material
+    if case.smooth or case.curved:
+        return 0.0
     dense = float(material.residual_strength(case.theta))
     weakest = float(material.residual_strength(case.theta, 180.0 / sides)) if sides else material.mu
     if dense == np.inf:
@@ -343,9 +356,9 @@ class Search:
 
     @cached_property
     def uncertainty(self) -> float:
-        """Difference between the reference and its mean over other directions; planar: from the 2D law."""
+        """Difference between the reference and its mean over other directions; planar: from another law."""
         if self.case.planar:
-            return max(_distance_from_2d_law(self.check, k) for k in range(len(self.case.sigma_N)))
+            return max(_distance_from_other_law(self.check, k) for k in range(len(self.case.sigma_N)))
         return self.dense.mean_error(DenseRun(self.case, 1.0, CHECK_AVERAGE))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
@@ -385,7 +398,7 @@ def select(case: LoadCase, tolerance: float, tick: Tick = lambda name: None) -> 
         if errors.worst + search.uncertainty > tolerance:
             tried[-1] = Candidate(name, pattern, candidate.planes, errors)
             continue
-        reference = "2D law" if case.planar else f"RP-{REFERENCE_SIDES}"
+        other = "NumPy law" if case.curved else "2D law"
         return Selection(
             case,
             tolerance,
@@ -394,7 +407,7 @@ def select(case: LoadCase, tolerance: float, tick: Tick = lambda name: None) -> 
             candidate.planes,
             errors,
             search.uncertainty,
-            reference,
+            other if case.planar else f"RP-{REFERENCE_SIDES}",
             tuple(tried),
             search.dense.lost,
         )
@@ -415,10 +428,11 @@ def _largest(curves: Floats) -> float:
     return float(np.sqrt(np.sum(curves**2, axis=-1)).max())
 
 
-def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
+def _distance_from_other_law(dense: DenseRun, k: int) -> float:
     """Largest difference between the tractions of the three-plane pattern and of the 2D law.
 
-    The difference is relative to the largest traction; each law follows the equilibrium itself.
+    The difference is relative to the largest traction; each law follows the equilibrium itself.  The 2D law
+    has neither asperity height nor wear: with them the NumPy reference takes its place.
     """
     case = dense.case
     n, sigma_N = dense.rows[k], case.sigma_N[k]
@@ -427,7 +441,13 @@ def _distance_from_2d_law(dense: DenseRun, k: int) -> float:
     history = dense.interface.confined_slip(case.direction, dense.slips[:n], sigma_N, PRELOAD)
     e = direction_vector(case.direction)
     slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
-    planes = planar.trapezoid(case.theta, case.flat)
-    rows = planar.confined_slip(parameters_of(case.material), planes, slip.tolist(), sigma_N, PRELOAD)
-    other = np.array([row.traction[1] for row in rows])
+    parameters = parameters_of(case.material)
+    if case.curved:
+        pattern = reference.regular_pattern(2, case.theta, case.flat, case.direction)
+        numpy = reference.confined_slip(parameters, pattern, case.direction, slip, sigma_N, PRELOAD)
+        other = numpy.traction[:, 1:] @ e
+    else:
+        planes = planar.trapezoid(case.theta, case.flat)
+        rows = planar.confined_slip(parameters, planes, slip.tolist(), sigma_N, PRELOAD)
+        other = np.array([row.traction[1] for row in rows])
     return float(np.abs(other - tau).max() / np.abs(tau).max())

@@ -1,4 +1,4 @@
-"""Command `asperity chart concepts`: the pictures of docs/concepts.md and docs/solver.md.
+"""Command `asperity chart concepts`: the pictures of docs/concepts.md, docs/solver.md, docs/extensions.md.
 
 Sketches are drawn from the planes of a pattern, curves are computed by the library.  Units: mm, MPa, degrees;
 the material is that of Table 2 of the paper (sigma0 = 3 MPa, Gc = 0.3 N/mm, eta = 0.9, mu = 0.5).
@@ -23,7 +23,9 @@ from ..contract import Floats
 from ..interface import History, Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern
+from . import extensions
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, arrow, joint, patterns
+from .extensions_draw import facet
 from .gallery_draw import DILATION, SLIP, TRACTION, new_figure
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
@@ -187,6 +189,9 @@ CONSTANTS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
     ("flat", "weight of the flat plane [-]", (0.0, 1.0 / 3.0, 0.8)),
     ("turn", "rotation of RP-4 [degrees]", (0.0, 22.5, 45.0)),
     ("sigma02", r"tangential strength $\sigma_{02}$ [MPa]", (2.0, 3.0, 4.0)),
+    ("Gc2", r"tangential rupture energy $G_{c2}$ [N/mm]", (0.15, 0.3, 0.6)),
+    ("height", "asperity height H [mm], 0: no end", (0.0, 0.5, 0.2)),
+    ("W0", r"wear $W_0$ [N/mm], 0: none", (0.0, 10.0, 3.0)),
 )
 """Name, title and values of the constant that a panel varies; the others are those of MATERIAL and RP-4."""
 
@@ -206,20 +211,20 @@ def slip_test(name: str, value: float) -> History:
 
 def constants() -> Figure:
     """Draw the effect of each constant on the shear traction of a slip test."""
-    figure, axes = new_figure(12.5, 8.5, nrows=3, ncols=4, sharex=True)
+    figure, axes = new_figure(15.0, 8.5, nrows=3, ncols=5, sharex=True)
     for ax, (name, title, values) in zip(axes, CONSTANTS, strict=True):
         _compare(ax, name, title, values, lambda history: history.traction[:, 1])
-    for ax in axes[::4]:
+    for ax in axes[::5]:
         ax.set_ylabel(TRACTION)
-    for ax in axes[8:]:
+    for ax in axes[10:]:
         ax.set_xlabel(SLIP)
     return figure
 
 
 def dilation() -> Figure:
     """Draw the effect of the constants that change the dilation."""
-    shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N")]
-    figure, axes = new_figure(12.5, 3.0, ncols=len(shown), sharex=True)
+    shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N", "height", "W0")]
+    figure, axes = new_figure(15.0, 3.0, ncols=len(shown), sharex=True)
     for ax, (name, title, values) in zip(axes, shown, strict=True):
         _compare(ax, name, title, values, lambda history: history.separation[:, 0])
         ax.set_xlabel(SLIP)
@@ -287,6 +292,8 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
     "concepts_constants": constants,
     "concepts_dilation": dilation,
     "solver_snap": snap,
+    "extensions_facet": facet,
+    **extensions.PICTURES,
 }
 """Pictures by the name of their file."""
 

@@ -74,7 +74,8 @@ def figure_8(case_0: Case, case_45: Case) -> Outcome:
     return Outcome(
         _two_panels(case_0, case_45, "s_N", DILATION),
         tuple(came_out),
-        "None: every curve still rises at the end, because the dilation is unbounded, as the paper says.",
+        "None: every curve still rises at the end, because the dilation is unbounded, as the paper says. "
+        "[A finite asperity height](../extensions.md#3-what-the-height-changes) bounds it.",
         *two_directions(case_0, case_45),
     )
 

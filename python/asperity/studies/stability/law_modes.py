@@ -14,6 +14,7 @@ from ...contract import Floats
 from ...interface import EquilibriumLost, Interface, work_along
 from ...material import Material, ModelWarning
 from ...pattern import Pattern, direction_vector
+from ..extensions import locked
 from ..newton import NewtonStudy, newton_study
 from .explicit import Flight, Vumat, fly
 from .modes import S_F, TABLE_2, FailureMode, K, Trial
@@ -150,16 +151,28 @@ def locking() -> list[Trial]:
             f"{agree} of {total} runs agree with the closed form ({locked} of them lock)",
         )
     )
-    return trials
+    return trials + [_steep(height) for height in (0.0, 0.2)]
+
+
+def _steep(height: float) -> Trial:
+    """Slide the steep RT of the page on extensions by 1 mm, with an asperity height or without."""
+    history = locked(height)
+    at, last = (
+        float(value) for value in np.interp((0.1, 1.0), history.separation[:, 1], history.traction[:, 1])
+    )
+    end = f"height = {height:g} mm" if height else "no end of the asperities"
+    label = f"RT of 60°, mu tan(theta) = 1.39, {end}, slip of 1 mm under -1 MPa"
+    return Trial(label, height > 0.0, bool(last < at), f"{at:.4g} MPa at 0.1 mm, {last:.4g} MPa at 1 mm")
 
 
 LOCKING = FailureMode(
     "locking",
     "Locking at mu tan(theta) = 1",
     "On a steep, rough plane friction prevents any sliding up: the traction grows in proportion to the "
-    "slip. The law has no wear, so this growth has no limit.",
-    "Keep mu tan(theta) below 1 in every direction; otherwise only the adjacent bodies limit the forces. A "
-    "smaller theta models worn asperities.",
+    "slip. The planes of the paper have no end, so this growth has no limit.",
+    "Keep mu tan(theta) below 1 in every direction, or give the asperities a height H (PROPS 18): locking "
+    "then ends at the slip (H/tan(theta)) log(mu tan(theta)). Otherwise only the adjacent bodies limit the "
+    "forces.",
     locking,
 )
 

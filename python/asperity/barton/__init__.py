@@ -1,0 +1,1 @@
+"""Bridge from the parameters of rock engineers (JRC, JCS, phi_r) to the constants of the law."""

@@ -1,0 +1,74 @@
+"""Command `asperity barton`: constants of the law from JRC, JCS and phi_r."""
+
+from __future__ import annotations
+
+import argparse
+
+from .. import contract
+from ..fit.fitting import DEFAULT_FIXED
+from ..fit.search import add_search, check_search, search, write
+from ..remarks import of_height, of_wear
+from .comparison import REACH, compare, curves, draw, heading, nature, table
+from .joint import SAMPLE, Joint
+
+UNITS = ("mm", "MPa")
+"""Units of the constants that are found."""
+
+FREE = ("sigma0", "Gc", "mu", "theta", "height")
+
+FIXED = DEFAULT_FIXED | {"kc": 20.0}
+"""Values that are not identified: the contact of a rock joint is much stiffer than its bond."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.add_argument("--jrc", type=float, required=True, help="joint roughness coefficient, up to 20")
+    parser.add_argument(
+        "--jcs", type=float, required=True, metavar="MPA", help="compressive strength of the joint wall"
+    )
+    parser.add_argument(
+        "--phi-r", type=float, required=True, metavar="DEGREES", help="residual friction angle"
+    )
+    parser.add_argument("--length", type=float, required=True, metavar="M", help="length of the joint")
+    parser.add_argument(
+        "--sample",
+        type=float,
+        default=SAMPLE,
+        metavar="M",
+        help="length of the samples on which JRC and JCS were measured (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--sigma-n",
+        required=True,
+        metavar="MPA,...",
+        help="normal stresses, positive in compression: the range in which the RIE is to come close",
+    )
+    parser.add_argument(
+        "--reach",
+        type=float,
+        default=REACH,
+        metavar="RATIO",
+        help="end of the curves over the slip at the peak, up to 100 (default: %(default)s)",
+    )
+    add_search(parser, FREE, FIXED)
+    parser.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Compute the curves of the joint, find the closest RIE, report both."""
+    check_search(options)
+    stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
+    joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
+    tests = curves(joint, stresses, options.reach)
+    found = search(options, tests, FIXED)
+    from ..fit.report import props_line, report
+
+    print(heading(joint, options.reach))
+    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, UNITS)}")
+    joint_of_law = found.interface.material, found.interface.pattern, -max(stresses)
+    for remark in of_height(*joint_of_law) + of_wear(*joint_of_law):
+        if not remark.good:
+            print(f"warning: {remark.text}")
+    print(f"\n{props_line(found)}")
+    write(options, found, lambda path: draw(joint, found, path))
+    return 0

@@ -1,0 +1,148 @@
+"""Rock joint of Barton: peak strength, peak dilation angle, and both mobilised over the slip.
+
+Sources: Barton and Choubey (1977), Rock Mechanics 10, 1-54, doi 10.1007/BF01261801 (strength, dilation);
+Barton (1982), ONWI-308, and Barton, Bandis and Bakhtar (1985), Int. J. Rock Mech. Min. Sci. 22, 121-140
+(mobilised JRC, peak slip); Barton and Bandis (1982), Proc. 23rd US Symp. Rock Mech., 739-760 (scale).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..contract import Floats
+
+SAMPLE = 0.1
+"""Length of the laboratory samples that JRC and JCS usually belong to, m."""
+
+LARGEST_JRC = 20.0
+"""Largest JRC of the scale of Barton and Choubey."""
+
+STEEPEST = 70.0
+"""Largest peak angle arctan(tau/sigma_n) for which the criterion is meant, degrees."""
+
+MILLIMETRES = 1.0e3
+"""Millimetres in a metre: the length of a joint is in m, slips are in mm."""
+
+MOBILISED = (
+    (0.3, 0.0),
+    (0.6, 0.75),
+    (1.0, 1.0),
+    (2.0, 0.85),
+    (4.0, 0.7),
+    (10.0, 0.5),
+    (25.0, 0.4),
+    (100.0, 0.0),
+)
+"""Slip over the slip at the peak, and mobilised JRC over that at the peak (Barton 1982).
+
+At zero slip the mobilised angle is -phi_r, so that the shear traction begins at zero.
+"""
+
+FINE = 4000
+"""Intervals over which the dilation is integrated, besides those between the kinks of the table."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Joint of roughness JRC, wall strength JCS (MPa) and residual friction angle phi_r (degrees).
+
+    length: of the joint; sample: of the samples that JRC and JCS were measured on; m.  Normal stresses
+    sigma_n are positive in compression, in MPa.  Raises ValueError that names a value out of range.
+    """
+
+    jrc: float
+    jcs: float
+    phi_r: float
+    length: float
+    sample: float = SAMPLE
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        rules = (
+            ("JRC", self.jrc, 0.0 < self.jrc <= LARGEST_JRC, f"> 0 and <= {LARGEST_JRC:g}"),
+            ("JCS", self.jcs, 0.0 < self.jcs < np.inf, "a strength in MPa, > 0"),
+            ("phi_r", self.phi_r, 0.0 < self.phi_r < STEEPEST, f"degrees, > 0 and < {STEEPEST:g}"),
+            ("sample", self.sample, 0.0 < self.sample < np.inf, "a length in m, > 0"),
+            ("length", self.length, self.sample <= self.length < np.inf, f"m, >= sample = {self.sample:g}"),
+        )
+        for name, value, holds, expected in rules:
+            if not holds:
+                raise ValueError(f"{name} = {value:g}: expected {expected}")
+
+    @property
+    def jrc_n(self) -> float:
+        """JRC of the whole length, JRC (L/L_0)^(-0.02 JRC)."""
+        return float(self.jrc * (self.length / self.sample) ** (-0.02 * self.jrc))
+
+    @property
+    def jcs_n(self) -> float:
+        """JCS of the whole length, JCS (L/L_0)^(-0.03 JRC), MPa."""
+        return float(self.jcs * (self.length / self.sample) ** (-0.03 * self.jrc))
+
+    @property
+    def peak_slip(self) -> float:
+        """Slip at the peak strength, L/500 (JRC/L)^0.33 with L in m; the result is in mm."""
+        return float(MILLIMETRES * self.length / 500.0 * (self.jrc_n / self.length) ** 0.33)
+
+    def check_stress(self, sigma_n: float) -> None:
+        """Raise ValueError for a normal stress that the criterion is not meant for."""
+        if not 0.0 < sigma_n < self.jcs_n:
+            raise ValueError(
+                f"sigma_n = {sigma_n:g}: expected compression > 0 and < {self.jcs_n:.4g} MPa, "
+                "JCS of the length"
+            )
+        if self.peak_angle(sigma_n) > STEEPEST:
+            raise ValueError(
+                f"sigma_n = {sigma_n:g}: the peak angle phi_r + JRC log10(JCS/sigma_n) is "
+                f"{self.peak_angle(sigma_n):.4g} degrees: expected at most {STEEPEST:g}, a larger sigma_n"
+            )
+
+    def roughness_angle(self, sigma_n: float) -> float:
+        """JRC log10(JCS/sigma_n), degrees: what roughness adds to phi_r at the peak."""
+        return float(self.jrc_n * np.log10(self.jcs_n / sigma_n))
+
+    def peak_angle(self, sigma_n: float) -> float:
+        """arctan(tau/sigma_n) at the peak, degrees."""
+        return self.phi_r + self.roughness_angle(sigma_n)
+
+    def peak_strength(self, sigma_n: float) -> float:
+        """Peak shear strength sigma_n tan(phi_r + JRC log10(JCS/sigma_n)), MPa."""
+        return float(sigma_n * np.tan(np.radians(self.peak_angle(sigma_n))))
+
+    def damage_coefficient(self, sigma_n: float) -> float:
+        """M = JRC/(12 log10(JCS/sigma_n)) + 0.70, which lowers the dilation angle."""
+        return float(self.jrc_n / (12.0 * np.log10(self.jcs_n / sigma_n)) + 0.7)
+
+    def peak_dilation_angle(self, sigma_n: float) -> float:
+        """Dilation angle at the peak, JRC log10(JCS/sigma_n)/M, degrees."""
+        return self.roughness_angle(sigma_n) / self.damage_coefficient(sigma_n)
+
+    def shear(self, slip: Floats, sigma_n: float) -> Floats:
+        """Shear traction over the slip (T,), mm, from 0 on; MPa."""
+        angle = self.phi_r + self._mobilised(slip, sigma_n)
+        tau: Floats = sigma_n * np.tan(np.radians(angle))
+        return tau
+
+    def dilation(self, slip: Floats, sigma_n: float) -> Floats:
+        """Opening over the slip (T,), mm: the integral of the tangent of the mobilised dilation angle.
+
+        Dilation begins at 0.3 of the peak slip, where the mobilised JRC becomes positive.
+        """
+        kinks = np.array(MOBILISED)[:, 0] * self.peak_slip
+        fine = np.union1d(np.linspace(0.0, float(np.max(slip)), FINE + 1), kinks)
+        angle = np.maximum(self._mobilised(fine, sigma_n), 0.0) / self.damage_coefficient(sigma_n)
+        slope = np.tan(np.radians(angle))
+        opening = np.concatenate([[0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(fine))])
+        return np.interp(slip, fine, opening)
+
+    def _mobilised(self, slip: Floats, sigma_n: float) -> Floats:
+        """Mobilised roughness angle, degrees: linear in the slip up to the peak, in its logarithm beyond."""
+        ratio, share = np.array(MOBILISED).T
+        angle = self.roughness_angle(sigma_n) * share
+        x = np.asarray(slip) / self.peak_slip
+        peak = int(np.argmax(share))
+        rising = np.interp(x, np.append(0.0, ratio[: peak + 1]), np.append(-self.phi_r, angle[: peak + 1]))
+        falling = np.interp(np.log10(np.maximum(x, 1.0)), np.log10(ratio[peak:]), angle[peak:])
+        return np.where(x <= 1.0, rising, falling)

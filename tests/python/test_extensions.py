@@ -1,0 +1,276 @@
+"""Finite asperity height and wear: the statements of docs/extensions.md, warnings, fit, cards."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, ModelWarning, Pattern, contract
+from asperity.cli import main
+from asperity.fit.fitting import fit
+from asperity.fit.records import ShearTest
+from asperity.fit.report import case_text, report
+from asperity.remarks import of_height, of_wear, remarks
+from asperity.studies import extensions
+from asperity.studies.extensions import LOCKING, PRESSURE, SLOPE, STEEP_RT, TABLE_2, path
+
+RT = Pattern.regular(2, 30.0)
+STIFF = replace(TABLE_2, kc=100.0)
+
+
+# --- what the height changes --------------------------------------------------------------------------------
+
+
+def test_residual_strength_and_dilation_of_a_height() -> None:
+    """tau/|sigma_N| is that of the mobilised slope, and s_N that of the profile less the closure."""
+    height = 0.5
+    history = Interface(replace(STIFF, height=height), RT).confined_slip(0.0, path(3.0), PRESSURE)
+    slips, tau = history.separation[:, 1], history.traction[:, 1]
+    phi = SLOPE * np.exp(-slips * SLOPE / height)
+    rigid = (STIFF.mu + phi) / (1.0 - STIFF.mu * phi)
+    late = slips > 0.25  # broken
+    # the facing plane closes by p/(kc Kn) with p of several MPa, less than 1e-3 mm
+    assert np.allclose(tau[late], rigid[late], rtol=5e-3)
+    profile = height * (1.0 - np.exp(-slips * SLOPE / height))
+    assert np.allclose(history.separation[late, 0], profile[late], atol=1e-3)
+    assert tau[-1] == pytest.approx(STIFF.mu, rel=0.1) and tau[-1] < tau[late][0]
+
+
+@pytest.mark.parametrize("height", [0.2, 0.5])
+def test_locking_ends(height: float) -> None:
+    """The traction grows up to (H/T) log(mu T) at least, and then falls to that of the mobilised slope."""
+    history = extensions.locked(height)
+    slips, tau = history.separation[:, 1], history.traction[:, 1]
+    slope = np.tan(np.radians(60.0))
+    at = extensions.unlocking_slip(height)
+    assert slips[tau.argmax()] >= at
+    assert np.all(np.diff(tau[slips < at]) > 0.0)
+    phi = slope * np.exp(-slips[-1] * slope / height)
+    assert tau[-1] == pytest.approx((LOCKING.mu + phi) / (1.0 - LOCKING.mu * phi), rel=1e-3)
+    endless = extensions.locked(0.0)
+    assert endless.traction[-1, 1] > 10.0 * tau.max()
+
+
+def test_snap_vanishes() -> None:
+    """The jump of RP-16 without pressure shrinks with the height; below 2.5 s_f the branch does not end."""
+    sizes = []
+    for height in (0.0, 2.0, 1.0):
+        [jump] = extensions.snap(height).snaps
+        sizes.append(jump.after[0] - jump.before[0])
+    assert np.all(np.diff(sizes) < 0.0) and sizes[-1] > 0.0
+    assert extensions.snap(0.5).snaps == ()
+
+
+# --- wear ---------------------------------------------------------------------------------------------------
+
+
+def test_dilation_and_strength_fall_with_the_cycles() -> None:
+    """At the reversals both fall from cycle to cycle; in the end the joint is closed and flat."""
+    history = extensions.cycles(extensions.WORN, 6)
+    rows = extensions.turning_rows(history.separation[:, 1])
+    for side in (rows[::2], rows[1::2]):
+        assert np.all(np.diff(history.separation[side, 0]) < 0.0)
+        assert np.all(np.diff(np.abs(history.traction[side, 1])) < 0.0)
+    residual = -extensions.WORN.mu * PRESSURE
+    assert abs(history.traction[rows[-1], 1]) == pytest.approx(residual, rel=0.03)
+    assert history.separation[rows[-1], 0] < 0.1 * history.separation[rows[0], 0]
+
+
+def test_wear_goes_with_the_weight() -> None:
+    """A flat share that halves the weight of the facets needs twice the W0 for the same wear."""
+    found = []
+    for flat, W0 in ((0.0, 4.0), (0.5, 8.0), (0.5, 4.0)):
+        joint = Interface(replace(LOCKING, mu=0.5, height=0.0, W0=W0), Pattern.regular(2, 30.0, flat=flat))
+        found.append(joint.confined_slip(0.0, path(0.6), -0.5).state[-1])
+    names = [contract.statev_names(n, wears=True) for n in (2, 3, 3)]
+    # facing plane: the first inclined one; its elastic slip, a hundredth of the path, goes with 1/gamma, too
+    places = [n.index(name) for n, name in zip(names, ("worn_1", "worn_2", "worn_2"), strict=True)]
+    whole, scaled, same = (state[place] for state, place in zip(found, places, strict=True))
+    assert scaled == pytest.approx(whole, rel=0.03) and same > 1.5 * whole
+
+
+def test_plesha_in_closed_form() -> None:
+    """Without wear the rigid joint has the strengths up and down a slope, and closes where it began."""
+    slips = path(0.4, -0.4, 0.0)
+    tau, opening, angle = extensions.plesha(slips, 0.5, SLOPE, 0.0, 2.0)
+    up, down = (0.5 + SLOPE) / (1.0 - 0.5 * SLOPE), (0.5 - SLOPE) / (1.0 + 0.5 * SLOPE)
+    assert tau[1:401] == pytest.approx(2.0 * up, rel=1e-12)
+    assert tau[401:801] == pytest.approx(-2.0 * down, rel=1e-12)
+    assert opening.max() == pytest.approx(0.4 * SLOPE, rel=1e-12) and abs(opening[-1]) < 1e-12
+    assert np.all(angle == np.arctan(SLOPE))
+
+
+@pytest.mark.parametrize("pressure", extensions.PRESSURES)
+def test_wear_out_is_that_of_plesha(pressure: float) -> None:
+    """About half a cycle more than by Plesha's law: the first strokes break the bond and wear less."""
+    slips, ours, plesha = extensions.shares(pressure)
+    found, expected = (extensions.wear_out(share, slips) for share in (ours, plesha))
+    assert 0.0 < found - expected < 0.6
+    # worn asperities slide at mu |sigma_N|: the work of a cycle is 4 a mu |sigma_N|, half of it on each facet
+    work = 2.0 * extensions.AMPLITUDE * 0.5 * -pressure / RT.weights[1]
+    assert expected == pytest.approx(-np.log(extensions.ROUGH_LEFT) * extensions.SLOW / work, rel=0.2)
+
+
+# --- warnings -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("ignore:sigma_N = -21 closes")
+def test_closure_against_the_height() -> None:
+    """The share is |sigma_N|/(gamma kc Kn H); above 0.1 it is a warning in remarks and slip tests."""
+    material = replace(TABLE_2, kc=10.0, height=0.4)
+    # Kn = 150, gamma = 1/3: 0.002 |sigma_N|
+    at = 0.1 * 0.4 * 10.0 * material.K / 3.0
+    for share, good in ((0.99, True), (1.01, False)):
+        [first, second] = of_height(material, RT, -share * at)
+        assert first.good
+        assert second.good == good, second.text
+        assert f"by {0.1 * share:.2g} height" in second.text
+        assert second in remarks(material, RT, stress=-share * at)
+    with pytest.warns(ModelWarning, match=r"height = 0.4: sigma_N = -21 .*expected at most 0.1"):
+        Interface(material, RT).confined_slip(0.0, [0.001], -21.0)
+
+
+def test_wear_against_the_elastic_friction() -> None:
+    """The share is (mu sigma_N/gamma)^2/(2 Kt W0) with Kt of mode II; above 0.01 it is a warning."""
+    # mu sigma_N/gamma = 1.5, Kt = 150: 0.0075/W0
+    for W0, good in ((0.76, True), (0.74, False)):
+        material = replace(STIFF, W0=W0)
+        [remark] = of_wear(material, RT, -1.0)
+        assert remark.good == good and f"stores {0.0075 / W0:.2g} W0" in remark.text
+        assert remark in remarks(material, RT, stress=-1.0)
+    with pytest.warns(ModelWarning, match=r"W0 = 0.74: under sigma_N = -1 .*expected at most 0.01"):
+        Interface(material, RT).confined_slip(0.0, [0.001], -1.0)
+    with pytest.warns(ModelWarning, match="mode II|Remark 2"):
+        soft = replace(material, Gc2=0.6)
+    [remark] = of_wear(soft, RT, -1.0)
+    assert f"stores {0.015 / 0.74:.2g} W0" in remark.text
+    assert of_wear(STIFF, RT, -1.0) == of_wear(material, Pattern.regular(0, 0.0), -1.0) == []
+
+
+def test_wear_runs_away_only_beyond_the_limit() -> None:
+    """Below the limit the traction has no jump; far above it a facet wears off in one."""
+    for W0, jumps in ((2.0, False), (0.05, True)):
+        joint = Interface(replace(STIFF, W0=W0), RT)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)
+            tau = joint.confined_slip(0.0, path(0.4, step=0.0005), PRESSURE).traction[:, 1]
+        assert (-np.diff(tau).min() > 0.1 * tau.max()) == jumps
+
+
+def test_height_against_the_bond() -> None:
+    """A height below s_f is a warning; a flat joint or an infinite height gives no remark."""
+    low = replace(STIFF, height=0.99 * TABLE_2.s_f)
+    [remark] = of_height(low, RT)
+    assert not remark.good and "expected height >= s_f" in remark.text
+    [remark] = of_height(replace(STIFF, height=TABLE_2.s_f), RT)
+    assert remark.good
+    with pytest.warns(ModelWarning, match="expected height >= s_f"):
+        Interface(low, RT).confined_slip(0.0, [0.001], -1.0)
+    assert of_height(STIFF, RT) == []
+    assert of_height(low, Pattern.regular(0, 0.0)) == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Interface(replace(STIFF, height=TABLE_2.s_f), RT).confined_slip(0.0, [0.001], -1.0)
+
+
+def test_locking_with_a_height_is_no_objection() -> None:
+    """A steep joint with a height passes the check of locking, with the slip at which locking ends."""
+    material = replace(LOCKING, height=0.2)
+    [locking, _] = remarks(material, STEEP_RT)
+    assert locking.good and f"= {extensions.unlocking_slip(0.2):.3g}" in locking.text
+    assert not remarks(LOCKING, STEEP_RT)[0].good
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_card_has_height_and_remarks() -> None:
+    """The card has PROPS 18 and the remarks on the height."""
+    text = Interface(replace(TABLE_2, height=0.25), RT).card("abaqus", stress=-10.0)
+    numbers = [float(x) for x in " ".join(text.splitlines()).replace(",", " ").split() if _is_number(x)]
+    assert 0.25 in numbers
+    assert "height = 0.25: sigma_N = -10" in text and "expected at most 0.1" in text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+# --- fit ----------------------------------------------------------------------------------------------------
+
+
+def slip_tests_of(material: Material, slips: np.ndarray, sides: int = 8) -> list[ShearTest]:
+    """Slip tests without noise."""
+    joint = Interface(material, Pattern.regular(sides, 25.0))
+    found = []
+    for sigma_N in (-1.0, -2.0):
+        history = joint.confined_slip(0.0, slips, sigma_N, 50)
+        s_N = history.separation[:, 0] - history.separation[0, 0]
+        found.append(ShearTest(f"{sigma_N:g}", slips[1:], history.traction[1:, 1], s_N[1:], sigma_N))
+    return found
+
+
+@pytest.mark.slow
+def test_fit_finds_the_height() -> None:
+    """The height of tests without noise is identified with theta; report and case name it."""
+    truth = {"theta": 25.0, "height": 0.4}
+    tests = slip_tests_of(replace(STIFF, height=0.4), np.linspace(0.0, 0.8, 401))
+    found = fit(
+        tests,
+        free=("theta", "height"),
+        fixed={"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 100.0},
+        start={"theta": 35.0, "height": 1.0},
+        starts=1,
+    )
+    for name, value in truth.items():
+        assert found.values[name] == pytest.approx(value, rel=1e-5), name
+    assert "height = 0.4" in case_text(found)
+    assert "\nheight " in report(found) and "W0" not in report(found)
+
+
+@pytest.mark.slow
+def test_fit_finds_the_wear() -> None:
+    """W0 of cyclic tests of RT without noise is identified."""
+    tests = slip_tests_of(replace(TABLE_2, kc=20.0, W0=4.0), path(0.3, -0.3, 0.3), sides=2)
+    found = fit(
+        tests,
+        free=("W0",),
+        fixed={"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0, "theta": 25.0},
+        start={"W0": 2.0},
+        starts=1,
+        sides=2,
+    )
+    # the fit refines its increments, and wear is of first order in them
+    assert found.values["W0"] == pytest.approx(4.0, rel=0.01)
+    assert "W0 = " in case_text(found)
+
+
+# --- select -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_select_with_a_height(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A ridge with a height is held to the NumPy law, which agrees to rounding; PROPS keep the height."""
+    case = tmp_path / "case.nml"
+    case.write_text(
+        "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 50.0, height = 0.3 /\n"
+        "&pattern sides = 4, theta = 30.0 /\n"
+        "&step t_N = -2.0, increments = 50 /\n"
+        "&step slip = 0.4, increments = 200 /\n",
+        encoding="utf-8",
+    )
+    assert main(["select", str(case), "--planar"]) == 0
+    text = capsys.readouterr().out
+    [found] = re.findall(r"NumPy law, good to ([\d.e+-]+)", text)
+    assert float(found) < 1e-9
+    [props] = re.findall(r"^PROPS\(\d+\) +(.*)$", text, re.MULTILINE)
+    assert float(props.split(",")[contract.index("height")]) == 0.3
+    case.write_text(case.read_text(encoding="utf-8").replace("height", "W0 = 4.0, height"), encoding="utf-8")
+    assert main(["select", str(case)]) == 1
+    assert "W0 = 4: expected 0, or a planar load case" in capsys.readouterr().err
