@@ -153,7 +153,7 @@ contains
     logical :: yes
     real(wp), parameter :: shortest = 2.0_wp**(-10)
     yes = length <= shortest*first_step*joint%material%s0
-    if (.not. yes) yes = energy_defect(joint, old, new) <= unbalanced_motion*length/joint%material%s0
+    if (.not. yes) yes = energy_defect(joint, old, new) <= unbalanced_motion*min(1.0_wp, length/joint%material%s0)
   end function balanced
 
   !> Whether a step from a negative value of a function may pass two of its roots: the tangent has a root within it.
