@@ -2,11 +2,10 @@
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures
-# make wheel   sdist and wheel, and the wheel tried in a bare Debian root (as root, with debootstrap)
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (long runs: fuzz, threads, memory, solver), clean (build/), distclean
-# (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, PFUNIT_DIR (the folder of
-# PFUNITConfig.cmake), JOBS. CMakePresets.json names the builds; what a step printed is in build/logs.
+# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root), clean
+# (build/), distclean (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, JOBS,
+# PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif

@@ -26,9 +26,11 @@ ls -l figure05b.csv figure05b.png joint.csv fit.png found*.csv
 # what hosts need: library, header, sources for Abaqus and its models
 python3 - <<END
 import ctypes
-from asperity.installed import abaqus, library
+from asperity.installed import abaqus, generic_library, kratos_adapter, library
 
 ctypes.CDLL(str(library())).umat_
+ctypes.CDLL(str(kratos_adapter())).umat_
+ctypes.CDLL(str(generic_library()))
 for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90", "asperity_abaqus_explicit.f90", "standard.inp",
              "explicit.inp", "joint.nml"):
     assert (abaqus() / name).is_file(), name

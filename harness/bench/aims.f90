@@ -38,6 +38,10 @@ contains
       call line("RP-32 / RP-4, " // kernels(i), &
         ns("RP-32", kernels(i), .true.)/ns("RP-4", kernels(i), .true.), at_most=6.6_real64)
     end do
+    call line("RP-4 block, stress, with height / without", &
+      ns("RP-4 H", "block", .false.)/ns("RP-4", "block", .false.), at_most=3.0_real64)
+    call line("RP-4 block, tangent, with height / without", &
+      ns("RP-4 H", "block", .true.)/ns("RP-4", "block", .true.), at_most=3.0_real64)
     if (maxval(rows%threads) < 2) return
     call line("RP-4 arrays in cache, 1 thread / 2 threads", &
       array_ns("points", n_cache, 1)/array_ns("points", n_cache, 2), at_least=1.9_real64)

@@ -6,6 +6,7 @@ program bench
   use aims, only: print_aims
   use build_facts, only: build
   use many_points, only: most_threads
+  use asperity_contract, only: p_guard, p_turn, prop_table
   use start_states, only: state_names, slip
   use table, only: add_limits, print_table, write_csv
   use tasks, only: new_array_workspace, new_large_workspace, new_workspace, row_type, run_often, take_turns, &
@@ -25,6 +26,9 @@ program bench
     pattern_type("RP-6", 6.0_real64, third, .true.), pattern_type("RP-8", 8.0_real64, third, .false.), &
     pattern_type("RP-16", 16.0_real64, third, .false.), pattern_type("RP-32", 32.0_real64, third, .true.), &
     pattern_type("RP-63", 63.0_real64, third, .false.)]
+  !> Facets of RP-4: of a finite height, and with wear, too.
+  character(len=8), parameter :: facet_names(2) = ["RP-4 H  ", "RP-4 HW0"]
+  real(real64), parameter :: height = 0.3_real64, w0(2) = [0.0_real64, 1.0_real64]
   !> Material of Table 2 of the paper.
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
   !> Points with data in the first-level cache, points with mixed states, points of a VUMAT call, and number of calls
@@ -106,6 +110,15 @@ contains
       rows = [rows, some]
     end do
     if (costs) return
+    do i = 1, size(facet_names)
+      call new_workspace([table_2, 4.0_real64, third, prop_table(p_turn:p_guard)%default, height, w0(i)], slip, n_small, &
+        work)
+      some = small_rows()
+      some = pack(some, some%kernel == "point" .or. some%kernel == "umat" .or. some%kernel == "block")
+      call take_turns(work, some, turns, shortest, used)
+      some%pattern = facet_names(i)
+      rows = [rows, some]
+    end do
     props = [table_2, 4.0_real64, third, 0.0_real64]
     do i = 1, size(array_points)
       call new_array_workspace(props, array_points(i), work)

@@ -60,7 +60,10 @@ contains
     integer :: status
     call begin(props, n, work, joint)
     call new_point_work(props, joint, kind, n, work%point)
-    if (.not. textbook_error(work%point) <= rounding) error stop "bench: textbook and point kernel disagree"
+    ! the textbook version has no facets
+    if (.not. joint%material%curved) then
+      if (.not. textbook_error(work%point) <= rounding) error stop "bench: textbook and point kernel disagree"
+    end if
     call new_double_block(joint, kind, n, work%double, status)
     if (status /= status_ok) error stop "bench: PROPS rejected in double precision"
     call new_single_block(joint, kind, n, work%single, status)

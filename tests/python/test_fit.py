@@ -246,6 +246,7 @@ def test_model_that_does_not_fit_is_reported() -> None:
 # --- records ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 @pytest.mark.parametrize(
     ("text", "message"),
     [

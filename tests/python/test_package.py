@@ -540,6 +540,7 @@ def test_path_dependent_end() -> None:
     assert history.separation[-1, 0] == pytest.approx(-0.053572, abs=5e-7)
 
 
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_lost_equilibrium() -> None:
     """Equilibrium of the flat plane at sigma_N = +2 ends at s_L = 0.031 mm.
 

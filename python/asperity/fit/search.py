@@ -18,7 +18,7 @@ from .verdict import Change
 PATIENCE = 2.0
 """Seconds before progress is shown."""
 
-HOSTS = ("abaqus", "calculix", "kratos")
+HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")
 
 LABELS = ("starts", "increments", "intervals")
 """Stages of a fit besides its starts."""
