@@ -111,8 +111,8 @@ contains
     end do
     if (costs) return
     do i = 1, size(facet_names)
-      call new_workspace([table_2, 4.0_real64, third, prop_table(p_turn:p_guard)%default, height, w0(i)], slip, n_small, &
-        work)
+      call new_workspace([table_2, 4.0_real64, third, prop_table(p_turn:p_guard)%default, height, w0(i)], slip, &
+        n_small, work)
       some = small_rows()
       some = pack(some, some%kernel == "point" .or. some%kernel == "umat" .or. some%kernel == "block")
       call take_turns(work, some, turns, shortest, used)
