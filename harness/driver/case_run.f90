@@ -37,7 +37,7 @@ contains
     character(len=:), allocatable :: failure, text
 
     measures = 0.0_wp
-    failure = ""
+    allocate (character(len=0) :: failure)
     code = exit_input
     call open_history(table, output, case%joint, planes .or. case%planes)
     if (table%good) then

@@ -17,7 +17,7 @@ module fuzz_umat
   public :: try_umat
 
   !> Array elements beyond the host's sizes, which must not change, and their value.
-  integer, parameter :: margin = 4, most_ntens = 8, most_statev = 220
+  integer, parameter :: margin = 4, most_ntens = 8, most_statev = 350
   real(wp), parameter :: marker = -7.7e77_wp
   integer(int64), parameter :: marker_bits = transfer(marker, 0_int64)
 

@@ -105,7 +105,7 @@ contains
     type(interface_type) :: joint
     integer :: failed, i
 
-    text = ""
+    allocate (character(len=0) :: text)
     call begin(props, nprops, n, nstatv, size, joint, status, text)
     if (n > 0) then
       call expect_array("s", s, status, text)

@@ -95,7 +95,9 @@ def figure_9(case_0: Case, case_45: Case) -> Outcome:
         _two_panels(case_0, case_45, "tau_L", TRACTION),
         tuple(came_out),
         "None in the text. The text mentions one constant $\\sigma_N$ and gives no value, nor does the "
-        "caption; the values here are assumed.",
+        "caption; the values here are assumed. "
+        "[With a finite height and wear](../extensions.md#3-what-the-height-changes) the strength falls with "
+        "the slip and the cycles.",
         *two_directions(case_0, case_45),
     )
 
