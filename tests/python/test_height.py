@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,3 +116,61 @@ def trial_distance(
     kinematics = reference.facets(reference.frames(planes[0]), s, p.height, worn)
     slip = state[:, N_POINT_STATEV : N_POINT_STATEV + 3 * count].reshape(len(s), count, 3)[..., 1:]
     return np.linalg.norm(kinematics.local[..., 1:] - slip, axis=-1)
+
+
+@pytest.mark.parametrize("through", ["umat", "vumat"])
+def test_hosts_take_facets(run, tmp_path: Path, through: str) -> None:
+    """A path with height and wear, replayed through UMAT and VUMAT, gives the rows of the driver."""
+    head = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0, height = 0.3, W0 = 2.0 /\n"
+    head += "&pattern sides = 4, theta = 30.0 /\n"
+    path = (
+        "&step s_N = -0.005, increments = 10 /\n"
+        "&step s_N = 0.03, s_Tx = 0.2, -0.1, s_Ty = 0.05, increments = 60 /\n"
+    )
+    direct = run(head + path, "--planes")
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    replay = run(head + f"&replay file = 'record.csv', through = '{through}' /\n", "--planes")
+    assert direct.header == replay.header and direct.header[-2:] == ["worn_5", "wear_work_5"]
+    assert max(direct[f"worn_{k}"][-1] for k in range(1, 6)) > 0.01
+    for name in direct.header:
+        if name not in ("step", "increment", "iterations", "event"):
+            np.testing.assert_allclose(replay[name], direct[name], rtol=1e-11, atol=1e-11, err_msg=name)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1, 0.5])
+def test_initial_state_of_a_climbed_joint(height: float) -> None:
+    """The slips of a joint that has climbed its facets lead to the separation at which it stands."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=height), Pattern.regular(4, 30.0))
+    test = joint.confined_slip(20.0, np.linspace(0.0, 0.4, 401)[1:], -1.0)
+    planes = test.state[-1, N_POINT_STATEV:].reshape(-1, 3)
+    state = joint.initial(test.traction[-1], damage=planes[:, 0], slip=planes[:, 1:])
+    # the elastic part of the slips is not given
+    compliance = np.abs(test.traction[-1]).max() / joint.material.K
+    np.testing.assert_allclose(state[5:8], test.separation[-1], rtol=0, atol=compliance)
+    at_rest = joint.update(np.zeros((1, 3)), state[None])
+    np.testing.assert_allclose(at_rest.traction[0], test.traction[-1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("case", range(10))
+def test_turn_and_units(case: int) -> None:
+    """A rotation about N rotates the traction; in m, Pa and N/m the results are those of mm, MPa and N/mm."""
+    rng = np.random.default_rng([SEED, 100 + case])
+    material, pattern, _ = random_interface(rng, height=10 ** rng.uniform(-1, 1), W0=10 ** rng.uniform(-1, 1))
+    S = random_history(rng, material.s_0)[:, 0]
+    ours = Interface(material, pattern).replay(S)
+    angle = rng.uniform(-360, 360)
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    turned = Interface(material, replace(pattern, turn=pattern.turn + angle)).replay(S @ rotation.T)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        factors = {"sigma0": 1e6, "Gc": 1e3, "height": 1e-3, "W0": 1e3}
+        metres = replace(material, **{name: f * getattr(material, name) for name, f in factors.items()})
+    other = Interface(metres, pattern).replay(1e-3 * S)
+    largest = np.linalg.norm(S, axis=1).max()
+    size = material.K * max(1.0, material.kc) * largest
+    for traction in (turned.traction @ rotation, 1e-6 * other.traction):
+        np.testing.assert_allclose(traction, ours.traction, rtol=0, atol=ROUNDING * size)
+    energies = ROUNDING * size * largest * len(S)
+    for state in (turned.state[:, 1:4], 1e-3 * other.state[:, 1:4]):
+        np.testing.assert_allclose(state, ours.state[:, 1:4], rtol=0, atol=energies)
