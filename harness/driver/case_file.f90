@@ -2,6 +2,7 @@
 !> `rie_driver --help` calls, describes the groups and their entries.
 module case_file
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use asperity_checks, only: review_props
   use asperity_contract, only: status_ok
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
@@ -161,6 +162,7 @@ contains
     real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
     type(case_type), intent(out) :: case                      !! defined if nothing was appended
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: complaint
     integer :: earlier, status
     logical :: held(3)
 
@@ -175,7 +177,14 @@ contains
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
     call new_interface(case%props, case%joint, status)
-    if (status /= status_ok) call append(message, text%path // ": material and pattern were rejected")
+    if (status /= status_ok) then
+      allocate (character(len=0) :: complaint)
+      call review_props(case%props, status, complaint)
+      call append(message, text%path // ": " // complaint)
+      return
+    end if
+    if (case%joint%material%wears .and. any(case%steps%tolerance > 0.0_wp)) call append(message, text%path // &
+      ": tolerance with W0 > 0: expected increments, on which wear depends to first order")
     held = .true.
     held(3) = case%replay%ntens > 2
     call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)

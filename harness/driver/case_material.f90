@@ -2,7 +2,7 @@
 module case_material
   use asperity_checks, only: review_props
   use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_eta, &
-    p_flat, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
+    p_flat, p_gc, p_gc2, p_height, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
@@ -148,6 +148,9 @@ contains
     else
       call get_real(text, e, trial(i), message)
     end if
+    ! the ratio of height and s_f is tested with the other constants
+    if (i == p_height .and. trial(i) > 0.0_wp) trial(p_gc) = min(max(0.5_wp*trial(i), prop_table(p_gc)%lower), &
+      prop_table(p_gc)%upper)
     complaint = ""
     call review_props(trial, status, complaint)
     if (status == status_ok) then

@@ -1,8 +1,8 @@
 !> CSV file of a run, with one row per increment that is written at once, and the totals of the run.
 !>
 !> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
-!> s_dit_k, s_dih_k of every plane. `event` has the names of the events of the increment, joined by +. These are the
-!> events of the module `asperity_events` and
+!> s_dit_k, s_dih_k of every plane, with wear worn_k, wear_work_k, too. `event` has the names of the events of the
+!> increment, joined by +. These are the events of the module `asperity_events` and
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
 !>   substeps  the increment was solved in sub-increments
 !>   cut       the UMAT requested a smaller increment in a replay

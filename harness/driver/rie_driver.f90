@@ -27,7 +27,7 @@ program rie_driver
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
-    "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane", &
+    "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane, worn_k with W0", &
     "  --quiet     no progress line, no summary", &
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
     "  --version   print the version", &

@@ -73,9 +73,9 @@ class Interface:
         """Take n points over one increment; the arguments are not modified.
 
         s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): state and separation at
-        the start; None means zero, a virgin point (s_old enters the energies only).  dt: duration of the
-        increment, time, used only if tau_v > 0 and then required.  Raises ValueError for wrong shapes and
-        for values that are missing, not finite or out of range.
+        the start; None means zero, a virgin point.  s_old enters the energies, the guard and, with W0 > 0,
+        the wear.  dt: duration of the increment, time, used only if tau_v > 0 and then required.  Raises
+        ValueError for wrong shapes and for values that are missing, not finite or out of range.
         """
         s = _array("s", s, 3)
         n = len(s)
@@ -173,6 +173,11 @@ class Interface:
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
+            if self.material.wears:
+                raise ValueError(
+                    f"tolerance = {tolerance:g} with W0 = {self.material.W0:g}: expected increments (slips) "
+                    "instead, on which wear depends to first order"
+                )
             warn_of_physics(self.material, self.pattern, sigma_N)
             return self._adaptive_slip(
                 direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)

@@ -180,7 +180,8 @@ def of_wear(material: Material, pattern: Pattern, sigma_N: float) -> list[Remark
     _, gamma = closure(material, pattern, sigma_N)
     strength, energy = material.sigma02 or material.sigma0, material.Gc2 or material.Gc
     Kt = strength**2 / (2.0 * energy * (1.0 - material.eta))
-    share = (material.mu * sigma_N / gamma) ** 2 / (2.0 * Kt * material.W0)
+    stress = material.mu * sigma_N / gamma
+    share = stress / (2.0 * Kt) * (stress / material.W0)
     text = (
         f"W0 = {material.W0:g}: under sigma_N = {sigma_N:g} the friction on a plane that carries it alone "
         f"stores {share:.2g} W0 ((mu sigma_N/gamma)^2/(2 Kt), gamma = {gamma:.3g})"

@@ -16,6 +16,7 @@ from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
 from asperity.oracle import reference
 from asperity.oracle.compare import parameters_of
+from asperity.remarks import of_wear
 
 SEED = 20151987
 
@@ -174,3 +175,41 @@ def test_turn_and_units(case: int) -> None:
     energies = ROUNDING * size * largest * len(S)
     for state in (turned.state[:, 1:4], 1e-3 * other.state[:, 1:4]):
         np.testing.assert_allclose(state, ours.state[:, 1:4], rtol=0, atol=energies)
+
+
+def test_adaptive_increments_with_wear_are_refused(run) -> None:
+    """Wear depends on the increments, so that the error of adaptive ones cannot be estimated."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=0.5, W0=1.0), Pattern.regular(2, 30.0))
+    with pytest.raises(ValueError, match=r"tolerance = 0.01 with W0 = 1: expected increments"):
+        joint.confined_slip(0.0, [0.4], -1.0, tolerance=0.01)
+    head = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0, W0 = 2.0 /\n"
+    case = head + "&pattern sides = 4, theta = 30.0 /\n&step s_Tx = 0.1, tolerance = 1e-2 /\n"
+    assert "tolerance with W0 > 0: expected increments" in run(case, code=1).messages
+
+
+def test_height_is_compared_with_the_constants_of_the_case(run) -> None:
+    """The ratio of height and s_f is that of the case, and an error names it."""
+    case = "&material sigma0 = {}, Gc = {}, eta = 0.9, mu = 0.5, height = {} /\n"
+    rest = "&pattern sides = 2, theta = 30.0 /\n&step s_N = {}, increments = 1 /\n"
+    assert len(run(case.format("3.0e3", "0.3e15", "1e12") + rest.format("1e3")).rows) == 1
+    messages = run(case.format("3.0e6", "1e-9", "1.0") + rest.format("1e-20"), code=1).messages
+    assert "height sigma0/(2 Gc) = 1.5" in messages and ": expected 1e-10 to 1e10" in messages
+
+
+def test_wear_of_a_huge_pressure_is_told() -> None:
+    """A pressure whose square is beyond the range of a double gives the warning and no error of its own."""
+    material = Material(3.0, 0.3, 0.9, 0.5, height=0.5, W0=1.0)
+    (remark,) = of_wear(material, Pattern.regular(2, 30.0), -1e160)
+    assert not remark.good and "inf W0" in remark.text
+
+
+def test_facet_beyond_its_end_is_flat() -> None:
+    """Where nothing of the slope is left, the tangent is that of a flat contact, for the lowest height."""
+    joint = Interface(
+        Material(3.0, 0.3, 0.9, 0.5, height=1e-10 * 0.2), Pattern.regular(3, 89.9999, flat=0.0)
+    )
+    state = np.zeros((1, joint.nstatv))
+    state[0, N_POINT_STATEV::3] = 1.0
+    s = np.array([[-46.0, -17.0, 1.6]])
+    tangent = joint.update(s, state, s).tangent[0]
+    assert np.abs(tangent).max() < 10.0 * joint.material.K
