@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 SUITE = re.compile(r"^(?P<name>\S+): (?P<passed>\d+) passed, (?P<failed>\d+) failed", re.MULTILINE)
 
-HOSTS = ("akantu", "calculix", "kratos", "ogs", "oofem", "python")
+HOSTS = ("abaqus", "akantu", "calculix", "kratos", "ogs", "oofem", "python")
 """Folders of harness/hosts with tests, each with a report of its own."""
 
 TIMED_OUT = (124, 137)

@@ -1,0 +1,62 @@
+"""The file abaqus_v6.env, which tells Abaqus how to compile and link user subroutines."""
+
+ENVIRONMENT = r"""# abaqus_v6.env: which compiler translates the user subroutines. Abaqus reads
+# this file from the folder of the job, after its own (SMA/site/lnx86_64.env, win86_64.env). It is Python,
+# of version 2 in older releases.
+#
+# NOT RUN: asperity was written without Abaqus and without Intel's compilers. With the list for gfortran on
+# Linux the tests of asperity compile and link the sources; all others follow manuals and reports of users.
+#
+# "ifort", "ifx" or "gfortran"; "" leaves the compiler of your installation.
+asperity_compiler = ""
+
+import sys
+
+asperity_windows = sys.platform.startswith("win")
+
+if asperity_compiler in ("ifort", "ifx"):
+    # The lists of the installation, with another compiler. ifx does not know the options that are left out.
+    def asperity_intel(command):
+        was_text = not isinstance(command, list)
+        words = command.split() if was_text else list(command)
+        words = [asperity_compiler if word in ("ifort", "ifx") else word for word in words]
+        if asperity_compiler == "ifx":
+            words = [word for word in words if not word.startswith(("-mP2OPT", "/Qauto-scalar", "-pc64"))]
+        return " ".join(words) if was_text else words
+
+    compile_fortran = asperity_intel(compile_fortran)
+    if not asperity_windows:   # on Windows Microsoft's linker links
+        link_sl = asperity_intel(link_sl)
+        link_exe = asperity_intel(link_exe)
+    del asperity_intel
+    # Local arrays must not be static, because Abaqus calls from several threads.
+    compile_fortran = compile_fortran + ["/recursive" if asperity_windows else "-auto"]
+
+elif asperity_compiler == "gfortran" and not asperity_windows:
+    # %P is the source; older releases append it themselves, so that it stands here only if it stood there.
+    asperity_source = [word for word in compile_fortran if word == "%P"]
+    # -frecursive: no static arrays. -cpp is what Intel's -fpp is; the sources need no preprocessor.
+    compile_fortran = ["gfortran", "-c", "-cpp", "-fPIC", "-O2", "-frecursive", "-ffree-form",
+                       "-ffree-line-length-132", "-DABQ_LNX86_64", "-DABQ_FORTRAN", "-I%I"] + asperity_source
+    link_sl = ["gfortran", "-fPIC", "-shared", "%E", "-Wl,-soname,%U", "-o", "%U", "%F", "%A", "%L", "%B",
+               "-Wl,-Bdynamic"]
+    link_exe = ["gfortran", "-fPIC", "-o", "%J", "%F", "%M", "%L", "%B", "%O", "-Wl,-Bdynamic"]
+
+elif asperity_compiler == "gfortran":
+    asperity_source = [word for word in compile_fortran if word == "%P"]
+    # Windows: names without underscore, as Intel's /iface:cref makes them. No report of success is known.
+    compile_fortran = ["gfortran", "-c", "-cpp", "-O2", "-frecursive", "-ffree-form",
+                       "-ffree-line-length-132", "-fno-underscoring", "-DABQ_WIN86_64",
+                       "-DABQ_FORTRAN", "-I%I"] + asperity_source
+    link_sl = ["gfortran", "-shared", "-static", "-o", "%U", "%E", "%F", "%A", "%L", "%B"]
+    link_exe = ["gfortran", "-static", "-o", "%J", "%F", "%M", "%L", "%B", "%O"]
+
+elif asperity_compiler:
+    raise ValueError("asperity_compiler = %r: expected 'ifort', 'ifx', 'gfortran' or ''" % asperity_compiler)
+
+# Abaqus takes every name that is left for a setting.
+for asperity_name in [name for name in globals() if name.startswith("asperity_")] + ["sys"]:
+    del globals()[asperity_name]
+del asperity_name
+"""
+"""Text of the file."""
