@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import ctypes
+import os
 import shutil
 import subprocess
 import sys
@@ -346,7 +347,7 @@ def test_environment_is_also_python_2() -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran")
 def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The commands of the environment file make a library, also where the suffix is that of fixed form."""
+    """The commands of the environment file make a library, also under the suffix of fixed form; it runs."""
     (tmp_path / "user.f").write_bytes((installed.abaqus() / "asperity_abaqus.f90").read_bytes())
     words = {"%I": str(tmp_path), "%P": "user.f", "%U": "libuser.so", "%F": "user.o"}
     found = settings("gfortran", "linux", monkeypatch)
@@ -359,6 +360,12 @@ def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.Monk
             command += [] if "%" in word else [word]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, "")
-    # routines that Abaqus provides are missing here, and looked for at their first call only
-    library = ctypes.CDLL(str(tmp_path / "libuser.so"))
-    assert library.umat_ and library.vumat_
+    # Abaqus provides these
+    (tmp_path / "abaqus.c").write_text(
+        "".join(f"void {name}_(void) {{}}\n" for name in ("stdb_abqerr", "xit", "xplb_abqerr", "xplb_exit"))
+    )
+    command = [os.environ.get("CC", "cc"), "-shared", "-fPIC", "abaqus.c", "-o", "libabaqus.so"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    ctypes.CDLL(str(tmp_path / "libabaqus.so"), mode=ctypes.RTLD_GLOBAL)
+    host = StandIn(model(WRITTEN["single_standard.inp"])).run(tmp_path / "libuser.so")
+    assert abs(host.total(host.rows[-1], "TOP", 1) - residual(MU, THETA)) < 1.0e-8
