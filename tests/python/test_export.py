@@ -140,11 +140,11 @@ MISTAKES = {
     "empty line": ("*Equation", "\n*Equation", "empty: expected data or a keyword"),
     "long line": ("*Equation", "** " + 260 * "x" + "\n*Equation", "263 characters: expected at most 256"),
     "no number": ("5000.0, 0.15", "5000.0, O.15", "'O.15': expected a number"),
-    "step in a step": ("*End Step\n*Step", "*Step", "expected *End Step before"),
+    "step in a step": ("*End Step\n** unsymm", "** unsymm", "expected *End Step before"),
     "open step": ("U, RF\n*End Step\n", "U, RF\n", "expected *End Step"),
     "model data in a step": (
-        "*End Step\n*Step",
-        "*Nset, nset=A\n1\n*End Step\n*Step",
+        "*End Step\n** unsymm",
+        "*Nset, nset=A\n1\n*End Step\n** unsymm",
         "before the first step",
     ),
     "load outside a step": ("*Equation", "*Cload\n1, 1, 1.\n*Equation", "*cload: expected in a step"),
@@ -333,6 +333,11 @@ def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
         assert "%P" in found["compile_fortran"]
         assert found["link_sl"][0] == (link[0] if link[0] == "LINK" and compiler != "gfortran" else compiler)
         assert not any(word.startswith("-mP2OPT") for word in found["compile_fortran"]) or compiler == "ifort"
+    # older releases have texts instead of lists
+    monkeypatch.setitem(SITES, platform, tuple(" ".join(words) for words in SITES[platform]))
+    found = settings("ifx", platform, monkeypatch)
+    assert found["compile_fortran"].startswith("ifx ") and "-mP2OPT" not in found["compile_fortran"]
+    assert settings("gfortran", platform, monkeypatch)["compile_fortran"][0] == "gfortran"
     with pytest.raises(ValueError, match="expected 'ifort', 'ifx', 'gfortran' or ''"):
         settings("g77", platform, monkeypatch)
 

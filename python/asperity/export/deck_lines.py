@@ -33,7 +33,10 @@ def deck(
     """Text of an input file."""
     explicit = any(line.startswith("*Dynamic, Explicit") for line in lines)
     run = f"abaqus job={name} user=asperity_abaqus.f90{' double=both' if explicit else ''}"
-    head = ["*Heading", heading, f"** {run}", "** Abaqus was not available when this deck was written."]
+    head = ["*Heading", heading, f"** {run}"]
+    if explicit:
+        head.append(f"** in single precision: abaqus job={name} user=asperity_abaqus_single.f90")
+    head.append("** Abaqus was not available when this deck was written.")
     return "\n".join([*head, *(f"** {line}" for line in comments), *mesh.lines(), *card, *lines]) + "\n"
 
 
@@ -78,7 +81,12 @@ def solids(
     sets: Sequence[str] = ("LOWER", "UPPER"),
 ) -> list[str]:
     """Elastic material and the sections of the blocks."""
-    text = [f"*Material, name={material}", "*Elastic", f"{modulus}, {nu}"]
+    text = [
+        "** Elastic solids beside the joint.",
+        f"*Material, name={material}",
+        "*Elastic",
+        f"{modulus}, {nu}",
+    ]
     if density is not None:
         text += ["*Density", f"{density},"]
     for name in sets:
@@ -99,6 +107,7 @@ def solution(name: str, values: Sequence[float]) -> list[str]:
 def static(name: str, increments: str, direct: bool = False) -> list[str]:
     """Start of a static step with the unsymmetric solver."""
     return [
+        "** unsymm=YES, because the tangent of a sliding joint is unsymmetric.",
         f"*Step, name={name}, nlgeom=NO, unsymm=YES, inc=1000",
         f"*Static{', direct' if direct else ''}",
         increments,
@@ -131,5 +140,6 @@ def output(joint: str, nodes: str = "TOP") -> list[str]:
 
 def slides(mu: float, theta: float, force: float, nodes: str = "TOP") -> str:
     """What the sum of the reactions must be at the end."""
-    text = f"(mu + tan {theta:g})/(1 - mu tan {theta:g}) {force:g} N = {residual(mu, theta) * force:.6g} N."
-    return f"At the end RF1 of the nodes {nodes} sums to {text}"
+    ratio = f"(mu + tan {theta:g})/(1 - mu tan {theta:g})"
+    total = residual(mu, theta) * force
+    return f"At the end RF1 of the nodes {nodes} sums to {ratio} times {force:g} N = {total:.6g} N."

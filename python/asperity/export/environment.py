@@ -15,22 +15,21 @@ import sys
 asperity_windows = sys.platform.startswith("win")
 
 if asperity_compiler in ("ifort", "ifx"):
-    # The lists of the installation, with another compiler. ifx does not know the options that are left out.
-    def asperity_intel(command):
+    # The commands of the installation (lists, in older releases texts), with another compiler. ifx does not
+    # know the options that are left out. Local arrays must not be static (-auto, /recursive), because Abaqus
+    # calls from several threads.
+    def asperity_intel(command, more=()):
         was_text = not isinstance(command, list)
-        words = command.split() if was_text else list(command)
+        words = (command.split() if was_text else command) + list(more)
         words = [asperity_compiler if word in ("ifort", "ifx") else word for word in words]
         if asperity_compiler == "ifx":
             words = [word for word in words if not word.startswith(("-mP2OPT", "/Qauto-scalar", "-pc64"))]
         return " ".join(words) if was_text else words
 
-    compile_fortran = asperity_intel(compile_fortran)
+    compile_fortran = asperity_intel(compile_fortran, ["/recursive" if asperity_windows else "-auto"])
     if not asperity_windows:   # on Windows Microsoft's linker links
         link_sl = asperity_intel(link_sl)
         link_exe = asperity_intel(link_exe)
-    del asperity_intel
-    # Local arrays must not be static, because Abaqus calls from several threads.
-    compile_fortran = compile_fortran + ["/recursive" if asperity_windows else "-auto"]
 
 elif asperity_compiler == "gfortran" and not asperity_windows:
     # %P is the source; older releases append it themselves, so that it stands here only if it stood there.

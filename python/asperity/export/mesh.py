@@ -33,6 +33,10 @@ class Mesh:
             ", ".join([str(i), *(_number(value) for value in point)]) for i, point in enumerate(self.nodes, 1)
         ]
         for name, (kind, numbers) in self.types.items():
+            if kind.startswith("COH"):
+                text.append(
+                    "** A joint: its lower face, then the upper face above it. N points from lower to upper."
+                )
             text.append(f"*Element, type={kind}, elset={name}")
             text += [", ".join(map(str, (i, *self.elements[i - 1]))) for i in numbers]
         for keyword, sets in (("Nset, nset", self.node_sets), ("Elset, elset", self.element_sets)):
@@ -61,7 +65,7 @@ def stack(
     """Layers on top of each other, each with nodes of its own, and a joint between every two of them.
 
     plan: coordinates of the nodes along the joint, (x) or (x, y).  joints: names of the joints, from below.
-    bonded: whether the joint has an element at a center.  Node sets NAME_BOTTOM, NAME_TOP, NAME_SIDES and
+    bonded: whether the joint has an element at a center.  Node sets NAME_BOTTOM and NAME_TOP and
     element sets NAME_ROOF (uppermost elements) of each layer.
     """
     mesh = Mesh(dimension=len(plan) + 1)
@@ -92,14 +96,10 @@ def _block(mesh: Mesh, plan: Sequence[Sequence[float]], layer: Layer) -> dict[tu
         mesh.nodes.append(tuple(float(axis[i]) for axis, i in zip(axes, at, strict=True)))
         nodes[at] = len(mesh.nodes)
     for at, number in list(nodes.items()):
-        for name, belongs in (
-            ("BOTTOM", at[-1] == 0),
-            ("TOP", at[-1] == top),
-            ("SIDES", any(i in (0, len(axis) - 1) for axis, i in zip(plan, at, strict=False))),
-        ):
-            if belongs:
-                mesh.node_sets.setdefault(f"{layer.name}_{name}", []).append(number)
+        if at[-1] == 0:
+            mesh.node_sets.setdefault(f"{layer.name}_BOTTOM", []).append(number)
         if at[-1] == top:
+            mesh.node_sets.setdefault(f"{layer.name}_TOP", []).append(number)
             nodes[(*at[:-1], -1)] = number
     elements = []
     roof = []
