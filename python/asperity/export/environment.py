@@ -15,25 +15,26 @@ import sys
 asperity_windows = sys.platform.startswith("win")
 
 if asperity_compiler in ("ifort", "ifx"):
-    # The commands of the installation (lists, in older releases texts), with another compiler. ifx does not
-    # know the options that are left out. Local arrays must not be static (-auto, /recursive), because Abaqus
-    # calls from several threads.
-    def asperity_intel(command, more=()):
-        was_text = not isinstance(command, list)
-        words = (command.split() if was_text else command) + list(more)
-        words = [asperity_compiler if word in ("ifort", "ifx") else word for word in words]
-        if asperity_compiler == "ifx":
-            words = [word for word in words if not word.startswith(("-mP2OPT", "/Qauto-scalar", "-pc64"))]
-        return " ".join(words) if was_text else words
-
-    compile_fortran = asperity_intel(compile_fortran, ["/recursive" if asperity_windows else "-auto"])
-    if not asperity_windows:   # on Windows Microsoft's linker links
-        link_sl = asperity_intel(link_sl)
-        link_exe = asperity_intel(link_exe)
+    # The commands of the installation (lists, in older releases texts) with another compiler. -mP2OPT... is an
+    # internal option of ifort. On Windows Microsoft's linker links, and its commands stay.
+    # Local arrays must not be static (-auto, /recursive), because Abaqus calls from several threads.
+    asperity_commands = []
+    for asperity_command in (compile_fortran, link_sl, link_exe):
+        asperity_words = []
+        asperity_text = not isinstance(asperity_command, list)
+        for asperity_word in asperity_command.split() if asperity_text else asperity_command:
+            if asperity_word in ("ifort", "ifx"):
+                asperity_word = asperity_compiler
+            if asperity_compiler == "ifort" or not asperity_word.startswith("-mP2OPT"):
+                asperity_words.append(asperity_word)
+        if not asperity_commands:
+            asperity_words.append("/recursive" if asperity_windows else "-auto")
+        asperity_commands.append(" ".join(asperity_words) if asperity_text else asperity_words)
+    compile_fortran, link_sl, link_exe = asperity_commands
 
 elif asperity_compiler == "gfortran" and not asperity_windows:
     # %P is the source; older releases append it themselves, so that it stands here only if it stood there.
-    asperity_source = [word for word in compile_fortran if word == "%P"]
+    asperity_source = ["%P"] if "%P" in compile_fortran else []
     # -frecursive: no static arrays. -cpp is what Intel's -fpp is; the sources need no preprocessor.
     compile_fortran = ["gfortran", "-c", "-cpp", "-fPIC", "-O2", "-frecursive", "-ffree-form",
                        "-ffree-line-length-132", "-DABQ_LNX86_64", "-DABQ_FORTRAN", "-I%I"] + asperity_source
@@ -42,7 +43,7 @@ elif asperity_compiler == "gfortran" and not asperity_windows:
     link_exe = ["gfortran", "-fPIC", "-o", "%J", "%F", "%M", "%L", "%B", "%O", "-Wl,-Bdynamic"]
 
 elif asperity_compiler == "gfortran":
-    asperity_source = [word for word in compile_fortran if word == "%P"]
+    asperity_source = ["%P"] if "%P" in compile_fortran else []
     # Windows: names without underscore, as Intel's /iface:cref makes them. No report of success is known.
     compile_fortran = ["gfortran", "-c", "-cpp", "-O2", "-frecursive", "-ffree-form",
                        "-ffree-line-length-132", "-fno-underscoring", "-DABQ_WIN86_64",
@@ -54,8 +55,9 @@ elif asperity_compiler:
     raise ValueError("asperity_compiler = %r: expected 'ifort', 'ifx', 'gfortran' or ''" % asperity_compiler)
 
 # Abaqus takes every name that is left for a setting.
-for asperity_name in [name for name in globals() if name.startswith("asperity_")] + ["sys"]:
-    del globals()[asperity_name]
-del asperity_name
+for asperity_name in list(locals()):
+    if asperity_name.startswith("asperity_") and asperity_name != "asperity_name":
+        del locals()[asperity_name]
+del asperity_name, sys
 """
 """Text of the file."""
