@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from records import Row
 from scipy import sparse
 from user_routines import Vumat
 
@@ -17,7 +18,7 @@ def explicit_step(host: StandIn, step: Step, vumat: Vumat, total: float, keep: i
     """Central differences with a lumped mass; returns the total time at the end."""
     duration = step.keywords[1].number(step.keywords[1].data[0][1])
     prescribed, forces = host.targets(step)
-    start, force = dict(host.prescribed), host.force.copy()
+    start, force, beginning = dict(host.prescribed), host.force, host.u
     points = host.points
     if not host.velocity.size:
         host.velocity = np.zeros(host.size)
@@ -35,8 +36,7 @@ def explicit_step(host: StandIn, step: Step, vumat: Vumat, total: float, keep: i
         for target, amplitude in prescribed:
             share = 1.0 if amplitude is None else host.factor(amplitude, time, duration)
             for freedom, value in target.items():
-                before = start.get(freedom, 0.0)
-                u[freedom] = before + share * (value - before)
+                u[freedom] = beginning[freedom] + share * (value - beginning[freedom])
         host.velocity = (u - host.u) / dt
         strain = points.separation(u)
         increment = ordered(strain - points.strain) * ([1.0] + [0.5] * (strain.shape[1] - 1))
@@ -48,11 +48,10 @@ def explicit_step(host: StandIn, step: Step, vumat: Vumat, total: float, keep: i
         load = force + sum((host.factor(a, time, duration) * f for f, a in forces), np.zeros(host.size))
         internal = host.stiffness @ u + host.initial + points.forces(ordered(stress))
         if i % keep == 0 or i == count:
-            host.rows.append(host.row(step.name, time, u, internal - load, 0, statev, ordered(stress), 0.0))
+            host.rows.append(Row(step.name, time, u, internal - load, 0, statev, ordered(stress), 0.0))
     host.force = load
-    host.prescribed = {
-        f: float(u[f]) for f in {**start, **{f: 0 for target, _ in prescribed for f in target}}
-    }
+    freedoms = set(start).union(*(target for target, _ in prescribed))
+    host.prescribed = {freedom: float(u[freedom]) for freedom in freedoms}
     return total + duration
 
 

@@ -15,47 +15,13 @@ from deck import DeckError, Keyword
 from deck_model import COHESIVE, SOLIDS, Model, Step, rows_of_boundary, rows_of_cload, rows_of_dload
 from elements import face, joint, solid
 from explicit_steps import explicit_step, ordered
+from records import Points, Row
 from scipy import sparse
 from scipy.sparse.linalg import splu
 from user_routines import Umat, Vumat
 
 TOLERANCE, MOST_ITERATIONS = 1.0e-9, 16
 """Largest residual of an increment relative to the largest nodal force; more iterations give it up."""
-
-
-@dataclass
-class Row:
-    """State at the end of an increment."""
-
-    step: str
-    time: float
-    u: np.ndarray
-    reaction: np.ndarray
-    iterations: int
-    statev: np.ndarray
-    traction: np.ndarray
-    work: float
-
-
-@dataclass
-class Points:
-    """Integration points of all joints: matrices, areas, elements, values at the start of an increment."""
-
-    matrix: sparse.csr_matrix
-    area: np.ndarray
-    element: np.ndarray
-    material: str
-    stress: np.ndarray
-    strain: np.ndarray
-    statev: np.ndarray
-
-    def separation(self, u: np.ndarray) -> np.ndarray:
-        """Separation of every point, (points, dimension)."""
-        return (self.matrix @ u).reshape(self.stress.shape)
-
-    def forces(self, stress: np.ndarray) -> np.ndarray:
-        """Nodal forces of tractions."""
-        return self.matrix.T @ (stress * self.area[:, None]).ravel()
 
 
 @dataclass
@@ -75,13 +41,11 @@ class StandIn:
         self.points = self._points()
         self.u = np.zeros(self.size)
         self.prescribed: dict[int, float] = {}
-        self.force = np.zeros(self.size)
+        self.force, self.balance = np.zeros(self.size), np.zeros(self.size)
         self.work, self.dt, self.velocity = 0.0, 0.0, np.zeros(0)
         for keyword in model.boundary:
             for freedoms, value in self._boundary(keyword):
                 self.prescribed |= dict.fromkeys(freedoms, value)
-
-    row = Row
 
     def freedoms(self, nodes: list[int]) -> np.ndarray:
         """Degrees of freedom of nodes, node by node."""
@@ -228,7 +192,7 @@ class StandIn:
         size, duration = values[:2]
         smallest, largest = (size, size) if direct else values[2:]
         prescribed, forces = self.targets(step)
-        start, force = dict(self.prescribed), self.force.copy()
+        start, force, beginning = dict(self.prescribed), self.force, self.u
         time = 0.0
         while time < duration * (1.0 - 1.0e-9):
             size = min(size, largest, duration - time)
@@ -236,7 +200,7 @@ class StandIn:
             for target, amplitude in prescribed:
                 share = self.factor(amplitude, time + size, duration)
                 for freedom, value in target.items():
-                    before = start.get(freedom, 0.0) if amplitude is None else 0.0
+                    before = beginning[freedom] if amplitude is None else 0.0
                     held[freedom] = before + share * (value - before)
             load = force + sum(
                 (self.factor(a, time + size, duration) * f for f, a in forces), np.zeros(self.size)
@@ -253,37 +217,28 @@ class StandIn:
 
     def _increment(self, umat: Umat, held: dict[int, float], load: np.ndarray, dtime: float) -> int:
         """Solve one increment; the number of iterations, 0 if there is no convergence."""
-        transform, fixed = self._constraints(held)
-        u = self.u.copy()
-        known = list(held)
-        u[known] = list(held.values())
-        q = (
-            (transform.T @ u) / np.asarray(transform.multiply(transform).sum(axis=0)).ravel()
-            if transform.nnz
-            else u[:0]
-        )
-        u = transform @ q + fixed
+        transform, fixed, free = self._constraints(held)
+        u = transform @ self.u[free] + fixed
         for iteration in range(1, MOST_ITERATIONS + 1):
             internal, tangent, stress, statev = self._internal(umat, u, dtime)
             if internal is None:
                 return 0
             residual = load - internal
             scale = max(np.abs(internal).max(), np.abs(load).max(), 1.0e-12)
-            free = transform.T @ residual
-            if iteration > 1 and np.abs(free).max(initial=0.0) <= TOLERANCE * scale:
+            unbalanced = transform.T @ residual
+            if iteration > 1 and np.abs(unbalanced).max() <= TOLERANCE * scale:
+                self.prescribed = held
                 self._accept(u, load, internal, stress, statev, iteration)
                 return iteration
-            if not transform.nnz:
-                continue
             try:
-                step = splu((transform.T @ tangent @ transform).tocsc()).solve(free)
+                step = splu((transform.T @ tangent @ transform).tocsc()).solve(unbalanced)
             except RuntimeError as error:
                 raise DeckError(f"the model can move without a force: {error}") from None
             u = u + transform @ step
         return 0
 
-    def _constraints(self, held: dict[int, float]) -> tuple[sparse.csc_matrix, np.ndarray]:
-        """Matrix from the free unknowns to all displacements, and those that are prescribed."""
+    def _constraints(self, held: dict[int, float]) -> tuple[sparse.csc_matrix, np.ndarray, list[int]]:
+        """Matrix from the free unknowns to all displacements, prescribed displacements, and what is free."""
         fixed = np.zeros(self.size)
         fixed[list(held)] = list(held.values())
         dependent: dict[int, list[tuple[int, float]]] = {}
@@ -308,7 +263,7 @@ class StandIn:
                     matrix[freedom, column[other]] = factor
                 else:
                     fixed[freedom] += factor * held[other]
-        return matrix.tocsc(), fixed
+        return matrix.tocsc(), fixed, free
 
     def _internal(self, umat: Umat, u: np.ndarray, dtime: float):
         """Internal forces, their derivative, and stresses and state variables of the joints."""
@@ -328,15 +283,10 @@ class StandIn:
         return internal, tangent, stress, statev
 
     def _accept(self, u, load, internal, stress, statev, iterations: int) -> None:
-        """Keep an increment, with the work of the external forces by the trapezoidal rule."""
-        reaction = internal - load
-        before = self.rows[-1].reaction if self.rows else np.zeros(self.size)
-        external, external_before = reaction + load, before + self.force_now if self.rows else before
-        self.work += 0.5 * float((external + external_before) @ (u - self.u))
-        self.force_now = load
+        """Keep an increment; in equilibrium the work of all external forces is that of the internal ones."""
+        self.work += 0.5 * float((internal + self.balance) @ (u - self.u))
+        self.balance = internal
         points = self.points
         points.strain, points.stress, points.statev = points.separation(u), stress, statev
         self.u, self.force = u, load
-        held = {freedom: float(u[freedom]) for freedom in self.prescribed}
-        self.prescribed = held
-        self.rows.append(Row("", 0.0, u, reaction, iterations, statev, stress, self.work))
+        self.rows.append(Row("", 0.0, u, internal - load, iterations, statev, stress, self.work))

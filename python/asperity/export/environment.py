@@ -15,7 +15,7 @@ import sys
 asperity_windows = sys.platform.startswith("win")
 
 if asperity_compiler in ("ifort", "ifx"):
-    # The commands of the installation (lists, in older releases texts) with another compiler. -mP2OPT... is an
+    # The commands of the installation (lists, in older releases texts) with another compiler. -mP2OPT is an
     # internal option of ifort. On Windows Microsoft's linker links, and its commands stay.
     # Local arrays must not be static (-auto, /recursive), because Abaqus calls from several threads.
     asperity_commands = []
