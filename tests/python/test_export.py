@@ -332,6 +332,7 @@ def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
         assert set(found) == names
         assert found["compile_fortran"][0] == compiler
         assert "%P" in found["compile_fortran"]
+        assert {"-free", "/free", "-ffree-form"} & set(found["compile_fortran"])
         assert found["link_sl"][0] == (link[0] if link[0] == "LINK" and compiler != "gfortran" else compiler)
         assert not any(word.startswith("-mP2OPT") for word in found["compile_fortran"]) or compiler == "ifort"
     # older releases have texts instead of lists

@@ -17,7 +17,7 @@ asperity_windows = sys.platform.startswith("win")
 if asperity_compiler in ("ifort", "ifx"):
     # The commands of the installation (lists, in older releases texts) with another compiler. -mP2OPT is an
     # internal option of ifort. On Windows Microsoft's linker links, and its commands stay.
-    # Local arrays must not be static (-auto, /recursive), because Abaqus calls from several threads.
+    # Free form under any extension; local arrays must not be static, because Abaqus calls from several threads.
     asperity_commands = []
     for asperity_command in (compile_fortran, link_sl, link_exe):
         asperity_words = []
@@ -28,7 +28,7 @@ if asperity_compiler in ("ifort", "ifx"):
             if asperity_compiler == "ifort" or not asperity_word.startswith("-mP2OPT"):
                 asperity_words.append(asperity_word)
         if not asperity_commands:
-            asperity_words.append("/recursive" if asperity_windows else "-auto")
+            asperity_words += ["/free", "/recursive"] if asperity_windows else ["-free", "-auto"]
         asperity_commands.append(" ".join(asperity_words) if asperity_text else asperity_words)
     compile_fortran, link_sl, link_exe = asperity_commands
 
