@@ -17,7 +17,7 @@ asperity_windows = sys.platform.startswith("win")
 if asperity_compiler in ("ifort", "ifx"):
     # The commands of the installation (lists, in older releases texts) with another compiler. -mP2OPT is an
     # internal option of ifort. On Windows Microsoft's linker links, and its commands stay.
-    # Free form under any extension; local arrays must not be static, because Abaqus calls from several threads.
+    # Free form under any extension; no static local arrays, because Abaqus calls from several threads.
     asperity_commands = []
     for asperity_command in (compile_fortran, link_sl, link_exe):
         asperity_words = []
