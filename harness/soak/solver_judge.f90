@@ -38,9 +38,14 @@ contains
     type(point_type), intent(in) :: old, new       !! the point at both ends of the row
     integer, intent(in) :: snaps                   !! reported snaps
     type(verdict_type), intent(out) :: verdict     !! findings
+    type(point_type) :: halves
     if (joint%material%wears) return
     if (moves_far(joint, control, old, new, snaps) .or. energy_defect(joint, old, new) > least_energy) then
-      call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict)
+      call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict, halves)
+      ! the guard judges a whole increment: smaller ones may jump where the row, which ends elsewhere, does not
+      if (joint%material%guard .and. verdict%jump > 0.0_wp) then
+        if (2.0_wp*move_between(control, halves, new) > verdict%jump*joint%material%s0) verdict%jump = 0.0_wp
+      end if
     end if
     if (snaps > 0) verdict%jump = 0.0_wp
   end subroutine judge_row
@@ -78,7 +83,7 @@ contains
   end subroutine judge_start
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
-  recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict)
+  recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict, end)
     type(interface_type), intent(in) :: joint        !! the interface
     type(control_type), intent(in) :: control        !! what is given in the whole increment
     real(wp), intent(in) :: start(3), target(3)      !! given values at its ends
@@ -86,8 +91,9 @@ contains
     type(point_type), intent(in) :: old              !! the point at `from`
     integer, intent(in) :: depth                     !! further halvings
     type(verdict_type), intent(inout) :: verdict     !! findings so far
+    type(point_type), intent(out) :: end             !! the point at `to`, or where the halves lose the equilibrium
     type(control_type) :: half
-    type(point_type) :: last, point
+    type(point_type) :: last, part, point
     type(report_type) :: report
     real(wp) :: defect, ends(3), reached
     logical :: far
@@ -103,6 +109,7 @@ contains
         call advance(joint, half, start + ends(i)*(target - start), start + ends(i + 1)*(target - start), point, used, &
           reached, report=report)
         ! smaller increments may lose the equilibrium of the row
+        end = point
         if (reached < 1.0_wp) return
         if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. m%tau_v > 0.0_wp) then
           verdict%jump = max(verdict%jump, maxval(abs(report%after - report%before))/m%s0)
@@ -110,7 +117,7 @@ contains
         far = moves_far(joint, control, last, point, report%snaps)
         defect = energy_defect(joint, last, point)
         if (depth > 0 .and. (far .or. defect > least_energy)) then
-          call examine(joint, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict)
+          call examine(joint, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict, part)
         else
           far = far .and. maxval(abs(point%state(ledger) - last%state(ledger))) > least_energy*m%k_n*m%s0**2
           if (far) verdict%jump = max(verdict%jump, move_between(control, last, point)/m%s0)

@@ -9,8 +9,8 @@ module solver_sample
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_control_point, only: control_type, new_point, point_type
-  use asperity_equilibrium_scan, only: scan_equilibria, scan_type
-  use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, report_type
+  use asperity_loss, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found, loss_type, loss_worn
+  use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, most_updates, report_type
   use asperity_pattern, only: direction_vector
   use solver_judge, only: judge_row, verdict_type
   use random_numbers, only: draw, pick, seed_of, uniform
@@ -64,6 +64,9 @@ module solver_sample
     integer :: most_updates = 0         !! of one increment
     integer :: snaps = 0
     logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
+    logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
+    logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
+    logical :: explained = .false.      !! completed, or the loss has one of these three causes
     logical :: limited = .false.        !! an increment met the limit of updates
     logical :: viscous = .false.        !! the damage is viscous
     logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
@@ -284,6 +287,7 @@ contains
       if (outcome%wrong .or. outcome%increments < i) return
     end do
     outcome%completed = .true.
+    outcome%explained = .true.
   end subroutine run_sample
 
   !> Solve one increment and check its result.
@@ -295,9 +299,8 @@ contains
     type(point_type), intent(inout) :: point          !! the point
     type(outcome_type), intent(inout) :: outcome      !! increased counts
     type(report_type) :: report
-    type(scan_type) :: scan
+    type(loss_type) :: loss
     type(verdict_type) :: verdict
-    type(control_type) :: at_once
     type(point_type) :: old
     real(wp) :: reached, values(3)
     integer :: iterations
@@ -333,16 +336,19 @@ contains
         " updates of the law"
       return
     end if
-    ! without a duration no damage grows
-    at_once = control
-    at_once%dt = 0.0_wp
-    call scan_equilibria(sample%joint, at_once, report%beyond, point, scan)
-    outcome%proven = .not. scan%found   ! also if the limit of updates was reached
-    if (outcome%proven .and. .not. outcome%limited) return
-    outcome%why = "increment " // integer_text(outcome%increments + 1) // ": "
-    if (outcome%limited) outcome%why = trim(outcome%why) // " limit of updates reached;"
-    if (scan%found) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // to_text(scan%place(1)) // &
-      ", " // to_text(scan%place(2)) // ", " // to_text(scan%place(3))
+    call examine_loss(sample%joint, control, report%beyond, point, most_updates, loss)
+    outcome%proven = loss%kind == loss_none_found   ! also if the limit of updates was reached
+    outcome%stopped = loss%kind == loss_discontinuous
+    outcome%worn = loss%kind == loss_worn
+    outcome%explained = loss%kind /= loss_elsewhere
+    outcome%why = ""
+    if (outcome%limited) outcome%why = " limit of updates reached;"
+    associate (place => loss%scan%place)
+      if (loss%kind == loss_elsewhere) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // &
+        to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
+    end associate
+    if (len_trim(outcome%why) > 0) outcome%why = "increment " // integer_text(outcome%increments + 1) // ":" // &
+      outcome%why
   end subroutine take
 
   !> Check that the point has the given values and that its state is admissible.
