@@ -51,16 +51,35 @@ contains
   end subroutine judge_row
 
   !> Largest energy that does not balance in small random increments of the separation from an initial state on,
-  !> relative to K s0^2 or to its terms, whichever is larger.
-  subroutine judge_start(joint, state, seed, defect)
+  !> relative to K s0^2 or to its terms, whichever is larger. A wrong start has the same error in increments of any
+  !> length. At the foot of a closed facet the traction jumps, so that the trapezoidal rule has an error in proportion
+  !> to the increments: those of a finite height are made shorter where they exceed the admissible error.
+  subroutine judge_start(joint, state, admissible, seed, defect)
     type(interface_type), intent(in) :: joint      !! the interface
     real(wp), intent(in) :: state(:)               !! STATEV
+    real(wp), intent(in) :: admissible             !! largest defect
     integer(int64), intent(inout) :: seed          !! 1..largest_seed
     real(wp), intent(out) :: defect                !! relative
-    !> Number of increments, and their length, relative to s0 where all stiffnesses are equal: a kink of the law has an
-    !> error of 1/8 of the square of the length, and a stiff contact changes its friction in a shorter one.
+    !> Length of the increments, relative to s0 where all stiffnesses are equal: a kink of the law has an error of 1/8
+    !> of the square of the length, and a stiff contact changes its friction in a shorter one.
+    real(wp), parameter :: lengths(3) = [5.0e-4_wp, 5.0e-7_wp, 5.0e-10_wp]
+    integer :: i
+    defect = 0.0_wp
+    if (joint%material%wears) return
+    do i = 1, merge(size(lengths), 1, joint%material%curved)
+      call walk(joint, state, lengths(i), seed, defect)
+      if (defect <= admissible) exit
+    end do
+  end subroutine judge_start
+
+  !> Largest energy that does not balance in random increments of one length.
+  subroutine walk(joint, state, length, seed, defect)
+    type(interface_type), intent(in) :: joint      !! the interface
+    real(wp), intent(in) :: state(:)               !! STATEV
+    real(wp), intent(in) :: length                 !! of the increments, relative to s0
+    integer(int64), intent(inout) :: seed          !! 1..largest_seed
+    real(wp), intent(out) :: defect                !! relative
     integer, parameter :: increments = 20
-    real(wp), parameter :: length = 5.0e-4_wp
     type(control_type) :: all_given
     type(point_type) :: first, point
     real(wp) :: reached, start(3), target(3), x(3)
@@ -69,7 +88,6 @@ contains
     point = first
     target = 0.0_wp
     defect = 0.0_wp
-    if (joint%material%wears) return
     do i = 1, increments
       start = target
       call draw(seed, x)
@@ -80,7 +98,7 @@ contains
       defect = max(defect, energy_defect(joint, first, point))
     end do
     if (abs(first%work - sum(first%state(ledger))) > 0.0_wp) defect = huge(defect)
-  end subroutine judge_start
+  end subroutine walk
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
   recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict, end)

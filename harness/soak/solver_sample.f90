@@ -9,7 +9,8 @@ module solver_sample
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_control_point, only: control_type, new_point, point_type
-  use asperity_loss, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found, loss_type, loss_worn
+  use asperity_loss, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found, &
+    loss_type, loss_worn
   use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, most_updates, report_type
   use asperity_pattern, only: direction_vector
   use solver_judge, only: judge_row, verdict_type
@@ -63,12 +64,13 @@ module solver_sample
     integer(int64) :: updates = 0       !! of the law
     integer :: most_updates = 0         !! of one increment
     integer :: snaps = 0
-    logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
+    logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
     logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
     logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
     logical :: explained = .false.      !! completed, or the loss has one of these three causes
     logical :: limited = .false.        !! an increment met the limit of updates
-    logical :: viscous = .false.        !! the damage is viscous
+    logical :: slow = .false.           !! viscous damage, guard or wear, where the point may stick and slip in steps
+                                        !! that are too short for the limit of updates
     logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
     logical :: wrong = .false.          !! a row is not finite or not an equilibrium
     integer :: unreported = 0           !! rows that jump without a reported snap
@@ -329,7 +331,7 @@ contains
     end if
     if (method /= full_solver) return
     outcome%limited = report%ended == ended_limit
-    outcome%viscous = sample%tau_v > 0.0_wp
+    outcome%slow = sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%w0 > 0.0_wp
     outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
@@ -337,7 +339,7 @@ contains
       return
     end if
     call examine_loss(sample%joint, control, report%beyond, point, most_updates, loss)
-    outcome%proven = loss%kind == loss_none_found   ! also if the limit of updates was reached
+    outcome%none_found = loss%kind == loss_none_found   ! also if the limit of updates was reached
     outcome%stopped = loss%kind == loss_discontinuous
     outcome%worn = loss%kind == loss_worn
     outcome%explained = loss%kind /= loss_elsewhere

@@ -142,10 +142,10 @@ contains
     end do
   end subroutine check_branch
 
-  !> Follow the wear of a sub-increment to the equilibrium of the facets as they are worn in it, under the given values at
-  !> its start: the work of the increments before wears the facets at once, which moves the equilibrium before the given
-  !> values change. They change from the values that the worn facets carry at the separation of the start. The point does
-  !> not change if this branch ends before.
+  !> Follow the wear of a sub-increment to the equilibrium of the facets as they are worn in it, under the given values
+  !> at its start: the work of the increments before wears the facets at once, which moves the equilibrium before the
+  !> given values change. They are approached from the values that the worn facets carry at the separation of the start.
+  !> The point does not change if this branch ends before.
   pure subroutine settle(joint, balance, here, iterations, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations at the start of the sub-increment

@@ -44,8 +44,7 @@ contains
     at_once = control
     at_once%dt = 0.0_wp
     call scan_equilibria(joint, at_once, given, point, loss%scan)
-    if (.not. loss%scan%found) return
-    loss%kind = loss_elsewhere
+    if (loss%scan%found) loss%kind = loss_elsewhere
     last = point
     call move_on(joint, at_once, given, most, last, updates, iterations, found)
     loss%place = last%s
@@ -53,7 +52,7 @@ contains
     loss%leap = discontinuity(joint, at_once, given, last)
     if (loss%leap > 0.0_wp) then
       loss%kind = loss_discontinuous
-    else if (joint%material%wears) then
+    else if (joint%material%wears .and. loss%scan%found) then
       call scan_equilibria(joint, at_once, given, last, scan)
       if (scan%found) return
       loss%kind = loss_worn
@@ -61,9 +60,9 @@ contains
     end if
   end subroutine examine_loss
 
-  !> Largest change of a free traction over a distance that is too short for any stiffness of the law, stress; 0 if it is
-  !> continuous there. A closed facet of finite height is discontinuous at its foot, where its curvature sets in, and so
-  !> is the guard where it admits damage that it had prevented, also at a constant separation.
+  !> Largest change of a free traction over a distance that is too short for any stiffness of the law, stress; 0 if it
+  !> is continuous there. A closed facet of finite height is discontinuous at its foot, where its curvature sets in, and
+  !> so is the guard where it admits damage that it had prevented, also at a constant separation.
   pure function discontinuity(joint, control, given, point) result(leap)
     type(interface_type), intent(in) :: joint       !! the interface
     type(control_type), intent(in) :: control       !! what is given, at least one traction

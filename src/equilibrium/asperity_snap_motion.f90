@@ -151,8 +151,9 @@ contains
 
   end subroutine move_one_free
 
-  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is very short. The work
-  !> before a step wears the facets in it, and shorter steps do not reduce the error of this energy: it is not judged.
+  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is very short. The
+  !> work before a step wears the facets in it, and shorter steps do not reduce the error of this energy: it is not
+  !> judged.
   pure function balanced(joint, old, new, length) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! the point before and after the step
