@@ -9,7 +9,7 @@ module case_run
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
   use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
-  use asperity_exclusion, only: exclude_equilibria
+  use asperity_exclusion, only: exclude_equilibria, most_boxes
   use asperity_loss, only: examine_loss, loss_discontinuous, loss_type, loss_worn
   use failed_case, only: failed_type, write_failed_case
   use history, only: close_history, history_type, open_history, start_from
@@ -198,8 +198,6 @@ contains
     type(case_type), intent(in) :: case                      !! the case
     type(failed_type), intent(in) :: failed                  !! the increment
     character(len=:), allocatable, intent(out) :: text       !! the reason
-    !> Largest number of boxes: about a second.
-    integer, parameter :: most_boxes = 100000
     type(scan_type) :: scan
     real(wp) :: given(3)
     integer :: boxes, i

@@ -6,6 +6,7 @@ module solver_sample
   use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
+  use asperity_exclusion, only: exclude_equilibria, most_boxes
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_control_point, only: control_type, new_point, point_type
@@ -65,6 +66,8 @@ module solver_sample
     integer :: most_updates = 0         !! of one increment
     integer :: snaps = 0
     logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
+    integer :: free = 0                 !! free separations, if lost
+    logical :: proven = .false.         !! not completed, and bounds prove that no equilibrium exists
     logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
     logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
     logical :: explained = .false.      !! completed, or the loss has one of these three causes
@@ -305,7 +308,7 @@ contains
     type(verdict_type) :: verdict
     type(point_type) :: old
     real(wp) :: reached, values(3)
-    integer :: iterations
+    integer :: boxes, iterations
 
     old = point
     call advance(sample%joint, control, start, target, point, iterations, reached, report=report, method=method)
@@ -341,6 +344,10 @@ contains
     call examine_loss(sample%joint, control, report%beyond, point, most_updates, loss)
     outcome%none_found = loss%kind == loss_none_found   ! also if the limit of updates was reached
     outcome%stopped = loss%kind == loss_discontinuous
+    outcome%free = count(control%traction)
+    call exclude_equilibria(sample%joint, control, target, point, most_boxes, outcome%proven, boxes)
+    if (.not. outcome%proven) call exclude_equilibria(sample%joint, control, report%beyond, point, most_boxes, &
+      outcome%proven, boxes)
     outcome%worn = loss%kind == loss_worn
     outcome%explained = loss%kind /= loss_elsewhere
     outcome%why = ""

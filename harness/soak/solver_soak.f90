@@ -23,6 +23,7 @@ program solver_soak
       missed = 0, wrong = 0, unexplained = 0, limited = 0, away = 0, stuck = 0, stopped = 0, worn = 0, &
       unreported = 0, unbalanced = 0, failed = 0
     integer :: most_updates = 0
+    integer(int64) :: lost(3) = 0, proven(3) = 0   ! by the number of free separations
   end type sum_type
   type(sum_type) :: total(n_methods)
   type(sample_type) :: sample
@@ -163,6 +164,10 @@ contains
     sums%missed = sums%missed + merge(1, 0, by /= full_solver .and. one%completed .and. folds > 0)
     sums%wrong = sums%wrong + merge(1, 0, one%wrong)
     sums%unexplained = sums%unexplained + merge(1, 0, by == full_solver .and. .not. one%explained)
+    if (one%free > 0) then
+      sums%lost(one%free) = sums%lost(one%free) + 1
+      sums%proven(one%free) = sums%proven(one%free) + merge(1, 0, one%proven)
+    end if
     sums%stopped = sums%stopped + merge(1, 0, one%stopped)
     sums%worn = sums%worn + merge(1, 0, one%worn)
     sums%limited = sums%limited + merge(1, 0, one%limited)
@@ -197,6 +202,10 @@ contains
       " (there is an equilibrium: ", total(full_solver)%stuck, &
       "), viscous ones opened without bound ", total(full_solver)%away, ", stopped where the law is discontinuous ", &
       total(full_solver)%stopped, ", worn by the motion ", total(full_solver)%worn
+    associate (s => total(full_solver))
+      write (unit, "(a, 3(a, i0, a, i0))") indent, "losses that bounds prove: with one free separation ", s%proven(1), &
+        " of ", s%lost(1), ", two ", s%proven(2), " of ", s%lost(2), ", three ", s%proven(3), " of ", s%lost(3)
+    end associate
     write (unit, "(2a, 2(i0, a))") indent, "rows that jump without a report ", total(full_solver)%unreported, &
       ", whose energies do not balance ", total(full_solver)%unbalanced
     if (only == 0) write (unit, "(a, 2(i0, a), es8.1)") indent, ran, " initial states, of which do not balance ", &

@@ -14,6 +14,9 @@ module asperity_exclusion
   private
   public :: exclude_equilibria
 
+  !> Number of boxes that take about a tenth of a second.
+  integer, parameter, public :: most_boxes = 20000
+
   !> Bounds of a number.
   type :: range_type
     real(wp) :: low, high
