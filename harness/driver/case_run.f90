@@ -7,12 +7,13 @@ module case_run
   use case_file, only: case_type, expect_names
   use case_warnings, only: s_f_over_height
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
+  use asperity_arc, only: explain_end
   use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
   use failed_case, only: failed_type, write_failed_case
   use history, only: close_history, history_type, open_history, start_from
   use load_path, only: component_names
-  use asperity_mixed_control, only: ended_divided, ended_endless, ended_limit, ended_rejected, most_updates, new_point
+  use asperity_mixed_control, only: ended_limit, ended_rejected, most_updates, new_point
   use path_run, only: run_path
   use progress_line, only: begin_progress, clear_progress, progress_type
   use replay_run, only: run_replay
@@ -126,7 +127,9 @@ contains
       return
     end if
     if (failed%arc > 0.0_wp) then
-      text = why_branch_ended(failed)
+      allocate (character(len=0) :: text)
+      call explain_end(failed%report%ended, text)
+      text = text // tension(failed)
       return
     end if
     call beyond_bounds(case%joint, failed%control, failed%target, failed%last, beyond, direction, most)
@@ -166,21 +169,6 @@ contains
     end if
     text = limit // text
   end function why
-
-  !> Text of the reason why a branch ended before the values of its step.
-  function why_branch_ended(failed) result(text)
-    type(failed_type), intent(in) :: failed    !! the last step along the branch
-    character(len=:), allocatable :: text
-    select case (failed%report%ended)
-    case (ended_endless)
-      text = "the branch does not reach the values of the step: the separation grows without end"
-    case (ended_divided)
-      text = "the branch divides, several equilibria continue it: expected a load case without symmetry"
-    case default
-      text = "the branch ends, no equilibrium was found near its last point in any direction"
-    end select
-    text = text // tension(failed)
-  end function why_branch_ended
 
   !> Text of what the joint carries at most in a direction, and of what the step asks for.
   function carries_at_most(failed, direction, most) result(text)

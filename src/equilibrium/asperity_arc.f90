@@ -9,12 +9,13 @@ module asperity_arc
   use asperity_increment, only: path_type, set_share
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, ended_complete, ended_endless, ended_lost, report_type
+  use asperity_mixed_control, only: advance, ended_complete, ended_divided, ended_endless, ended_lost, &
+    report_type
   use asperity_newton, only: newton_solve, newton_type
   use asperity_text, only: append, to_text
   implicit none
   private
-  public :: new_arc, arc_step, explain_no_branch
+  public :: new_arc, arc_step, explain_no_branch, explain_end
 
   !> Longest step of a branch, relative to s0: default, smallest and largest admissible value.
   real(wp), parameter, public :: default_arc = 0.05_wp, least_arc = 1.0e-5_wp, largest_arc = 1.0_wp
@@ -51,6 +52,20 @@ contains
       call append(message, "guard = 1: expected 0, as damage that the guard prevents may grow at once later")
     end if
   end subroutine explain_no_branch
+
+  !> Append why a branch ended before the values that it was to reach.
+  pure subroutine explain_end(ended, message)
+    integer, intent(in) :: ended                              !! end of the last step, of report_type
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    select case (ended)
+    case (ended_endless)
+      call append(message, "the branch does not reach the prescribed values: the separation grows without end")
+    case (ended_divided)
+      call append(message, "the branch divides, several equilibria continue it: expected a load case without symmetry")
+    case default
+      call append(message, "the branch ends, no equilibrium was found near its last point in any direction")
+    end select
+  end subroutine explain_end
 
   !> Begin a branch; its steps are at most `longest` s0.
   pure function new_arc(joint, longest) result(arc)
