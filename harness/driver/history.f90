@@ -4,7 +4,7 @@
 !> s_dit_k, s_dih_k of every plane, with wear worn_k, wear_work_k, too. `event` has the names of the events of the
 !> increment, joined by +. These are the events of the module `asperity_events` and
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
-!>   turn      the branch has a fold, where the prescribed values turn back or forward again
+!>   turn      the branch had a fold, where the prescribed values turned back or forward again
 !>   substeps  the increment was solved in sub-increments
 !>   cut       the UMAT requested a smaller increment in a replay
 !>   lost      no equilibrium was found beyond this row
