@@ -122,14 +122,14 @@ contains
     real(wp) :: direction(3), most
     logical :: beyond
 
-    if (failed%report%ended == ended_rejected) then
-      text = "the values to reach are out of range"
-      return
-    end if
     if (failed%arc > 0.0_wp) then
       allocate (character(len=0) :: text)
       call explain_end(failed%report%ended, text)
       text = text // tension(failed)
+      return
+    end if
+    if (failed%report%ended == ended_rejected) then
+      text = "the values to reach are out of range"
       return
     end if
     call beyond_bounds(case%joint, failed%control, failed%target, failed%last, beyond, direction, most)

@@ -10,7 +10,7 @@ module asperity_arc
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, ended_complete, ended_divided, ended_endless, ended_lost, &
-    report_type
+    ended_rejected, report_type
   use asperity_newton, only: newton_solve, newton_type
   use asperity_text, only: append, to_text
   implicit none
@@ -22,6 +22,8 @@ module asperity_arc
   !> Length of a branch that counts as endless, relative to s_f, in addition to the change of the prescribed separations
   !> and to that of the springs without the interface.
   real(wp), parameter, public :: endless = 20.0_wp
+  !> Largest number of steps to prescribed separations on a straight line.
+  real(wp), parameter :: most_steps = 1.0e7_wp
 
   !> Progress along the branch of one change of the prescribed values.
   type, public :: arc_type
@@ -38,8 +40,8 @@ module asperity_arc
 
 contains
 
-  !> Append why an interface has no branch that can be followed; nothing if it has one. The state at a point of the branch
-  !> must not depend on time or on the length of the steps, and must be continuous.
+  !> Append why an interface has no branch that can be followed; nothing if it has one. The state at a point of the
+  !> branch must not depend on time or on the length of the steps, and must be continuous.
   pure subroutine explain_no_branch(joint, message)
     type(interface_type), intent(in) :: joint                 !! the interface
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
@@ -60,6 +62,8 @@ contains
     select case (ended)
     case (ended_endless)
       call append(message, "the branch does not reach the prescribed values: the separation grows without end")
+    case (ended_rejected)
+      call append(message, "the prescribed values are too far for steps of this length: expected a larger arc")
     case (ended_divided)
       call append(message, "the branch divides, several equilibria continue it: expected a load case without symmetry")
     case default
@@ -80,7 +84,8 @@ contains
   !>
   !> The step ends at the first fold in it, so that the rows have the extreme values of the load factor. If the branch
   !> does not continue, the point stays, and the report says why: `ended_divided` if several branches continue,
-  !> `ended_endless` if the separation grows without end, else `ended_lost`.
+  !> `ended_endless` if the separation grows without end, `ended_rejected` if the prescribed values are too far for the
+  !> length of the steps, else `ended_lost`.
   pure subroutine arc_step(joint, path, arc, point, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values at the factors 0 and 1
@@ -97,6 +102,10 @@ contains
     arc%turned = .false.
     report%parts = 1
     unit = load_length(joint, path)
+    if (unit > most_steps*arc%longest) then
+      report%ended = ended_rejected
+      return
+    end if
     if (.not. unit > 0.0_wp .or. has_no_folds(joint, point)) then
       call push(joint, path, unit, arc, point, report)
       return

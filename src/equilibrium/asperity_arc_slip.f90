@@ -16,8 +16,8 @@ contains
 
   !> Follow the slip to its targets, one after the other; every step along the branch is a row. The normal traction is
   !> applied before in increments, as in `confined_slip`. Rows beyond the size of the arrays are counted, not stored.
-  pure subroutine branch_slip(joint, test, targets, longest, separation, traction, state, work, reports, turned, n_rows, &
-                              n_done, ended)
+  pure subroutine branch_slip(joint, test, targets, longest, separation, traction, state, work, reports, turned, &
+                              n_rows, n_done, ended)
     type(interface_type), intent(in) :: joint           !! the interface
     type(slip_test_type), intent(in) :: test            !! the test; times and method are not used
     real(wp), intent(in) :: targets(:)                  !! (T) slips that are reached in their order, length
