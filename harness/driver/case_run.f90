@@ -7,6 +7,7 @@ module case_run
   use case_file, only: case_type, expect_names
   use case_warnings, only: s_f_over_height
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
+  use asperity_arc, only: explain_end
   use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
   use asperity_exclusion, only: exclude_equilibria, most_boxes
@@ -123,6 +124,12 @@ contains
     real(wp) :: direction(3), most
     logical :: beyond
 
+    if (failed%arc > 0.0_wp) then
+      allocate (character(len=0) :: text)
+      call explain_end(failed%report%ended, text)
+      text = text // tension(failed)
+      return
+    end if
     if (failed%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
       return

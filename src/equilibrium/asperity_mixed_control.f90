@@ -21,8 +21,10 @@ module asperity_mixed_control
 
   !> Methods: Newton alone; with halved increments; with continuation and motion through snaps.
   integer, parameter, public :: plain_newton = 1, halved_newton = 2, full_solver = 3
-  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range.
-  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3
+  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
+  !> branch (module asperity_arc): without end, divided.
+  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3, &
+    ended_endless = 4, ended_divided = 5
   !> Largest number of updates of the law in an increment.
   integer, parameter, public :: most_updates = 50000
   !> Largest given value, so that the difference of two is finite.
