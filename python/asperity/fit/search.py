@@ -5,18 +5,15 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from tqdm import tqdm
-
+from ..parallel import add_workers, progress_bar, workers
 from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, fit
 from .model import INCREMENTS, SCALES, SIDES
 from .records import ShearTest
 from .verdict import Change
-
-PATIENCE = 2.0
-"""Seconds before progress is shown."""
 
 HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")
 
@@ -90,6 +87,7 @@ def add_search(
         "-o", "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
     )
     parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
+    add_workers(parser, "threads, one for each processor")
 
 
 def check_search(options: argparse.Namespace) -> None:
@@ -108,7 +106,7 @@ def search(
     fixed: Mapping[str, float],
     confidence: float = 0.95,
 ) -> Fit:
-    """Fit the tests as the options say, with progress after PATIENCE; fixed: values that --set may change."""
+    """Fit the tests as the options say, with progress; fixed: values that --set may change."""
     options.confidence = confidence
     searching = Search(options, fixed)
     with searching.shown() as fitted:
@@ -169,24 +167,22 @@ class Search:
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
         """Function that fits tests with changed arguments and shows its stages and the remaining time."""
-        bar = tqdm(
-            total=self.options.starts + len(LABELS), unit="stage", delay=PATIENCE, disable=None, leave=False
-        )
-        stage = ""
+        stages = self.options.starts + len(LABELS)
+        with workers(self.options) as executor, progress_bar(stages, "stage") as bar:
 
-        def tick(label: str) -> None:
-            nonlocal stage
-            if label != stage:
-                stage = label
+            def tick(label: str) -> None:
                 bar.set_description(label, refresh=False)
                 bar.update()
 
-        try:
-            yield lambda tests, change: self._fit(tests, change, tick)
-        finally:
-            bar.close()
+            yield lambda tests, change: self._fit(tests, change, tick, executor)
 
-    def _fit(self, tests: Sequence[ShearTest], change: Change, tick: Callable[[str], object]) -> Fit:
+    def _fit(
+        self,
+        tests: Sequence[ShearTest],
+        change: Change,
+        tick: Callable[[str], object],
+        executor: Executor | None,
+    ) -> Fit:
         options = self.options
         fixed = self.assumed | ({} if change.freed else self.fixed) | dict(change.fixed)
         free = self.free and [name for name in self.free if name not in change.fixed]
@@ -204,6 +200,7 @@ class Search:
             options.confidence,
             tick,
             change.model_error,
+            executor,
         )
 
 
