@@ -162,6 +162,10 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
+    "uncertainty": (
+        "find the scatter of a load case whose constants are uncertain",
+        _imported("uncertainty.command"),
+    ),
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
     "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
     "stability": (

@@ -158,6 +158,11 @@ class Fit:
         return float(np.sqrt((1.0 + self.neighbours) / (1.0 - self.neighbours)))
 
     @property
+    def widened(self) -> bool:
+        """Whether the intervals are widened by `dependence_factor`."""
+        return self.dependent and self.model_error > 0.0
+
+    @property
     def correlation(self) -> Floats:
         """Correlation matrix of the transformed free parameters, (p, p)."""
         sizes = np.sqrt(np.diag(self.covariance))
@@ -340,7 +345,7 @@ def fit(
         directions=known.directions,
         model_error=model_error,
     )
-    if found.dependent and model_error > 0.0:
+    if found.widened:
         found = replace(found, quantile=found.quantile * found.dependence_factor)
     return found
 

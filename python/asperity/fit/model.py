@@ -84,6 +84,12 @@ SCALES = {
 """Transforms of the parameters that can be identified."""
 
 
+def transformed(name: str) -> str:
+    """Text of the transformed value of a parameter."""
+    top = SCALES[name].top
+    return f"log {name}" if top == np.inf else f"logit {name}" + (f"/{top:g}" if top != 1.0 else "")
+
+
 @dataclass(frozen=True, eq=False)
 class _Path:
     """Slips (P,) of the model for a test, from zero on, and which of them are rows of the test."""

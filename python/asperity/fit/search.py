@@ -84,7 +84,11 @@ def add_search(
         help="plot of tests and fit, .png or .pdf (default: fit.png)",
     )
     parser.add_argument(
-        "-o", "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
+        "-o",
+        "--case",
+        type=Path,
+        metavar="CASE.nml",
+        help="write a case file for run, card and select, and the covariance for uncertainty, CASE.fit.json",
     )
     parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
     add_workers(parser, "threads, one for each processor")
@@ -95,7 +99,7 @@ def check_search(options: argparse.Namespace) -> None:
     if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
     for option, path in (("--plot", options.plot), ("--case", options.case)):
-        _check_output(option, path)
+        check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
 
@@ -117,6 +121,7 @@ def write(
     options: argparse.Namespace, found: Fit, draw: Callable[[Path], None], drawing_only: bool = False
 ) -> None:
     """Print the card and write picture and case file, as far as the options ask for them."""
+    from . import covariance
     from .report import case_text
 
     if options.card is not None and not drawing_only:
@@ -125,8 +130,10 @@ def write(
         draw(options.plot)
         print(options.plot)
     if options.case is not None and not drawing_only:
-        options.case.write_text(case_text(found), encoding="utf-8")
-        print(options.case)
+        files = {options.case: case_text(found), covariance.file_of(options.case): covariance.text(found)}
+        for path, text in files.items():
+            path.write_text(text, encoding="utf-8")
+            print(path)
 
 
 class Search:
@@ -144,9 +151,9 @@ class Search:
         law must be free, set or assumed.
         """
         self.options = options
-        self.fixed = {name: one for name, (one,) in _numbers("--set", options.set, 1).items()}
-        self.start = {name: one for name, (one,) in _numbers("--start", options.start, 1).items()}
-        bounds = _numbers("--bounds", options.bounds, 2).items()
+        self.fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
+        self.start = {name: one for name, (one,) in numbers("--start", options.start, 1).items()}
+        bounds = numbers("--bounds", options.bounds, 2).items()
         self.bounds = {name: (low, high) for name, (low, high) in bounds}
         self.free: list[str] | None = None
         if options.free is not None:
@@ -204,7 +211,7 @@ class Search:
         )
 
 
-def _check_output(option: str, path: Path | None) -> None:
+def check_output(option: str, path: Path | None) -> None:
     """Raise ValueError for a file that cannot be written, before the work starts."""
     if path is None:
         return
@@ -214,7 +221,7 @@ def _check_output(option: str, path: Path | None) -> None:
         raise ValueError(f"{option} {path}: expected a file that can be written")
 
 
-def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
+def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
     """Parse the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
     found = {}
     for text in (one for several in texts for one in several.split()):
