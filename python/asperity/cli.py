@@ -153,6 +153,7 @@ MAINTAINERS = ("compare", "chart", "paper", "tables", "stability")
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "new": ("write a case file to start from", _imported("starters", "new_arguments")),
     "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
+    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
     "run": ("run a case by the driver and draw it", _run_arguments),
     "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
