@@ -101,6 +101,9 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         metavar="LENGTH,STRESS",
         help="units for the labels of the plot (default: mm,MPa)",
     )
+    from .parallel import add_workers
+
+    add_workers(run, "one driver runs all values of a sweep")
     run.set_defaults(action=_run)
 
 
@@ -189,7 +192,7 @@ def _run(options: argparse.Namespace) -> int:
     output = options.output or Path(path.stem + ".csv")
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
     passed_on = [f"--{name}" for name in ("planes", "quiet") if getattr(options, name)]
-    code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+    code = _driven(path, output, passed_on, options)
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
@@ -203,6 +206,19 @@ def _run(options: argparse.Namespace) -> int:
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
     return code if code >= 0 else BAD_INPUT
+
+
+def _driven(path: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
+    """Run the driver, or one for each value of a sweep where workers are asked for; return the exit code."""
+    if options.jobs is None and options.scheduler is None:
+        return subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+    from .parallel import progress_bar, workers
+    from .sweeps import number_of_runs, run_sweep
+
+    with workers(options) as executor, progress_bar(number_of_runs(path), "run") as bar:
+        code, messages = run_sweep(path, output, passed_on, executor, bar.update)
+    sys.stderr.write(messages)
+    return code
 
 
 def _compare(options: argparse.Namespace) -> int:

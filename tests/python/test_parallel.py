@@ -170,6 +170,34 @@ def test_fit_on_a_cluster(local_cluster, tmp_path: Path, capsys: pytest.CaptureF
     assert printed[0] == printed[1] == printed[2]
 
 
+def test_sweep_by_several_drivers(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The runs of a sweep write the same files and messages, one of them without equilibrium."""
+    (tmp_path / "case.nml").write_text(
+        "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /\n&pattern sides = 0 /\n"
+        "&sweep name = 'p', values = 2.0, -1.0, -2.0 /\n&step t_N = p, increments = 10 /\n"
+        "&step slip = 0.1, increments = 20 /\n"
+    )
+    found = []
+    for folder, jobs in (("one", []), ("two", ["--jobs", "2"])):
+        output = tmp_path / folder / "out.csv"
+        output.parent.mkdir()
+        code = main(["run", str(tmp_path / "case.nml"), "-o", str(output), "--planes", *jobs])
+        messages = capfd.readouterr().err.replace(str(tmp_path / folder), "").replace(f"{tmp_path}/", "")
+        files = {path.name: path.read_bytes() for path in output.parent.iterdir()}
+        # the case of the failed increment names its own folder
+        files = {name: content.replace(f"{tmp_path}/".encode(), b"") for name, content in files.items()}
+        found.append((code, messages, files))
+    assert found[0] == found[1]
+    assert found[0][0] == 2 and len(found[0][2]) == 4
+    (tmp_path / "replay.nml").write_text(
+        "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n&pattern sides = 0 /\n"
+        "&replay file = 's.csv' /\n"
+    )
+    (tmp_path / "s.csv").write_text("s_N,s_Tx,s_Ty\n0.0,0.1,0.0\n")
+    assert main(["run", str(tmp_path / "replay.nml"), "-o", str(tmp_path / "r.csv"), "--jobs", "2"]) == 1
+    assert "&replay: expected without --jobs" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

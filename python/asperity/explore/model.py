@@ -87,9 +87,8 @@ class Choice:
     @property
     def slips(self) -> Floats:
         """Slips of all rows, from zero on."""
-        # rounded as by the driver, on which the wear of facets depends where the slip passes through zero
         ends = pairwise([0.0, *self.turns])
-        pieces = [a + np.arange(1, n + 1) * (b - a) / n for (a, b), n in zip(ends, self.parts, strict=True)]
+        pieces = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(ends, self.parts, strict=True)]
         return np.concatenate([[0.0], *pieces])
 
 
@@ -221,7 +220,7 @@ def as_python(choice: Choice) -> str:
     material = f"\n    {', '.join(entries[:4])},\n    {', '.join(entries[4:])},\n"
     theta = values["theta"] if values["sides"] else 0.0
     pieces = [
-        f"    {a!r} + np.arange(1, {n + 1}) * {b - a!r} / {n},\n"
+        f"    np.linspace({a!r}, {b!r}, {n + 1})[1:],\n"
         for (a, b), n in zip(pairwise([0.0, *choice.turns]), choice.parts, strict=True)
     ]
     return (
