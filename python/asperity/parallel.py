@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
@@ -142,8 +143,14 @@ class Processes(Executor):
         import multiprocessing
         from concurrent.futures import ProcessPoolExecutor
 
-        # a copy of this process by fork would have the locks of its threads, but not the threads
-        self._pool = ProcessPoolExecutor(self.count, mp_context=multiprocessing.get_context("spawn"))
+        # A copy of this process by fork would have the locks of its threads, but not the threads. Ctrl-C reaches
+        # all processes; this one ends the others.
+        self._pool = ProcessPoolExecutor(
+            self.count,
+            multiprocessing.get_context("spawn"),
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),
+        )
         return self._pool.submit(function, *arguments, **named)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -197,15 +204,15 @@ def cluster(address: str) -> Iterator[Executor]:
         raise ValueError(
             f"--scheduler {address}: expected dask.distributed: pip install 'asperity[dask]'"
         ) from None
-    from .contract import library_version
+    from . import contract
 
     try:
         client = Client(address, timeout=CONNECTING, set_as_default=False)
     except (OSError, ValueError) as error:
         raise OSError(f"--scheduler {address}: expected the address of a Dask scheduler ({error})") from None
     try:
-        mine = library_version()
-        for worker, found in client.run(library_version, on_error="return").items():
+        mine = contract.library_version()
+        for worker, found in client.run(_version, on_error="return").items():
             if found != mine:
                 raise ValueError(
                     f"--scheduler {address}: worker {worker}: {found}: expected asperity {mine} there"
@@ -216,6 +223,13 @@ def cluster(address: str) -> Iterator[Executor]:
         raise OSError(f"--scheduler {address}: {error or 'the scheduler was lost'}") from None
     finally:
         client.close()
+
+
+def _version() -> str:
+    """Version of the library of a worker."""
+    from .contract import library_version
+
+    return library_version()
 
 
 @contextmanager

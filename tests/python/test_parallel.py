@@ -131,6 +131,16 @@ def test_cluster_gives_the_same_bits(local_cluster) -> None:
     assert found == map_in_order(work.residual, frictions)
 
 
+def test_worker_of_another_version(local_cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers with another version of the library are refused."""
+    monkeypatch.setattr("asperity.contract.library_version", lambda: "0.0.1")
+    with (
+        pytest.raises(ValueError, match=r"worker tcp://.*expected asperity 0\.0\.1 there"),
+        cluster(local_cluster.scheduler_address),
+    ):
+        pass
+
+
 def test_lost_worker_of_a_cluster_is_no_loss(local_cluster) -> None:
     """One of two workers is killed while tasks are done: the values are all there, in order."""
     frictions = np.linspace(0.3, 0.8, 60).tolist()

@@ -80,7 +80,7 @@ def test_samples_of_a_fit_have_its_intervals(tmp_path: Path) -> None:
     """The file of a fit gives samples whose intervals are those of the fit, also of the residual ratio."""
     found = fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
     path = tmp_path / "case.fit.json"
-    path.write_text(covariance.text(found))
+    path.write_text(covariance.covariance_text(found))
     known = covariance.read(path)
     drawn = of_fit(known).draw(40000, 3)
     tail = 0.5 * (1.0 - found.confidence)
@@ -169,7 +169,7 @@ def test_from_a_record_to_quantiles(tmp_path: Path, capsys: pytest.CaptureFixtur
     found = fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
     path.write_text(case_text(found))
-    beside.write_text(covariance.text(found))
+    beside.write_text(covariance.covariance_text(found))
     command = ["uncertainty", str(path), "--samples", "300", "-o", str(tmp_path / "out.csv")]
     printed = []
     for jobs in ("1", "2"):

@@ -27,7 +27,7 @@ def file_of(case: Path) -> Path:
     return case.with_name(f"{case.stem}.fit.json")
 
 
-def text(found: Fit) -> str:
+def covariance_text(found: Fit) -> str:
     """Content of the file; the covariance is widened as the intervals of the fit are."""
     names = found.problem.free
     widened = found.covariance * (found.dependence_factor**2 if found.widened else 1.0)

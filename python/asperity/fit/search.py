@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..parallel import add_workers, progress_bar, workers
+from .covariance import covariance_text, file_of
 from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, fit
 from .model import INCREMENTS, SCALES, SIDES
 from .records import ShearTest
@@ -98,7 +99,8 @@ def check_search(options: argparse.Namespace) -> None:
     """Raise ValueError for options of the search that can be refused before the work starts."""
     if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
-    for option, path in (("--plot", options.plot), ("--case", options.case)):
+    beside = None if options.case is None else file_of(options.case)
+    for option, path in (("--plot", options.plot), ("--case", options.case), ("--case", beside)):
         check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
@@ -121,7 +123,6 @@ def write(
     options: argparse.Namespace, found: Fit, draw: Callable[[Path], None], drawing_only: bool = False
 ) -> None:
     """Print the card and write picture and case file, as far as the options ask for them."""
-    from . import covariance
     from .report import case_text
 
     if options.card is not None and not drawing_only:
@@ -130,7 +131,7 @@ def write(
         draw(options.plot)
         print(options.plot)
     if options.case is not None and not drawing_only:
-        files = {options.case: case_text(found), covariance.file_of(options.case): covariance.text(found)}
+        files = {options.case: case_text(found), file_of(options.case): covariance_text(found)}
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
             print(path)
