@@ -53,11 +53,21 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+class _Help(argparse.HelpFormatter):
+    """Help with room for the longest command, whose indent argparse does not count."""
+
+    def __init__(self, prog: str) -> None:
+        """Set the length of the longest entry."""
+        super().__init__(prog)
+        self._action_max_length = INDENT + max(map(len, COMMANDS))
+
+
 def _parser(chosen: str) -> argparse.ArgumentParser:
     """Parser of all subcommands, with the arguments of the chosen one."""
     parser = argparse.ArgumentParser(
         prog="asperity",
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
+        formatter_class=_Help,
     )
     others = [name for name in COMMANDS if name in MAINTAINERS]
     parser.epilog = (
@@ -149,6 +159,9 @@ def _tables_arguments(table: argparse.ArgumentParser) -> None:
     )
     table.set_defaults(action=_tables)
 
+
+INDENT = 4
+"""Of the commands in the help."""
 
 MAINTAINERS = ("compare", "chart", "paper", "tables", "stability")
 """Commands of the people who change this project, which the help does not list one by one."""

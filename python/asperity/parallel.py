@@ -143,8 +143,8 @@ class Processes(Executor):
         import multiprocessing
         from concurrent.futures import ProcessPoolExecutor
 
-        # A copy of this process by fork would have the locks of its threads, but not the threads. Ctrl-C reaches
-        # all processes; this one ends the others.
+        # A copy of this process by fork would have the locks of its threads, but not the threads. Ctrl-C
+        # reaches all processes; this one ends the others.
         self._pool = ProcessPoolExecutor(
             self.count,
             multiprocessing.get_context("spawn"),
