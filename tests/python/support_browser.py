@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -55,11 +56,18 @@ def browser(profile: Path) -> Iterator[Any]:
 
 @contextmanager
 def served(*values: str) -> Iterator[str]:
-    """Address of `asperity explore`, as it prints it."""
+    """Address of `asperity explore`, as it prints it; Ctrl-C ends it, with exit code 0."""
     command = [sys.executable, "-m", "asperity", "explore", "--no-browser", "--port", "0", *values]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=_heed_interrupts) as server:
         try:
             assert server.stdout is not None
             yield server.stdout.readline().split()[0]
+            server.send_signal(signal.SIGINT)
+            assert server.wait(timeout=60) == 0
         finally:
-            server.terminate()
+            server.kill()
+
+
+def _heed_interrupts() -> None:
+    """Undo what a shell does to its jobs in the background, which ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -7,6 +7,8 @@ import re
 import subprocess
 import sys
 import time
+import urllib.parse
+import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -159,6 +161,17 @@ def test_page_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     page.sliders["sides"].value = 4
     redraws.pop()()
     assert "error" not in page.message.text and len(page.curves.data["tau"]) == 101
+
+
+def test_server_and_its_page() -> None:
+    """The page asks for nothing but files of its own server, and Ctrl-C ends the command."""
+    with served("mu=0.4") as address:
+        page = urllib.request.urlopen(address, timeout=60).read().decode()
+        sources = re.findall(r"""(?:src|href)=["']([^"']+)""", page)
+        assert sources and all(re.match(r"/?static/|data:", source) for source in sources)
+        script = next(source for source in sources if "bokeh" in source)
+        assert urllib.request.urlopen(urllib.parse.urljoin(address, script), timeout=60).status == 200
+    assert "asperity explore" in page
 
 
 def test_values_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:

@@ -232,7 +232,8 @@ def report(
         table = zip(RESULTS, one.case[1], one.results.T, strict=True)
         for name, own, values in table:
             row = [own, values.mean(), (values - values[0]).std(ddof=1), *np.quantile(values, one.levels)]
-            lines.append(f"{name:<22}" + "".join(f"{value:>12.5g}" for value in row))
+            label = name if one.path.slips else name.replace("slip", "opening")
+            lines.append(f"{label:<22}" + "".join(f"{value:>12.5g}" for value in row))
     return "\n".join(lines)
 
 
