@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 SUITE = re.compile(r"^(?P<name>\S+): (?P<passed>\d+) passed, (?P<failed>\d+) failed", re.MULTILINE)
 
-HOSTS = ("abaqus", "akantu", "calculix", "kratos", "ogs", "oofem", "python")
-"""Folders of harness/hosts with tests, each with a report of its own."""
+HOSTS = ("abaqus", "akantu", "browser", "calculix", "kratos", "ogs", "oofem", "python")
+"""Hosts, and the browser, whose tests have a report of their own."""
 
 TIMED_OUT = (124, 137)
 """Exit statuses of timeout."""
