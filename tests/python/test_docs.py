@@ -232,6 +232,13 @@ def test_links(page: Path) -> None:
             assert anchor in anchors(file), target
 
 
+def test_every_page_is_listed() -> None:
+    """docs/README.md, from which the navigation of the site is made, has a link to every page."""
+    contents = ROOT / "docs" / "README.md"
+    listed = {(contents.parent / target).resolve() for _, target in LINK.findall(prose(contents))}
+    assert {page for page in PAGES if page.resolve() not in listed} == {contents, ROOT / "README.md"}
+
+
 def test_tests_that_the_pages_name_exist() -> None:
     """`test: name` in code type is a subroutine of a pFUnit file or a function of a Python test."""
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
