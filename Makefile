@@ -3,8 +3,8 @@
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root), site
-# (the pages as a web site, tested in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when
+# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root), release
+# (those and the sources for Abaqus, from a clean clone), site (the pages as a web site, tested in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when
 # a file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the
 # builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
@@ -29,7 +29,7 @@ tree := $(wildcard .ci/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: build demo test check $(parts) bench soak hosts site wheel dependencies clean distclean force
+.PHONY: build demo test check $(parts) bench soak hosts site wheel release dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
@@ -70,6 +70,9 @@ hosts: .venv/installed
 wheel: .venv/installed
 	@$(step) "sdist and wheel" $(log) tools/wheel.sh
 	@$(step) "Wheel in a bare Debian root" build/logs/wheel-test.log tools/wheel_test.sh
+release: .venv/installed
+	@$(step) "Release from a clean clone" $(log) tools/release.sh
+	@$(step) "sdist in a bare Debian root" build/logs/release-test.log tools/release_test.sh
 
 site:
 	@$(step) "System packages" build/logs/site-packages.log tools/install-dependencies.sh site
