@@ -25,7 +25,7 @@ files = $(shell find $(1) -type f -not -path '*/.*' -not -name '*.pyc')
 code := $(call files,CMakeLists.txt CMakePresets.json Makefile cmake tools src harness \
   $(filter-out %/python,$(wildcard tests/*)))
 package := $(call files,pyproject.toml CMakeLists.txt cmake src harness python)
-tree := $(wildcard .ci/*) $(call files,$(filter-out build%,$(wildcard *)))
+tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
@@ -45,6 +45,7 @@ $(parts): %: $(passed)/%
 $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
 	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)
 $(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed
 	@$(step) "$$(cmake --list-presets | sed -n 's/.*"$*" *- //p')" $(log) tools/build-and-test.sh $*
