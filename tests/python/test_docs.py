@@ -249,6 +249,21 @@ def test_tests_that_the_pages_name_exist() -> None:
     assert named and named - found == set()
 
 
+def test_numbers_of_the_paper() -> None:
+    """Each linked number of the paper stands on the page that it leads to; citations have an entry."""
+    page = ROOT / "docs" / "paper" / "paper.md"
+    text = prose(page)
+    linked = [(words, target) for words, target in LINK.findall(text) if target.endswith(".md")]
+    assert len(linked) > 10
+    for words, target in linked:
+        found = " ".join((page.parent / target).read_text(encoding="utf-8").split()).replace("**", "")
+        number = re.escape(" ".join(words.split()))
+        assert re.search(rf"(?<![\d.]){number}(?![\d.]*\d)", found), (words, target)
+    cited = set(re.findall(r"@(\w+)", text))
+    known = re.findall(r"^@\w+{(\w+),", page.with_suffix(".bib").read_text(encoding="utf-8"), re.MULTILINE)
+    assert cited == set(known) and len(known) == len(set(known))
+
+
 # --- maths --------------------------------------------------------------------------------------------------
 
 

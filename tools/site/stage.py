@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 import yaml
+from citations import with_references
 from headers import c_page
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -55,6 +56,8 @@ class Stage:
         text = source.read_text(encoding="utf-8")
         if source.parent.name == "gallery":
             text = with_thumbnails(text)
+        if source.with_suffix(".bib").exists():
+            text = with_references(text, source.with_suffix(".bib").read_text(encoding="utf-8"))
 
         def follow(m: re.Match[str]) -> str:
             target = Path(os.path.normpath(source.parent / m[2]))
