@@ -1,4 +1,4 @@
-"""Citations of a page in the form of JOSS (`@key`, `[@key; @key]`) as links to a list of references."""
+"""A page in the form of JOSS: its title, and its citations (`@key`, `[@key; @key]`) as links to references."""
 
 from __future__ import annotations
 
@@ -34,8 +34,11 @@ def reference(key: str, fields: dict[str, str]) -> str:
 
 
 def with_references(text: str, bibliography: str) -> str:
-    """Page with citations as links, and its references at the end."""
+    """Page with its title, citations as links, and its references at the end."""
     known = entries(bibliography)
+    title = re.findall(r'^title: "(.*)"$', text, re.MULTILINE)[0]
+    body = text.split("---\n", 2)[2]
+    text = f"# {title}\n" + re.sub(r"^#", "##", body, flags=re.MULTILINE)
 
     def group(m: re.Match[str]) -> str:
         keys = re.findall(r"@(\w+)", m[0])
