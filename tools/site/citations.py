@@ -1,4 +1,4 @@
-"""A page in the form of JOSS: its title, and its citations (`@key`, `[@key; @key]`) as links to references."""
+"""A page in the form of JOSS: its title, and its citations (`@key`, `[@key; @key]`) as links."""
 
 from __future__ import annotations
 
