@@ -3,10 +3,10 @@
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root), release
-# (those and the sources for Abaqus, from a clean clone), site (the pages as a web site, tested in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when
-# a file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the
-# builds; what a step printed is in build/logs.
+# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root),
+# release (these and the sources for Abaqus, from a clean clone), site (the pages as a web site, tested in Chromium), clean
+# (build/), distclean (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, JOBS,
+# PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif
