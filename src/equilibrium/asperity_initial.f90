@@ -58,8 +58,8 @@ contains
                                                        !! replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
     real(wp), intent(out), optional :: carried(3)      !! largest carried part of the traction, stress
-    logical, intent(out), optional :: endless          !! true: beyond `carried` the planes open or slide without bound;
-                                                       !! false: no stable equilibrium was found in the allowed steps
+    logical, intent(out), optional :: endless          !! whether planes open or slide without bound beyond
+                                                       !! `carried`; if not, no stable equilibrium was found
     type(interface_type) :: rested
     type(control_type) :: control
     type(balance_type) :: balance
