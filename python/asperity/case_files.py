@@ -116,10 +116,11 @@ def slip_tests(case: Case) -> Iterator[SlipTest]:
         if run.start != "virgin":
             text = "expected a case that starts virgin and free of traction"
             raise ValueError(f"{case.path}: &{run.start}: {text}")
-        yield _slip_test(case.path, run)
+        yield slip_test(case.path, run)
 
 
-def _slip_test(path: Path, run: Run) -> SlipTest:
+def slip_test(path: Path, run: Run) -> SlipTest:
+    """Slip test that the steps of a run are; raises ValueError for other steps."""
     preload, sigma_N, direction = 0, 0.0, 0.0
     opened = False
     slips = [np.zeros(1)]

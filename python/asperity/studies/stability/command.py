@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import textwrap
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import tables
+from ...parallel import add_workers, workers
 from .catalogue import MODES, agree, find, shown, table
 
 if TYPE_CHECKING:
@@ -63,6 +65,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
         "--size", type=int, default=24, metavar="N", help="cells along an axis (default: %(default)s)"
     )
     maps.add_argument("--pdf", action="store_true", help="PDF beside PNG")
+    add_workers(maps, "one for each processor")
     maps.set_defaults(action=_map)
 
 
@@ -138,6 +141,7 @@ def _map(options: argparse.Namespace) -> int:
 
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
-    for written in draw_maps(options.output, options.size, options.pdf):
-        print(written)
+    with workers(options, os.cpu_count()) as executor:
+        for written in draw_maps(options.output, options.size, options.pdf, executor):
+            print(written)
     return 0
