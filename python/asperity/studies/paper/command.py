@@ -12,10 +12,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from ...style import printed, save
 from .entries import ENTRIES, Entry
-
-DPI = 100
-"""Resolution of the PNG files, in dots per inch."""
 
 PAGE = "README.md"
 
@@ -23,7 +21,7 @@ HEAD = """# The paper, recomputed
 
 Albarella, Serpieri, Alfano, Sacco, *A 3D multiscale cohesive zone model for quasi-brittle materials
 accounting for friction, damage and interlocking* (2015). This page is written by
-`asperity paper -o docs/gallery`. The command computes every number on the page with the library, through
+`asperity paper --folder docs/gallery`. The command computes every number on the page with the library, through
 the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. The constants are
 those of Table 2 unless an entry gives others: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm, $\\eta$ = 0.9,
 $\\mu$ = 0.5. [Theory, section 7](../theory.md#7-corrections-to-the-printed-text) lists corrections to the
@@ -39,8 +37,7 @@ about 100 rows of each curve. A cross in a picture marks the end of equilibrium.
 def add_arguments(paper: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     paper.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path("gallery"),
         metavar="DIR",
@@ -58,10 +55,10 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
 
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure) if options.figure else ENTRIES
-    texts = write(wanted, options.output, options.pdf)
+    texts = write(wanted, options.folder, options.pdf)
     if not options.figure:
-        (options.output / PAGE).write_text(HEAD + "".join(texts), encoding="utf-8")
-    print(options.output)
+        (options.folder / PAGE).write_text(HEAD + "".join(texts), encoding="utf-8")
+    print(options.folder)
     return 0
 
 
@@ -108,11 +105,11 @@ def _write_one(job: tuple[int, Path, bool]) -> str:
     """Write picture and numbers of one entry; return its section of the page."""
     number, folder, pdf = job
     entry = ENTRIES[number]
-    outcome = entry.run()
+    with printed():
+        outcome = entry.run()
+        for ending in (".png", ".pdf") if pdf else (".png",):
+            save(outcome.figure, folder / f"{entry.stem}{ending}")
     png, csv = folder / f"{entry.stem}.png", folder / f"{entry.stem}.csv"
-    outcome.figure.savefig(png, dpi=DPI, metadata={"Software": None})
-    if pdf:
-        outcome.figure.savefig(png.with_suffix(".pdf"), metadata={"CreationDate": None, "Producer": None})
     csv.write_text("\n".join([outcome.header, *outcome.lines, ""]), encoding="utf-8")
     name = entry.number if entry.number.startswith("Table") else f"Figure {entry.number}"
     parts = [f"\n## {name}: {entry.title}\n", f"![{name}]({png.name})\n"]

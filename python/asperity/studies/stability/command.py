@@ -9,6 +9,8 @@ import textwrap
 import time
 from pathlib import Path
 
+from tqdm import tqdm
+
 from ... import tables
 from .catalogue import MODES, agree, find, shown, table
 
@@ -39,8 +41,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 
     maps = actions.add_parser("map", help="draw maps of the convergence of methods")
     maps.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path("stability"),
         metavar="DIR",
@@ -69,20 +70,20 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--check: expected with --fill FILE.md")
     quiet = options.table or options.fill is not None
     results, bad = [], []
-    for mode in find(options.names):
+    for mode in tqdm(find(options.names), unit="entry", disable=None, delay=2.0, leave=False):
         start = time.monotonic()
         trials = mode.run()
         results.append((mode, trials))
         if not shown(trials):
             bad.append(mode.name)
         file = sys.stderr if quiet else sys.stdout
-        print(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=file, flush=True)
+        tqdm.write(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=file)
         for trial in trials:
             if quiet and trial.holds:
                 continue
             verdict = "survives" if trial.survives else "fails"
             unexpected = "" if trial.holds else "  NOT AS EXPECTED"
-            print(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file, flush=True)
+            tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file)
     text = table(results)
     if options.fill is not None:
         bad += _fill(options.fill, text, options.check)
@@ -112,6 +113,6 @@ def _map(options: argparse.Namespace) -> int:
 
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
-    for written in draw_maps(options.output, options.size, options.pdf):
+    for written in draw_maps(options.folder, options.size, options.pdf):
         print(written)
     return 0
