@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -472,3 +473,21 @@ def test_case_in_another_encoding(folder: Path) -> None:
     case = case_files.read_case(Path("latin.nml"))
     assert case.title == "Schlupf in D\N{REPLACEMENT CHARACTER}sen and back"
     assert case.before.endswith(b"mu = 0.5 /\n") and case.after.startswith(b"\n&step t_N")
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("asperity sel", {"select"}),
+        ("asperity paper --fo", {"--folder"}),
+        ("asperity card --host aba", {"abaqus"}),
+    ],
+)
+def test_completion(line: str, expected: set[str], tmp_path: Path) -> None:
+    """The shell gets commands, options of the command on its line, and values of an option."""
+    pytest.importorskip("argcomplete")
+    answer = tmp_path / "answer"
+    asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_STDOUT_FILENAME": str(answer), "_ARGCOMPLETE_IFS": "\n"}
+    asked |= {"COMP_LINE": line, "COMP_POINT": str(len(line))}
+    subprocess.run([sys.executable, "-m", "asperity"], env=os.environ | asked, check=True)
+    assert set(answer.read_text(encoding="utf-8").split()) == expected

@@ -21,11 +21,11 @@ HEAD = """# The paper, recomputed
 
 Albarella, Serpieri, Alfano, Sacco, *A 3D multiscale cohesive zone model for quasi-brittle materials
 accounting for friction, damage and interlocking* (2015). This page is written by
-`asperity paper --folder docs/gallery`. The command computes every number on the page with the library, through
-the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. The constants are
-those of Table 2 unless an entry gives others: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm, $\\eta$ = 0.9,
-$\\mu$ = 0.5. [Theory, section 7](../theory.md#7-corrections-to-the-printed-text) lists corrections to the
-printed text. [Concepts](../concepts.md) defines the words.
+`asperity paper --folder docs/gallery`. The command computes every number on the page with the library,
+through the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. The
+constants are those of Table 2 unless an entry gives others: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm,
+$\\eta$ = 0.9, $\\mu$ = 0.5. [Theory, section 7](../theory.md#7-corrections-to-the-printed-text) lists
+corrections to the printed text. [Concepts](../concepts.md) defines the words.
 
 The text of the paper leaves some load paths open; each entry says what is assumed. Only the text of the paper
 was at hand, not its pictures, so "the paper says" refers to text, captions and tables. "Converged" values are
