@@ -146,7 +146,7 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     """The command draws the pictures of a study and writes its tables between the markers of a page."""
     page = tmp_path / "page.md"
     page.write_text(f"before\n<!-- accuracy-{study} -->\nold\n<!-- /accuracy-{study} -->\nafter\n")
-    arguments = ["--only", study, "--quick", "--page", str(page), "-o", str(tmp_path / "new")]
+    arguments = ["--only", study, "--quick", "--page", str(page), "--folder", str(tmp_path / "new")]
     assert main(["chart", "accuracy", *arguments]) == 0
     names = [f"accuracy_{stem}.png" for stem in PICTURES[study]]
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
