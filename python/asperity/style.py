@@ -90,18 +90,26 @@ def check(path: Path) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG with a palette of 256 colours, or as PDF; equal figures give equal files."""
+    """Write a figure to a file whose name ends in one of FORMATS."""
     check(path)
-    if path.suffix == ".pdf":
-        figure.savefig(path, metadata={"CreationDate": None, "Producer": None})
-        return
+    path.write_bytes(encoded(figure, path.suffix))
+
+
+def encoded(figure: Figure, ending: str) -> bytes:
+    """File of a figure: PNG with a palette of 256 colours, or PDF; equal figures give equal files."""
+    buffer = io.BytesIO()
+    if ending == ".pdf":
+        figure.savefig(buffer, format="pdf", metadata={"CreationDate": None, "Producer": None})
+        return buffer.getvalue()
     from PIL import Image
 
-    buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    small = io.BytesIO()
     with Image.open(buffer) as image:
         # shades of one colour beside each other compress well; a pattern of dots (dither) does not
-        image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+        palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+        palette.save(small, format="png", optimize=True)
+    return small.getvalue()
 
 
 def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: object) -> None:
