@@ -202,7 +202,7 @@ def test_patterns_that_ogs_refuses(pattern: Pattern, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Interface(TABLE_2, pattern).card("ogs")
     assert "AsperityLayer33" in Interface(TABLE_2, Pattern.regular(32, 30.0)).card("ogs")
-    with pytest.raises(ValueError, match="23 state variables: expected 17 for ogs, those of AsperityLayer3"):
+    with pytest.raises(ValueError, match=r"W0 = 1: expected 0 \(no wear\) for ogs"):
         Interface(replace(TABLE_2, W0=1.0), RT.pattern).card("ogs")
 
 

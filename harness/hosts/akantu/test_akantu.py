@@ -12,6 +12,8 @@ from asperity import Interface, Material, Pattern
 
 pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_check
 import two_blocks
 from two_blocks import PRELOAD_STEPS, PRESSURE
 
@@ -35,6 +37,9 @@ def test_two_blocks(dimension: int, tmp_path: Path) -> None:
     rise = np.diff(result.rise[-5:]) / np.diff(result.slip[-5:])
     assert rise == pytest.approx(np.tan(np.radians(30.0)), rel=1e-6)
     assert np.ptp(result.separation[PRELOAD_STEPS:, :, 0], axis=1).max() > 0.0
+    two_blocks.write_paraview(tmp_path / "blocks.pvd", result)
+    paraview_check.against_the_law(tmp_path / "blocks.pvd", joint, 1e-12)
+    paraview_check.places(tmp_path / "blocks.pvd", 2 ** (dimension - 1), up=dimension - 1)
 
 
 def test_symmetric_storage(tmp_path: Path) -> None:

@@ -168,9 +168,14 @@ def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
     if block.prop("m") < 0:
         raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for ogs, not listed planes")
+    if block.prop("W0") > 0:
+        raise ValueError(
+            f"W0 = {block.prop('W0'):g}: expected 0 (no wear) for ogs, whose behaviours have no state "
+            "variables of wear"
+        )
     _only("ogs, whose axes are those of the layer", "map", block.prop("map"), 0.0)
     _only("ogs, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
-    law = opengeosys.behaviour(contract.check(block.props), len(block.statev))
+    law = opengeosys.behaviour(contract.check(block.props))
     comments = [
         *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
         f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
