@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -72,10 +73,9 @@ class Result:
     structure: paraview.Structure
 
 
-def write_mesh(path: Path, dimension: int, n: int) -> None:
-    """Write two blocks with an edge of 1 mm, of n elements in each horizontal direction."""
-    axis = np.linspace(0.0, 1.0, n + 1)
-    axes = [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])]
+def write_mesh(path: Path, axes: Sequence[Floats]) -> None:
+    """Write a mesh of quadrilaterals or hexahedra between the lines of the axes, the vertical axis last."""
+    dimension = len(axes)
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:-1])
     # nodes of an element: around its lower face, then its upper face; in 2D around it
@@ -95,14 +95,23 @@ def write_mesh(path: Path, dimension: int, n: int) -> None:
     path.write_text("\n".join([*lines, "$EndElements"]) + "\n", encoding="utf-8")
 
 
-def run(folder: Path, dimension: int, interface: Interface = JOINT, n: int = 2) -> Result:
-    """Press the blocks by PRESSURE, then move the top by SLIP along x; the top stays horizontal."""
+def run(
+    folder: Path, dimension: int, interface: Interface = JOINT, n: int = 2, of_card: bool = False
+) -> Result:
+    """Press the blocks by PRESSURE, then move the top by SLIP along x; the top stays horizontal.
+
+    of_card: the input file has the constants, by `asperity card`.
+    """
     name = f"asperity_{next(RUNS)}"  # a name can be registered once
-    made = register(interface, name)
+    made = register(None if of_card else interface, name)
     wide = "[-1, 2], " * (dimension - 1)
     text = INPUT.format(box=f"{wide}[0.9, 1.1]", young=YOUNG, poisson=POISSON, law=name)
+    if of_card:
+        card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
+        text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
     (folder / "material.dat").write_text(text, encoding="utf-8")
-    write_mesh(folder / "blocks.msh", dimension, n)
+    axis = np.linspace(0.0, 1.0, n + 1)
+    write_mesh(folder / "blocks.msh", [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])])
     aka.parseInput(str(folder / "material.dat"))
     mesh = aka.Mesh(dimension)
     mesh.read(str(folder / "blocks.msh"))

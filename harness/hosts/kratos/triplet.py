@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -49,13 +50,20 @@ class Result:
     structure: Structure
 
 
-def run(turns: list[float], increment: float, nx: int = 21, ny: int = 5, law: Interface = JOINT) -> Result:
+def run(
+    turns: Sequence[float],
+    increment: float,
+    nx: int = 21,
+    ny: int = 5,
+    law: Interface = JOINT,
+    **umat: object,
+) -> Result:
     """Apply the pressure, then move the middle brick to each reversal (`turns`, mm) in turn.
 
-    The steps have about the size `increment`, mm.
+    The steps have about the size `increment`, mm.  umat: see Structure.umat.
     """
     s = Structure(2)
-    brick, joint = s.elastic(YOUNG, POISSON), s.umat(law)
+    brick, joint = s.elastic(YOUNG, POISSON), s.umat(law, **umat)
     x, y = np.linspace(0.0, LENGTH, nx + 1), np.linspace(0.0, HEIGHT, ny + 1)
     bricks = []
     for k in range(3):

@@ -19,6 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import ogs_run
 from asperity import Interface, Material, Pattern
+from asperity.installed import generic_library
 from ogs_run import Floats, changed
 from ogs_triplet import PRELOAD_STEPS, PRESSURE, PROJECT
 
@@ -110,14 +111,18 @@ def constant(name: str, value: float) -> str:
 
 
 def run(
-    folder: Path, nx: int = 8, ny: int = 4, nz: int = 1, law: Interface = JOINT, *patches: str
+    folder: Path, nx: int = 8, ny: int = 4, nz: int = 1, law: Interface = JOINT, *patches: str,
+    library: Path | None = None,
 ) -> Result:
     """Apply the pressure, then move the ends of the middle part; parts of nx x ny x nz elements.
 
-    Patches of the project come before the card of the law.
+    Patches of the project come before the card of the law; library replaces that of the card.
     """
     n = write_meshes(folder, nx, ny, nz)
-    done = ogs_run.run(PROJECT, folder, in_space(), *patches, law.card("ogs", h=THICKNESS))
+    card = law.card("ogs", h=THICKNESS)
+    if library is not None:
+        card = card.replace(f">{generic_library()}<", f">{library}<")
+    done = ogs_run.run(PROJECT, folder, in_space(), *patches, card)
     if done.code != 0:
         raise RuntimeError(done.output)
     _, fields = done.steps()

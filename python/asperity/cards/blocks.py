@@ -206,6 +206,27 @@ def _oofem(block: Block) -> str:
     )
 
 
+def _akantu(block: Block) -> str:
+    """Akantu: the section of a material that `asperity.hosts.akantu` reads."""
+    if block.prop("m") < 0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for akantu, not listed planes")
+    _only("akantu, whose cohesive elements pass separations", "h", block.thickness(), 1.0)
+    _only("akantu, whose axes are those of register(tx=...)", "map", block.prop("map"), 0.0)
+    _only("akantu, whose steps are those of the script", "dalpha", block.prop("dalpha"), 0.0)
+    comments = [
+        *_remarks(block, "in Python before aka.parseInput: joints = asperity.hosts.akantu.register()"),
+        "at the end of every step: joints[0].commit()",
+    ]
+    constants = (row.name for row in contract.owned("law", "pattern"))
+    return _text(
+        *(f"# {line}" for line in comments),
+        "material asperity [",
+        f"  name = {block.name}",
+        *(f"  {name} = {block.prop(name)!r}" for name in constants),
+        "]",
+    )
+
+
 def _only(host: str, name: str, value: float, expected: float) -> None:
     """Raise ValueError for a value that a host cannot take."""
     if value != expected:
@@ -240,5 +261,8 @@ def _constants(props: contract.Floats) -> list[str]:
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
 
 
-HOSTS = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs, "oofem": _oofem}
+HOSTS = {
+    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs,
+    "oofem": _oofem,
+}  # fmt: skip
 """Writers of the blocks by host."""

@@ -100,7 +100,8 @@ class Structure:
 class Step:
     """Results of a step: time, displacement (n, 2 or 3) of nodes, and values of the integration points.
 
-    separation, traction (points, 3) are (N, Tx, Ty); state (points, nstatv).
+    separation, traction (points, 3) are (N, Tx, Ty); state (points, nstatv).  structure is that of this step,
+    where cells were added during the run.
     """
 
     time: float
@@ -108,6 +109,7 @@ class Step:
     separation: Floats
     traction: Floats
     state: Floats
+    structure: Structure | None = None
 
     def fields(self) -> dict[str, Floats]:
         """Fields of the joints by name."""
@@ -128,20 +130,22 @@ def write(pvd: Path, structure: Structure, steps: Iterable[Step]) -> None:
         raise ValueError(f"{pvd}: expected a name that ends with .pvd")
     folder = pvd.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    corners, cells = structure.on_parts(structure.nodes), structure.parts_of_joints()
     lines = []
     for k, step in enumerate(steps):
-        if step.displacement.shape != structure.nodes.shape:
+        now = step.structure or structure
+        if step.displacement.shape != now.nodes.shape:
             shape = step.displacement.shape
-            raise ValueError(f"displacement has shape {shape}: expected {structure.nodes.shape}")
+            raise ValueError(f"displacement has shape {shape}: expected {now.nodes.shape}")
         for name in ("separation", "traction", "state"):
             found = len(getattr(step, name))
-            if found != structure.points:
-                raise ValueError(f"{name} of {found} points: expected {structure.points}, of all joints")
-        files = {f"solids_{k:04}.vtu": _mesh(structure.nodes, structure.solids, step.displacement)}
-        moved = structure.on_parts(step.displacement)
-        fields = {name: structure.in_order(field) for name, field in step.fields().items()}
-        files[f"joints_{k:04}.vtu"] = _mesh(corners, cells, moved, fields)
+            if found != now.points:
+                raise ValueError(f"{name} of {found} points: expected {now.points}, of all joints")
+        fields = {name: now.in_order(field) for name, field in step.fields().items()}
+        joints = (now.on_parts(now.nodes), now.parts_of_joints(), now.on_parts(step.displacement), fields)
+        files = {
+            f"solids_{k:04}.vtu": _mesh(now.nodes, now.solids, step.displacement),
+            f"joints_{k:04}.vtu": _mesh(*joints),
+        }
         for part, (name, mesh) in enumerate(files.items()):
             mesh.write(folder / name)
             lines.append(f'<DataSet timestep="{step.time!r}" part="{part}" file="{folder.name}/{name}"/>')
