@@ -1,5 +1,5 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: draws the structural results of docs/how-to (kratos, ogs, oofem, calculix, python-fe) into
+# pictures.sh PYTHON FOLDER: draws the structural results of docs/how-to (kratos, ogs, oofem, akantu, calculix, python-fe) into
 # FOLDER. A host that is not installed is left out. HOST-fields.png is drawn from the files for ParaView.
 # Needs ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu
@@ -29,6 +29,10 @@ fi
 if "$python" -c "import oofem" >/dev/null 2>&1; then
   "$python" "$here/oofem/pulled_block.py" --pvd "$folder/oofem.pvd"
   fields oofem "OOFEM: block pulled along a rough base" --scale 50 --up z
+fi
+if "$python" -c "import akantu" >/dev/null 2>&1; then
+  "$python" "$here/akantu/peel.py" --pvd "$folder/akantu.pvd"
+  fields akantu "Akantu: arm peeled off, elements inserted during the run" --scale 20 --step 58
 fi
 if [ -f "$ASPERITY_CALCULIX/ready" ]; then
   "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ASPERITY_CALCULIX/ccx"

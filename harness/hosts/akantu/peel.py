@@ -23,7 +23,7 @@ from two_blocks import CELL, INPUT, RUNS, Floats, structure_of, write_mesh
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0
 YOUNG, POISSON, DENSITY = 30000.0, 0.2, 2.5e-9
-SPEED, OPENING = 300.0, 0.16
+SPEED, OPENING = 300.0, 0.13
 """Of the pulled end, mm/s and mm."""
 
 STABLE = 0.5
