@@ -36,8 +36,8 @@ def read(pvd: Path) -> list[tuple[float, meshio.Mesh, meshio.Mesh]]:
     for one in ET.parse(pvd).getroot().iter("DataSet"):
         mesh = meshio.read(pvd.parent / one.attrib["file"])
         rows.setdefault(float(one.attrib["timestep"]), []).append(mesh)
-    if not rows:
-        raise ValueError(f"{pvd}: no steps: expected a file of asperity.hosts.paraview")
+    if not rows or any(len(meshes) != 2 for meshes in rows.values()):
+        raise ValueError(f"{pvd}: expected solids and joints of every step, as an example writes with --pvd")
     return [(time, *meshes) for time, meshes in rows.items()]
 
 
@@ -122,10 +122,13 @@ def main() -> None:
     options = parser.parse_args()
     if options.pvd.suffix != ".pvd" or not options.pvd.is_file():
         parser.error(f"{options.pvd}: expected a PVD file of an example")
-    steps = read(options.pvd)
+    try:
+        steps = read(options.pvd)
+    except ValueError as error:
+        parser.error(str(error))
     if options.step is not None and not 0 <= options.step < len(steps):
         parser.error(f"--step {options.step}: expected 0 to {len(steps) - 1}")
-    spread = [np.ptp(field(joints, "damage")) for _, _, joints in steps]
+    spread = [np.ptp(values) if len(values := field(one, "damage")) else 0.0 for _, _, one in steps]
     k = int(np.argmax(spread)) if options.step is None else options.step
     _, solids, joints = steps[k]
     times = "" if options.level is not None else f", displacements times {options.scale:g}"

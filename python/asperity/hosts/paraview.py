@@ -1,19 +1,23 @@
 """Results of structures for ParaView: a PVD file, and for every step a VTU file of solids and one of joints.
 
-Needs meshio, which `pip install "asperity[paraview]"` installs.
+Writing needs meshio, which `pip install "asperity[paraview]"` installs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import contract
+
+if TYPE_CHECKING:
+    import meshio
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -124,8 +128,11 @@ def write(pvd: Path, structure: Structure, steps: Iterable[Step]) -> None:
 
     Both kinds of files have the displacement at the nodes.  Those of the joints have, for each integration
     point, damage, dilation (s_N), slip (s_Tx, s_Ty), traction (N, Tx, Ty) and the energies per area stored,
-    rupture and friction.  Raises ValueError where a name does not end with .pvd or a shape does not fit.
+    rupture and friction.  Raises ValueError where a name does not end with .pvd or a shape does not fit, and
+    ImportError without meshio.
     """
+    if find_spec("meshio") is None:
+        raise ImportError('meshio is missing: expected for ParaView: pip install "asperity[paraview]"')
     if pvd.suffix != ".pvd":
         raise ValueError(f"{pvd}: expected a name that ends with .pvd")
     folder = pvd.with_suffix("")
@@ -157,6 +164,8 @@ def _mesh(
     points: Floats, cells: Integers, displacement: Floats, fields: dict[str, Floats] | None = None
 ) -> meshio.Mesh:
     """Mesh in three dimensions, as ParaView wants it."""
+    import meshio
+
     of_points = {"displacement": _in_space(displacement)}
     of_cells = {name: [field] for name, field in (fields or {}).items()}
     return meshio.Mesh(_in_space(points), [(CELLS[cells.shape[1]], cells)], of_points, of_cells)
