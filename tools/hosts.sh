@@ -1,6 +1,6 @@
 #!/bin/sh
-# hosts.sh: the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem and CalculiX. What this machine cannot get
-# is left out.
+# hosts.sh: the page of `asperity explore` inside Chromium, the decks for Abaqus in a stand-in, and the library inside
+# Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem and CalculiX. What this machine cannot get is left out.
 #
 # CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
 # as wheels. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
@@ -18,18 +18,24 @@ step() {
   tools/step.sh "$headline" "$log" "$@"
 }
 
-# tests HOST; pytest ends with 5 where all tests are left out
+# tests HOST [SELECTION...]; pytest ends with 5 where all tests are left out
 tests() {
+  host=$1
+  shift
+  [ $# -gt 0 ] || set -- "harness/hosts/$host"
   # shellcheck disable=SC2016  # $? is for that shell
-  step "Tests: $1" "hosts-$1-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA --junitxml="build/hosts/$1.xml" \
-    "harness/hosts/$1" || {
-    grep "^FAILED" "build/logs/hosts-$1-tests.log"
+  step "Tests: $host" "hosts-$host-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
+    --junitxml="build/hosts/$host.xml" "$@" || {
+    grep "^FAILED" "build/logs/hosts-$host-tests.log"
     exit 1
   }
-  grep "^SKIPPED" "build/logs/hosts-$1-tests.log" || true
+  grep "^SKIPPED" "build/logs/hosts-$host-tests.log" || true
 }
 
 rm -f build/hosts/*.xml
+tests abaqus
+step "Chromium" hosts-browser tools/browser.sh
+tests browser -m browser tests/python/test_explore.py
 step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiphysics.GeoMechanicsApplication
 tests kratos
 step "OpenGeoSys" hosts-ogs "$python" tools/install_extra.py ogs ogs

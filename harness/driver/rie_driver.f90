@@ -1,7 +1,7 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_text, only: append, to_text
+  use asperity_text, only: append, integer_text, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
   use case_echo, only: echo_case
@@ -23,18 +23,20 @@ program rie_driver
   !> Elastic energy of the friction on the facing planes, as a multiple of W0, above which the driver warns.
   real(wp), parameter :: runaway = 0.01_wp
 
-  character(len=*), parameter :: usage(9) = [character(len=78) :: &
-    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo]", &
+  character(len=*), parameter :: usage(10) = [character(len=80) :: &
+    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
     "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane, worn_k with W0", &
     "  --quiet     no progress line, no summary", &
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
+    "  --only N    of the values of &sweep only the one with number N, from 1", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input, 2 equilibrium lost or another", &
     "end than expected (the file has every row that converged)"]
   character(len=:), allocatable :: path, output, message
   logical :: echo, planes, quiet
+  integer :: only   !! number of the only value of the sweep to run, 0: all
 
   call read_command_line()
   call run()
@@ -50,6 +52,7 @@ contains
     planes = .false.
     quiet = .false.
     echo = .false.
+    only = 0
     i = 1
     if (command_argument_count() == 0) call reject("no case file")
     do while (i <= command_argument_count())
@@ -68,6 +71,13 @@ contains
         quiet = .true.
       case ("--echo")
         echo = .true.
+      case ("--only")
+        i = i + 1
+        argument = argument_text(i)
+        if (len(argument) > 0 .and. len(argument) < 10 .and. verify(argument, "0123456789") == 0) then
+          read (argument, *) only
+        end if
+        if (only < 1) call reject("--only " // argument // ": expected a number from 1")
       case ("-o")
         i = i + 1
         output = argument_text(i)
@@ -108,7 +118,7 @@ contains
     character(len=:), allocatable :: variable, stem
     real(wp), allocatable :: values(:)
     real(wp) :: largest(3), measures(3)
-    integer :: code, i, worst
+    integer :: code, first, i, last, worst
     logical :: good
 
     message = ""
@@ -145,13 +155,17 @@ contains
       if (same_file(result_file(stem, values, i), cases(i)%replay%file)) call append(message, path // &
         ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
     end do
+    if (only > size(cases)) call append(message, path // ": --only " // integer_text(only) // ": expected 1 to " // &
+      integer_text(size(cases)) // ", the number of values of &sweep")
     call end_on_errors()
-    call warn_of_cases(path, cases)
+    first = merge(only, 1, only > 0)
+    last = merge(only, size(cases), only > 0)
+    call warn_of_cases(path, cases(first:last))
 
     if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
     worst = exit_ok
     largest = 0.0_wp
-    do i = 1, size(cases)
+    do i = first, last
       if (size(values) > 0) then
         call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
           result_file(stem, values, i), planes, quiet, measures, code)

@@ -53,11 +53,21 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+class _Help(argparse.HelpFormatter):
+    """Help with room for the longest command, whose indent argparse does not count."""
+
+    def __init__(self, prog: str) -> None:
+        """Set the length of the longest entry."""
+        super().__init__(prog)
+        self._action_max_length = INDENT + max(map(len, COMMANDS))
+
+
 def _parser(chosen: str) -> argparse.ArgumentParser:
     """Parser of all subcommands, with the arguments of the chosen one."""
     parser = argparse.ArgumentParser(
         prog="asperity",
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
+        formatter_class=_Help,
     )
     others = [name for name in COMMANDS if name in MAINTAINERS]
     parser.epilog = (
@@ -101,6 +111,9 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         metavar="LENGTH,STRESS",
         help="units for the labels of the plot (default: mm,MPa)",
     )
+    from .parallel import add_workers
+
+    add_workers(run, "one driver runs all values of a sweep")
     run.set_defaults(action=_run)
 
 
@@ -149,21 +162,30 @@ def _tables_arguments(table: argparse.ArgumentParser) -> None:
     table.set_defaults(action=_tables)
 
 
+INDENT = 4
+"""Of the commands in the help."""
+
 MAINTAINERS = ("compare", "chart", "paper", "tables", "stability")
 """Commands of the people who change this project, which the help does not list one by one."""
 
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "new": ("write a case file to start from", _imported("starters", "new_arguments")),
     "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
+    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
     "run": ("run a case by the driver and draw it", _run_arguments),
     "compare": ("compare the library with the NumPy reference and the 2D law", _compare_arguments),
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
     "paper": ("recompute the figures and tables of the paper", _imported("studies.paper.command")),
     "card": ("print the material block for the input of a host program", _imported("cards.command")),
+    "export": ("write sources, decks and a README for Abaqus", _imported("export.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
+    "uncertainty": (
+        "find the scatter of a load case whose constants are uncertain",
+        _imported("uncertainty.command"),
+    ),
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
     "tables": ("print the tables of PROPS and STATEV, or fill them into files", _tables_arguments),
     "stability": (
@@ -186,7 +208,7 @@ def _run(options: argparse.Namespace) -> int:
     output = options.output or Path(path.stem + ".csv")
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
     passed_on = [f"--{name}" for name in ("planes", "quiet") if getattr(options, name)]
-    code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+    code = _driven(path, output, passed_on, options)
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
@@ -200,6 +222,19 @@ def _run(options: argparse.Namespace) -> int:
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
     return code if code >= 0 else BAD_INPUT
+
+
+def _driven(path: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
+    """Run the driver, or one for each value of a sweep where workers are asked for; return the exit code."""
+    if options.jobs is None and options.scheduler is None:
+        return subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+    from .parallel import progress_bar, workers
+    from .sweeps import number_of_runs, run_sweep
+
+    with workers(options) as executor, progress_bar(number_of_runs(path), "run") as bar:
+        code, messages = run_sweep(path, output, passed_on, executor, bar.update)
+    sys.stderr.write(messages)
+    return code
 
 
 def _compare(options: argparse.Namespace) -> int:

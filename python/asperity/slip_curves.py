@@ -1,11 +1,10 @@
-"""Many confined slip tests at once: directions and normal tractions of an interface, on all processors."""
+"""Many confined slip tests at once: directions and normal tractions of an interface."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,10 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core, contract
 from .contract import Floats
 from .interface import Interface
+from .parallel import map_in_order
 from .pattern import direction_vector
 
 ROW = 6
 """Numbers of a row: s_N, the three components of the traction, damage, work."""
+
+PARTS = 32
+"""Number of tasks of many curves, more than workers, because curves differ in their cost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +49,13 @@ def slip_curves(
     slips: ArrayLike,
     sigma_N: ArrayLike = 0.0,
     preload: int = 100,
-    threads: int | None = None,
+    executor: Executor | None = None,
 ) -> SlipCurves:
     """`Interface.confined_slip` for every pair of direction_deg and sigma_N, which are broadcast to (C,).
 
-    A curve that loses equilibrium ends there, without an error.  threads: by default one for each processor.
-    Raises ValueError for values that are not finite, an empty path and a preload below 1.
+    A curve that loses equilibrium ends there, without an error.  executor: as in `parallel.map_in_order`, by
+    default a thread for each processor.  Raises ValueError for values that are not finite, an empty path and
+    a preload below 1.
     """
     angles, held = np.broadcast_arrays(
         np.atleast_1d(contract.array("direction_deg", direction_deg)), contract.array("sigma_N", sigma_N)
@@ -62,25 +66,10 @@ def slip_curves(
             raise ValueError(f"{name} has shape {value.shape}: expected a list of finite numbers")
     if preload < 1:
         raise ValueError(f"preload = {preload}: expected at least 1 increment")
-    props = interface.props()
-    count, workers = angles.size, threads or os.cpu_count() or 1
-    rows, free = np.empty((count, s_L.size, ROW)), np.zeros(count)
-
-    def solve(part: Sequence[int]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        block = slice(part[0], part[-1] + 1)
-        return _core.interface_slip_curves(
-            props, angles[block].copy(), held[block].copy(), free[block], s_L, int(preload), rows[block].T
-        )
-
-    # several chunks for each worker, because curves differ in their cost
-    parts = [range(count)[i : i + _part(count, workers)] for i in range(0, count, _part(count, workers))]
-    if workers == 1 or len(parts) == 1:
-        done = [solve(part) for part in parts]
-    else:
-        with ThreadPoolExecutor(workers) as pool:
-            done = list(pool.map(solve, parts))
-    n_done = np.concatenate([np.atleast_1d(part[0]) for part in done])
-    iterations = np.concatenate([np.atleast_1d(part[1]) for part in done])
+    size = max(1, angles.size // PARTS)
+    blocks = [(angles[i : i + size], held[i : i + size]) for i in range(0, angles.size, size)]
+    done = map_in_order(partial(_solve, interface.props(), s_L, int(preload)), blocks, executor)
+    rows, n_done, iterations = (np.concatenate(part) for part in zip(*done, strict=True))
 
     rows[np.arange(s_L.size)[None, :] >= n_done[:, None]] = np.nan
     s_N, _, t_x, t_y, damage, work = np.moveaxis(rows, -1, 0)
@@ -99,5 +88,12 @@ def slip_curves(
     )
 
 
-def _part(count: int, workers: int) -> int:
-    return max(1, count // (4 * workers))
+def _solve(
+    props: Floats, slips: Floats, preload: int, block: tuple[Floats, Floats]
+) -> tuple[Floats, NDArray[np.int32], NDArray[np.int32]]:
+    """Rows of the curves of a block of directions and normal tractions, their number, and iterations."""
+    angles, held = (np.array(part) for part in block)
+    rows = np.empty((angles.size, slips.size, ROW))
+    counts = _core.interface_slip_curves(props, angles, held, np.zeros(angles.size), slips, preload, rows.T)
+    n_done, iterations = (np.atleast_1d(count) for count in counts)
+    return rows, n_done, iterations

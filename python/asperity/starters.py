@@ -72,7 +72,7 @@ def _output_argument(parser: argparse.ArgumentParser, default: str | None) -> No
 
 def _new(options: argparse.Namespace) -> int:
     """Write a case, which the driver has checked."""
-    values = _values(options.values)
+    values = assigned(options.values)
     taken = {name: values.pop(name, value) for name, value in LOAD.items()}
     pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
     if pattern["sides"].strip() == "0":
@@ -104,7 +104,7 @@ def _cases(options: argparse.Namespace) -> int:
     return 0
 
 
-def _values(texts: Sequence[str]) -> dict[str, str]:
+def assigned(texts: Sequence[str]) -> dict[str, str]:
     """Values by name of NAME=VALUE entries."""
     found: dict[str, str] = {}
     for text in texts:

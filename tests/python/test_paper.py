@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from concurrent.futures import Executor
 from pathlib import Path
 
 import matplotlib.image
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
+from asperity.parallel import Serial
 from asperity.slip_curves import slip_curves
 from asperity.studies.fracture_energy import (
     DIRECTIONS,
@@ -130,8 +132,8 @@ def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> 
         fracture_energy(MATERIAL, pattern("RP-4"), np.array([3.0]), 1e-17)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_slip_curves_are_the_single_tests(threads: int) -> None:
+@pytest.mark.parametrize("executor", [None, Serial()], ids=["threads", "serial"])
+def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
     """Many tests in one call equal single calls of `confined_slip`.
 
     The rows after a loss of equilibrium are NaN.
@@ -139,7 +141,7 @@ def test_slip_curves_are_the_single_tests(threads: int) -> None:
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
     slips = np.concatenate([np.linspace(0.0, 0.1, 21)[1:], np.linspace(0.1, -0.1, 41)[1:]])
     angles = np.arange(0.0, 90.0, 7.0)
-    found = slip_curves(interface, angles, slips, -1.0, threads=threads)
+    found = slip_curves(interface, angles, slips, -1.0, executor=executor)
     for i, angle in enumerate(angles):
         with pytest.warns(ModelWarning, match="closes an inclined plane"):
             single = interface.confined_slip(angle, slips, -1.0)
@@ -150,7 +152,8 @@ def test_slip_curves_are_the_single_tests(threads: int) -> None:
         np.testing.assert_allclose(found.tau_L[i], single.traction[:, 1:] @ e, rtol=0.0, atol=1e-14)
         across = single.traction[:, 1:] @ np.array([-e[1], e[0]])
         np.testing.assert_allclose(found.tau_across[i], across, rtol=0.0, atol=1e-14)
-    lost = slip_curves(Interface(MATERIAL, Pattern.regular(0, 0.0)), 0.0, slips, [2.0, 0.0], threads=threads)
+    flat = Interface(MATERIAL, Pattern.regular(0, 0.0))
+    lost = slip_curves(flat, 0.0, slips, [2.0, 0.0], executor=executor)
     assert lost.rows.tolist() == [6, 60]  # equilibrium ends at .031, row 6 is .030
     assert np.isfinite(lost.tau_L[0, :6]).all() and np.isnan(lost.tau_L[0, 6:]).all()
 

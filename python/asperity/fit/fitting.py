@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import contract
 from ..contract import Floats
 from ..interface import Interface
+from ..parallel import map_in_order
 from .checks import LARGEST_RATIO
-from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, each, material_of
+from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, material_of
 from .records import ShearTest
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 DEFAULT_FREE = ("sigma0", "Gc", "eta", "mu", "theta", "flat", "kc")
 """Parameters that are free unless they are set: what is not known is not assumed."""
@@ -79,7 +86,7 @@ RANK = 1.0e-10
 """Singular values below this fraction of the largest one are rounding errors."""
 
 Tick = Callable[[str], object]
-"""Function that is called after every evaluation of the model."""
+"""Function that is called with the name of every part of a fit when it is done."""
 
 
 BOUNDS = {
@@ -149,6 +156,11 @@ class Fit:
     def dependence_factor(self) -> float:
         """Factor by which correlated residuals widen an interval (autoregressive of first order)."""
         return float(np.sqrt((1.0 + self.neighbours) / (1.0 - self.neighbours)))
+
+    @property
+    def widened(self) -> bool:
+        """Whether the intervals are widened by `dependence_factor`."""
+        return self.dependent and self.model_error > 0.0
 
     @property
     def correlation(self) -> Floats:
@@ -246,6 +258,7 @@ def fit(
     confidence: float = 0.95,
     tick: Tick = lambda _: None,
     model_error: float = 0.0,
+    executor: Executor | None = None,
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
@@ -255,12 +268,13 @@ def fit(
     start: additional start besides the best points of a Latin hypercube; `starts` is the number of all
     starts, `seed` that of the hypercube; if fewer than AGREEING of them reach the smallest sum of squares,
     up to MORE_STARTS times as many are tried.  bounds: (low, high) by name.  increments: smallest number
-    along a test at first; they are refined until the parameters converge.  tick: called after each
-    evaluation.  model_error: accepted scatter, as a fraction of the range, of a model that differs from the
-    record by more than noise; the intervals are then wider.  Raises ValueError for inadmissible names and
-    values and for fewer data than the free parameters need.
+    along a test at first; they are refined until the parameters converge.  tick: called after each start
+    and each refinement.  model_error: accepted scatter, as a fraction of the range, of a model that differs
+    from the record by more than noise; the intervals are then wider.  executor: as in
+    `parallel.map_in_order`; it takes the starts and the columns of derivatives, and the result is the same
+    with any.  Raises ValueError for inadmissible names and values and for fewer data than the free
+    parameters need.
     """
-    from scipy.optimize import OptimizeResult, least_squares
     from scipy.special import stdtrit
 
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
@@ -284,58 +298,34 @@ def fit(
     low, high = (
         np.array([SCALES[name].to(problem.bounds[name][i]) for name in problem.free]) for i in (0, 1)
     )
-    evaluations = 0
-    label = "starts"
-
-    def residuals(x: Floats) -> Floats:
-        nonlocal evaluations
-        found = problem.residuals(x)
-        evaluations += 1
-        tick(label)
-        return found
-
-    def jacobian(x: Floats) -> Floats:
-        nonlocal evaluations
-        found = problem.jacobian(x)
-        evaluations += 2 * x.size
-        tick(label)
-        return found
-
-    def solve(x: Floats) -> OptimizeResult:
-        return least_squares(
-            residuals,
-            x,
-            jacobian,
-            bounds=(low, high),
-            x_scale=1.0,
-            ftol=1e-8,
-            xtol=1e-7,
-            gtol=1e-8,
-            max_nfev=MOST_EVALUATIONS,
-        )
-
+    points, evaluations = _starts(problem, start or {}, low, high, starts, seed, executor)
+    tick("starts")
+    solve = partial(_solve, low, high)
     ends: list[OptimizeResult] = []
     costs: tuple[float, ...] = ()
-    for i, x in enumerate(_starts(problem, start or {}, low, high, starts, seed, residuals)):
+    for i, end in enumerate(_ends(problem, solve, points, starts, executor)):
         if i >= starts and costs[min(AGREEING, starts) - 1] <= SAME * costs[0]:
             break
-        label = f"start {i + 1} of {starts}"
-        ends.append(solve(x))
+        ends.append(end)
+        evaluations += end.evaluations
         costs = tuple(sorted(2.0 * float(end.cost) for end in ends))
+        tick(f"start {i + 1} of {starts}")
     best = min(ends, key=lambda end: float(end.cost))
     while True:
         parts = problem.refinement * REFINE
-        label = f"1/{parts} of the increments"
-        known = _knowledge(problem, jacobian(best.x), best.fun)
+        known = _knowledge(problem, problem.jacobian(best.x, executor=executor), best.fun)
         problem, coarse = replace(problem, refinement=parts), problem
-        shift = known.shift(residuals(best.x) - best.fun)
+        shift = known.shift(problem.residuals(best.x) - best.fun)
+        evaluations += 2 * best.x.size + 1
+        tick(f"1/{parts} of the increments")
         longest = max(path.slips.size for path in problem.paths)
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
             problem = coarse
             break
-        best = solve(best.x)
-    label = "intervals"
-    finer = problem.jacobian(best.x, FINER * STEP)
+        best = solve(problem, best.x, executor)
+        evaluations += best.evaluations
+    finer = problem.jacobian(best.x, FINER * STEP, executor)
+    tick("intervals")
     found = Fit(
         problem=problem,
         values=problem.values(best.x),
@@ -355,9 +345,48 @@ def fit(
         directions=known.directions,
         model_error=model_error,
     )
-    if found.dependent and model_error > 0.0:
+    if found.widened:
         found = replace(found, quantile=found.quantile * found.dependence_factor)
     return found
+
+
+def _solve(
+    low: Floats, high: Floats, problem: Problem, x: Floats, executor: Executor | None = None
+) -> OptimizeResult:
+    """Least squares from a start; the result has its number of evaluations of the model, too."""
+    from scipy.optimize import least_squares
+
+    found = least_squares(
+        problem.residuals,
+        x,
+        lambda x: problem.jacobian(x, executor=executor),
+        bounds=(low, high),
+        x_scale=1.0,
+        ftol=1e-8,
+        xtol=1e-7,
+        gtol=1e-8,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    found.evaluations = found.nfev + 2 * x.size * found.njev
+    return found
+
+
+def _ends(
+    problem: Problem,
+    solve: Callable[..., OptimizeResult],
+    points: Sequence[Floats],
+    starts: int,
+    executor: Executor | None,
+) -> Iterator[OptimizeResult]:
+    """Ends of the searches from the points, in their order, as far as they are asked for.
+
+    Without an executor the derivatives are distributed over threads; with one, `starts` searches at a time.
+    """
+    if executor is None:
+        yield from (solve(problem, x) for x in points)
+        return
+    for i in range(0, len(points), starts):
+        yield from map_in_order(partial(solve, problem), points[i : i + starts], executor)
 
 
 def _problem(
@@ -458,20 +487,20 @@ def _starts(
     high: Floats,
     count: int,
     seed: int,
-    residuals: Callable[[Floats], Floats],
-) -> list[Floats]:
-    """Starts: the given one, if any, and the best points of a Latin hypercube."""
+    executor: Executor | None,
+) -> tuple[list[Floats], int]:
+    """Starts (the given one, if any, and the best points of a Latin hypercube), and number of evaluations."""
     margin = 1e-6 * (high - low)
-    ranked = []
+    ranked, points = [], []
     if set(start) != set(problem.free) or count > 1:
         points = [np.clip(x, low + margin, high - margin) for x in _hypercube(problem, seed)]
-        costs = [float(r @ r) for r in each(residuals, points)]
+        costs = [float(r @ r) for r in map_in_order(problem.residuals, points, executor)]
         ranked = [points[i] for i in np.argsort(costs)]
     if start:
         given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
         x = np.array([SCALES[name].to(given[name]) for name in problem.free])
         ranked.insert(0, np.clip(x, low + margin, high - margin))
-    return ranked[: MORE_STARTS * count if count > 1 else 1]
+    return ranked[: MORE_STARTS * count if count > 1 else 1], len(points)
 
 
 def _hypercube(problem: Problem, seed: int) -> list[Floats]:

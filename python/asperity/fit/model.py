@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,6 +13,7 @@ from .. import _core
 from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
+from ..parallel import map_in_order
 from ..pattern import Pattern, direction_vector
 from ..slip_curves import ROW
 from .records import ShearTest
@@ -82,6 +82,12 @@ SCALES = {
     "W0": Scale(),
 }
 """Transforms of the parameters that can be identified."""
+
+
+def transformed(name: str) -> str:
+    """Text of the transformed value of a parameter."""
+    top = SCALES[name].top
+    return f"log {name}" if top == np.inf else f"logit {name}" + (f"/{top:g}" if top != 1.0 else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,23 +177,17 @@ class Problem:
                 parts.append((s_N[rows] - test.s_N) / spread[1] + lost)
         return np.concatenate(parts)
 
-    def jacobian(self, x: Floats, step: float = STEP) -> Floats:
-        """Central differences of the residuals; the evaluations run on all processors."""
+    def jacobian(self, x: Floats, step: float = STEP, executor: Executor | None = None) -> Floats:
+        """Central differences of the residuals, whose evaluations the executor distributes."""
         shifts = step * np.eye(x.size)
         points = [x + sign * shift for shift in shifts for sign in (1.0, -1.0)]
-        found = each(self.residuals, points)
+        found = map_in_order(self.residuals, points, executor)
         return np.column_stack([(a - b) / (2.0 * step) for a, b in zip(found[::2], found[1::2], strict=True)])
 
 
 def material_of(values: Mapping[str, float]) -> Material:
     """Material of parameters by name; height and W0 have their defaults where they are missing."""
     return Material(**{name: values[name] for name in MATERIAL if name in values})
-
-
-def each(function: Callable[[Floats], Floats], points: Sequence[Floats]) -> list[Floats]:
-    """Values of a function at several points, in threads: the library releases the interpreter lock."""
-    with ThreadPoolExecutor(min(os.cpu_count() or 1, len(points))) as pool:
-        return list(pool.map(function, points))
 
 
 def _path(slip: Floats, increments: int, refinement: int) -> _Path:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..contract import Floats
 from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
-from .model import FINER, MATERIAL, SCALES, STEP
+from .model import FINER, MATERIAL, STEP, transformed
 from .records import ShearTest
 from .units import NONE
 
@@ -243,20 +243,15 @@ def _pair(found: Fit, i: int, j: int) -> str:
     return (
         f"{free[i]} and {free[j]} cannot be separated (correlation {found.correlation[i, j]:.4f}): "
         f"{_combination((free[i], free[j]), vector)} = {value:.4g} is known to +-{half:.2g}, "
-        f"{_transformed(free[i])} to +-{found.quantile * np.sqrt(block[0, 0]):.2g}"
+        f"{transformed(free[i])} to +-{found.quantile * np.sqrt(block[0, 0]):.2g}"
     )
-
-
-def _transformed(name: str) -> str:
-    top = SCALES[name].top
-    return f"log {name}" if top == np.inf else f"logit {name}" + (f"/{top:g}" if top != 1.0 else "")
 
 
 def _combination(names: Sequence[str], weights: Floats) -> str:
     """Text such as 0.7 log mu - 0.7 logit theta/90; terms below a hundredth are left out."""
     least = 0.01 * float(np.abs(weights).max())
     terms = [
-        f"{'-' if weight < 0.0 else '+'} {abs(weight):.2g} {_transformed(name)}"
+        f"{'-' if weight < 0.0 else '+'} {abs(weight):.2g} {transformed(name)}"
         for name, weight in zip(names, weights, strict=True)
         if abs(weight) > least
     ]

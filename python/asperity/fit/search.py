@@ -5,18 +5,16 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from tqdm import tqdm
-
+from ..parallel import add_workers, progress_bar, workers
+from .covariance import covariance_text, file_of
 from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, fit
 from .model import INCREMENTS, SCALES, SIDES
 from .records import ShearTest
 from .verdict import Change
-
-PATIENCE = 2.0
-"""Seconds before progress is shown."""
 
 HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")
 
@@ -87,17 +85,23 @@ def add_search(
         help="plot of tests and fit, .png or .pdf (default: fit.png)",
     )
     parser.add_argument(
-        "-o", "--case", type=Path, metavar="CASE.nml", help="write a case file for run, card and select"
+        "-o",
+        "--case",
+        type=Path,
+        metavar="CASE.nml",
+        help="write a case file for run, card and select, and the covariance for uncertainty, CASE.fit.json",
     )
     parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
+    add_workers(parser, "threads, one for each processor")
 
 
 def check_search(options: argparse.Namespace) -> None:
     """Raise ValueError for options of the search that can be refused before the work starts."""
     if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
-    for option, path in (("--plot", options.plot), ("--case", options.case)):
-        _check_output(option, path)
+    beside = None if options.case is None else file_of(options.case)
+    for option, path in (("--plot", options.plot), ("--case", options.case), ("--case", beside)):
+        check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
 
@@ -108,7 +112,7 @@ def search(
     fixed: Mapping[str, float],
     confidence: float = 0.95,
 ) -> Fit:
-    """Fit the tests as the options say, with progress after PATIENCE; fixed: values that --set may change."""
+    """Fit the tests as the options say, with progress; fixed: values that --set may change."""
     options.confidence = confidence
     searching = Search(options, fixed)
     with searching.shown() as fitted:
@@ -127,8 +131,10 @@ def write(
         draw(options.plot)
         print(options.plot)
     if options.case is not None and not drawing_only:
-        options.case.write_text(case_text(found), encoding="utf-8")
-        print(options.case)
+        files = {options.case: case_text(found), file_of(options.case): covariance_text(found)}
+        for path, text in files.items():
+            path.write_text(text, encoding="utf-8")
+            print(path)
 
 
 class Search:
@@ -146,9 +152,9 @@ class Search:
         law must be free, set or assumed.
         """
         self.options = options
-        self.fixed = {name: one for name, (one,) in _numbers("--set", options.set, 1).items()}
-        self.start = {name: one for name, (one,) in _numbers("--start", options.start, 1).items()}
-        bounds = _numbers("--bounds", options.bounds, 2).items()
+        self.fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
+        self.start = {name: one for name, (one,) in numbers("--start", options.start, 1).items()}
+        bounds = numbers("--bounds", options.bounds, 2).items()
         self.bounds = {name: (low, high) for name, (low, high) in bounds}
         self.free: list[str] | None = None
         if options.free is not None:
@@ -169,24 +175,22 @@ class Search:
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
         """Function that fits tests with changed arguments and shows its stages and the remaining time."""
-        bar = tqdm(
-            total=self.options.starts + len(LABELS), unit="stage", delay=PATIENCE, disable=None, leave=False
-        )
-        stage = ""
+        stages = self.options.starts + len(LABELS)
+        with workers(self.options) as executor, progress_bar(stages, "stage") as bar:
 
-        def tick(label: str) -> None:
-            nonlocal stage
-            if label != stage:
-                stage = label
+            def tick(label: str) -> None:
                 bar.set_description(label, refresh=False)
                 bar.update()
 
-        try:
-            yield lambda tests, change: self._fit(tests, change, tick)
-        finally:
-            bar.close()
+            yield lambda tests, change: self._fit(tests, change, tick, executor)
 
-    def _fit(self, tests: Sequence[ShearTest], change: Change, tick: Callable[[str], object]) -> Fit:
+    def _fit(
+        self,
+        tests: Sequence[ShearTest],
+        change: Change,
+        tick: Callable[[str], object],
+        executor: Executor | None,
+    ) -> Fit:
         options = self.options
         fixed = self.assumed | ({} if change.freed else self.fixed) | dict(change.fixed)
         free = self.free and [name for name in self.free if name not in change.fixed]
@@ -204,10 +208,11 @@ class Search:
             options.confidence,
             tick,
             change.model_error,
+            executor,
         )
 
 
-def _check_output(option: str, path: Path | None) -> None:
+def check_output(option: str, path: Path | None) -> None:
     """Raise ValueError for a file that cannot be written, before the work starts."""
     if path is None:
         return
@@ -217,7 +222,7 @@ def _check_output(option: str, path: Path | None) -> None:
         raise ValueError(f"{option} {path}: expected a file that can be written")
 
 
-def _numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
+def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
     """Parse the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
     found = {}
     for text in (one for several in texts for one in several.split()):

@@ -7,13 +7,15 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ..contract import Floats
+from ..parallel import add_workers, map_in_order, progress_bar, workers
 from ..tables import markdown, refresh
 from .fitting import SAME, STARTS_TRIED, Fit, fit, residual_ratio
 from .model import SIDES, Problem, slip_curve
@@ -123,28 +125,39 @@ def coverage(
     tick: Callable[[], object] = lambda: None,
     starts: int = STARTS_TRIED,
     start: Mapping[str, float] | None = None,
+    executor: Executor | None = None,
     **record: object,
 ) -> tuple[np.ndarray, list[Fit]]:
     """Fraction of tests whose 95 % interval contains the true value, by parameter and of the ratio; the fits.
 
-    The seeds are 0, 1, ...; record: arguments of `synthetic`.
+    The seeds are 0, 1, ...; executor: as in `map_in_order`; record: arguments of `synthetic`.
     """
-    told = {name: value for name, value in TRUTH.items() if name not in free}
     clean = synthetic(0.0, 0, **record)  # type: ignore[arg-type]
-    fits = []
-    for seed in range(repetitions):
-        rng = np.random.default_rng(seed)
-        tests = [
-            replace(
-                one,
-                tau=_noisy(one.tau, noise, rng),
-                s_N=None if one.s_N is None else _noisy(one.s_N, noise, rng),
-            )
-            for one in clean
-        ]
-        fits.append(fit(tests, free, told, start=start, starts=starts, seed=seed))
-        tick()
+    one_fit = partial(_noisy_fit, clean, noise, free, starts, start)
+    fits = map_in_order(one_fit, range(repetitions), executor, tick)
     return np.mean([holds(one) for one in fits], axis=0), fits
+
+
+def _noisy_fit(
+    clean: Sequence[ShearTest],
+    noise: float,
+    free: Sequence[str],
+    starts: int,
+    start: Mapping[str, float] | None,
+    seed: int,
+) -> Fit:
+    """Fit of tests with noise."""
+    told = {name: value for name, value in TRUTH.items() if name not in free}
+    rng = np.random.default_rng(seed)
+    tests = [
+        replace(
+            one,
+            tau=_noisy(one.tau, noise, rng),
+            s_N=None if one.s_N is None else _noisy(one.s_N, noise, rng),
+        )
+        for one in clean
+    ]
+    return fit(tests, free, told, start=start, starts=starts, seed=seed)
 
 
 STUDIES: dict[str, tuple[Sequence[str], dict[str, object]]] = {
@@ -161,7 +174,7 @@ OWN_STARTS = 10
 """Number of tests of each row that are also fitted from random starts."""
 
 
-def table(repetitions: int) -> str:
+def table(repetitions: int, executor: Executor | None = None) -> str:
     """Markdown table of the fraction of 95 % intervals with the true value, and of their median half width.
 
     The fits start at the true values; the first OWN_STARTS of them are repeated from random starts, and the
@@ -169,15 +182,12 @@ def table(repetitions: int) -> str:
     """
     head = ["test data", "noise", *TRUTH, "ratio", "found"]
     lines = []
-    with tqdm(
-        total=len(STUDIES) * len(NOISES) * (repetitions + min(OWN_STARTS, repetitions)),
-        unit="fit",
-        disable=None,
-    ) as bar:
+    total = len(STUDIES) * len(NOISES) * (repetitions + min(OWN_STARTS, repetitions))
+    with progress_bar(total, "fit") as bar:
         for name, (free, record) in STUDIES.items():
             for noise in NOISES:
                 truth = {key: TRUTH[key] for key in free}
-                shares, fits = coverage(noise, repetitions, free, bar.update, 1, truth, **record)  # type: ignore[arg-type]
+                shares, fits = coverage(noise, repetitions, free, bar.update, 1, truth, executor, **record)  # type: ignore[arg-type]
                 names = [*free, "ratio"]
                 rows = [[*one.estimates.values(), one.of(residual_ratio)] for one in fits]
                 widths = np.median(
@@ -187,7 +197,8 @@ def table(repetitions: int) -> str:
                     key: f"{share:.0%}, {width:.1%}".replace("%", " %")
                     for key, share, width in zip(names, shares, widths, strict=True)
                 }
-                again = coverage(noise, min(OWN_STARTS, repetitions), free, bar.update, **record)[1]  # type: ignore[arg-type]
+                own = min(OWN_STARTS, repetitions)
+                again = coverage(noise, own, free, bar.update, executor=executor, **record)[1]  # type: ignore[arg-type]
                 reached = [b.costs[0] <= SAME * a.costs[0] for a, b in zip(fits, again, strict=False)]
                 cells["found"] = f"{sum(reached)} of {len(reached)}"
                 texts = [cells.get(key, "") for key in head[2:]]
@@ -227,6 +238,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--no-study", action="store_true", help="of the page only the example and its picture"
     )
     parser.add_argument("--repetitions", type=int, default=100, help="of the study (default: %(default)s)")
+    add_workers(parser, "one for each processor")
     options = parser.parse_args(arguments)
     if (options.record is None) == (options.page is None):
         parser.error("expected RECORD.csv or --page FILE.md")
@@ -245,9 +257,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     images = options.page.parents[1] / "images"
     images.mkdir(exist_ok=True)
     contents = {"fit-example": lambda: example(images / "fit.png"), "fit-coupling": lambda: example(None)}
-    if not options.no_study:
-        contents["fit-study"] = lambda: table(options.repetitions)
-    refresh(options.page, False, contents)
+    with workers(options, os.cpu_count() or 1) as executor:
+        if not options.no_study:
+            contents["fit-study"] = lambda: table(options.repetitions, executor)
+        refresh(options.page, False, contents)
     print(options.page)
     return 0
 

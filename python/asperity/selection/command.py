@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import argparse
 import csv
+import os
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from concurrent.futures import Executor
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
+from ..parallel import add_workers, map_in_order, progress_bar, workers
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
 from ..studies.speed_charts import Timing, measure, read_timings
@@ -31,9 +32,6 @@ from .search import (
     planes_of,
     select,
 )
-
-PATIENCE = 2.0
-"""Seconds before progress is shown."""
 
 BAD_INPUT = 1
 
@@ -95,6 +93,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the case with the selected pattern, for run and card; with --map the picture, .png or .pdf, "
         "beside which a CSV is written",
     )
+    add_workers(parser, "threads, one for each processor; with --map processes")
     parser.set_defaults(action=_run)
 
 
@@ -185,7 +184,8 @@ def _run(options: argparse.Namespace) -> int:
             raise ValueError(
                 "--map: expected without --planar, --tolerance and --bench, which belong to a case"
             )
-        return _map(options.output or Path("select.png"))
+        with workers(options, os.cpu_count()) as executor:
+            return _map(options.output or Path("select.png"), executor)
     if options.case is None:
         raise ValueError("expected CASE.nml or --map")
     if options.output is not None and options.output.resolve() == options.case.resolve():
@@ -195,12 +195,13 @@ def _run(options: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # already reported
         costs = read_costs(options.bench)
-        with _progress("pattern", REFERENCE_SIDES) as bar:
+        with workers(options) as executor, progress_bar(REFERENCE_SIDES, "pattern") as bar:
             try:
                 answer = select(
                     case,
                     TOLERANCE if options.tolerance is None else options.tolerance,
                     lambda name: (bar.update(), bar.set_postfix_str(name)),
+                    executor,
                 )
             except NoPatternError as error:
                 bar.close()
@@ -258,17 +259,7 @@ def _row(name: str, planes: int, errors: Errors) -> str:
     return f"{name:<10}{planes:>6}" + "".join(f"{text:>12}" for text in texts)
 
 
-@contextmanager
-def _progress(unit: str, total: int) -> Iterator[tqdm]:
-    """Progress bar on a terminal for tasks that take longer than PATIENCE."""
-    bar = tqdm(total=total, unit=unit, delay=PATIENCE, disable=None, leave=False)
-    try:
-        yield bar
-    finally:
-        bar.close()
-
-
-def planes_needed(case: LoadCase, tolerances: tuple[float, ...]) -> list[Candidate | None]:
+def planes_needed(tolerances: tuple[float, ...], case: LoadCase) -> list[Candidate | None]:
     """First candidate that meets each tolerance in search and check, or None."""
     search = Search(case)
     found: list[Candidate | None] = [None] * len(tolerances)
@@ -287,17 +278,15 @@ def planes_needed(case: LoadCase, tolerances: tuple[float, ...]) -> list[Candida
     return found
 
 
-def _map(output: Path) -> int:
+def _map(output: Path, executor: Executor | None) -> int:
     """Write a picture and a CSV of the planes needed over mu, theta and sigma_N."""
     if output.suffix not in (".png", ".pdf"):
         raise ValueError(f"{output}: expected a name that ends in .png or .pdf")
-    rows = []
     grid = [(s, m, t) for s in MAP_SIGMA_N for m in MAP_MU for t in MAP_THETA]
-    with _progress("load case", len(grid)) as bar:
-        for sigma_N, mu, theta in grid:
-            case = LoadCase(Material(3.0, 0.3, 0.9, mu), theta, (sigma_N,), MAP_TURNS)
-            rows.append((sigma_N, mu, theta, planes_needed(case, MAP_TOLERANCES)))
-            bar.update()
+    cases = [LoadCase(Material(3.0, 0.3, 0.9, mu), theta, (held,), MAP_TURNS) for held, mu, theta in grid]
+    with progress_bar(len(grid), "load case") as bar:
+        found_in = map_in_order(partial(planes_needed, MAP_TOLERANCES), cases, executor, bar.update)
+    rows = [(*place, found) for place, found in zip(grid, found_in, strict=True)]
     with output.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["sigma_N", "mu", "theta", "tolerance", "pattern", "planes", "error"])

@@ -8,6 +8,7 @@ across it).  docs/how-to/select.md describes the command.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -220,9 +221,16 @@ class Curves(NamedTuple):
 class DenseRun:
     """Reference along a path: mean curves of the fine pattern over directions; planar: the three planes."""
 
-    def __init__(self, case: LoadCase, finer: float = 1.0, average: Sequence[float] = SEARCH_AVERAGE) -> None:
+    def __init__(
+        self,
+        case: LoadCase,
+        finer: float = 1.0,
+        average: Sequence[float] = SEARCH_AVERAGE,
+        executor: Executor | None = None,
+    ) -> None:
         """Run refined increments in directions that are fractions of the angle between planes."""
         self.case = case
+        self.executor = executor
         self.slips = case.slips(finer)
         if case.planar:
             angles = np.array([case.direction])
@@ -271,9 +279,10 @@ class DenseRun:
         return self._compare(self._run(Interface(self.case.material, pattern), angles))
 
     def _run(self, interface: Interface, angles: Floats) -> list[Curves]:
-        """Curves in all directions for each normal traction, on all processors."""
+        """Curves in all directions for each normal traction."""
         sigma_N = np.repeat(self.case.sigma_N, len(angles))
-        run = slip_curves(interface, np.tile(angles, len(self.case.sigma_N)), self.slips, sigma_N, PRELOAD)
+        angles_of = np.tile(angles, len(self.case.sigma_N))
+        run = slip_curves(interface, angles_of, self.slips, sigma_N, PRELOAD, self.executor)
         parts = [slice(i, i + len(angles)) for i in range(0, len(sigma_N), len(angles))]
         return [
             Curves(run.tau_L[p], run.tau_across[p], run.s_N[p], run.damage[p], run.rows[p]) for p in parts
@@ -344,22 +353,23 @@ def directions(case: LoadCase, sides: int, shares: Sequence[float]) -> Floats:
 class Search:
     """Errors of the candidates of a load case; reference and check are run once."""
 
-    def __init__(self, case: LoadCase) -> None:
+    def __init__(self, case: LoadCase, executor: Executor | None = None) -> None:
         """Run the reference."""
         self.case = case
-        self.dense = DenseRun(case)
+        self.executor = executor
+        self.dense = DenseRun(case, executor=executor)
 
     @cached_property
     def check(self) -> DenseRun:
         """Reference of the check, with finer increments and other directions."""
-        return DenseRun(self.case, FINER, CHECK_AVERAGE)
+        return DenseRun(self.case, FINER, CHECK_AVERAGE, self.executor)
 
     @cached_property
     def uncertainty(self) -> float:
         """Difference between the reference and its mean over other directions; planar: from another law."""
         if self.case.planar:
             return max(_distance_from_other_law(self.check, k) for k in range(len(self.case.sigma_N)))
-        return self.dense.mean_error(DenseRun(self.case, 1.0, CHECK_AVERAGE))
+        return self.dense.mean_error(DenseRun(self.case, 1.0, CHECK_AVERAGE, self.executor))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
         """Errors of a pattern; if that of the residual strength exceeds `most`, the others are NaN."""
@@ -378,15 +388,21 @@ class Search:
         return candidate.errors.joined(self.check.errors(candidate.pattern, angles))
 
 
-def select(case: LoadCase, tolerance: float, tick: Tick = lambda name: None) -> Selection:
+def select(
+    case: LoadCase,
+    tolerance: float,
+    tick: Tick = lambda name: None,
+    executor: Executor | None = None,
+) -> Selection:
     """Pattern with the fewest planes whose errors plus the uncertainty of the reference meet the tolerance.
 
     A second run in other directions with finer increments confirms every result.  tolerance: relative,
-    0 < tolerance < 1.  Raises ValueError for another tolerance, NoPatternError if no candidate meets it.
+    0 < tolerance < 1.  executor: as in `parallel.map_in_order`.  Raises ValueError for another tolerance,
+    NoPatternError if no candidate meets it.
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
-    search = Search(case)
+    search = Search(case, executor)
     tried = []
     for name, sides, pattern in patterns(case):
         tick(name)

@@ -9,17 +9,17 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from .. import contract
 from ..case_files import read_case
 from ..contract import Floats
 from ..interface import Interface
+from ..parallel import progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
 from .scan import Scan, lengths_of
-from .scan_files import PATIENCE, UNITS, read_scan
+from .scan_files import UNITS, read_scan
 from .slopes import Facets, Planes, Slips
 
 MU = 0.5
@@ -156,7 +156,7 @@ def _run(options: argparse.Namespace) -> int:
     angles = slopes.directions_of(found, options.direction)
     lengths = lengths_of(smooth)
     total = 2 * len(angles) + len(lengths)
-    with tqdm(total=total, unit="step", disable=None, delay=PATIENCE, leave=False) as bar:
+    with progress_bar(total, "step") as bar:
         slips = Slips.of(found, angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
         scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))

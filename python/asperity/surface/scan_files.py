@@ -10,10 +10,8 @@ import numpy as np
 from tqdm import tqdm
 
 from ..contract import Floats
+from ..parallel import PATIENCE
 from .scan import EVEN, LEAST_POINTS, Scan, even
-
-PATIENCE = 2.0
-"""Seconds before progress is shown."""
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "in": 0.0254}
 """Units of length that a header may name, in metres."""

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from ... import _core
 from ...contract import Floats
 from ...interface import Interface
+from ...parallel import Serial
 from ...pattern import Pattern, direction_vector
 from ...plots import COLOURS
 from ...slip_curves import slip_curves
@@ -102,7 +103,7 @@ def step_errors(
 
 def _fixed(interface: Interface, slips: Floats, sigma_N: float, times: int) -> _Path:
     """Curves of a timed run, which computes the same curve several times."""
-    curve = slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, threads=1)
+    curve = slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, executor=Serial())
     return _Path(_way(slips), curve.tau_L[0], curve.s_N[0], float(curve.work[0, -1]))
 
 

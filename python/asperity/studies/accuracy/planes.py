@@ -9,6 +9,7 @@ import numpy as np
 
 from ...contract import Floats
 from ...interface import Interface
+from ...parallel import Serial
 from ...pattern import Pattern, unit_vector
 from ...slip_curves import SlipCurves, slip_curves
 from ..fracture_energy import fracture_energy
@@ -135,7 +136,7 @@ def plane_errors(
         angles = candidate.directions
         for i, sigma_N in enumerate(held):
             curves, seconds = timed(
-                lambda: slip_curves(interface, angles, slips, sigma_N, PRELOAD, threads=1),  # noqa: B023
+                lambda: slip_curves(interface, angles, slips, sigma_N, PRELOAD, executor=Serial()),  # noqa: B023
                 repeats,
             )
             tau, s_N = reference.tau_L[i], reference.s_N[i]

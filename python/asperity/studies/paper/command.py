@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import multiprocessing
+import io
 import os
 import re
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from tqdm import tqdm
+from matplotlib.figure import Figure
 
+from ...parallel import Serial, add_workers, map_in_order, progress_bar, workers
 from .entries import ENTRIES, Entry
 
 DPI = 100
@@ -53,12 +56,14 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
         metavar="NUMBER",
         help="only these, such as 4a, 4 or table5, without the page (default: all, and the page)",
     )
+    add_workers(paper, "one for each processor")
     paper.set_defaults(action=_action)
 
 
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure) if options.figure else ENTRIES
-    texts = write(wanted, options.output, options.pdf)
+    with workers(options, os.cpu_count()) as executor:
+        texts = write(wanted, options.output, options.pdf, executor)
     if not options.figure:
         (options.output / PAGE).write_text(HEAD + "".join(texts), encoding="utf-8")
     print(options.output)
@@ -81,39 +86,34 @@ def _names(entry: Entry) -> set[str]:
     return {name, re.sub(r"(?<=\d)[ab]$", "", name)}
 
 
-def write(entries: Sequence[Entry], folder: Path, pdf: bool = False) -> list[str]:
-    """Write pictures and numbers of entries into a folder, on all processors; return their page sections."""
+def write(
+    entries: Sequence[Entry], folder: Path, pdf: bool = False, executor: Executor | None = None
+) -> list[str]:
+    """Write pictures and numbers of entries into a folder; return their page sections.
+
+    executor: as in `map_in_order`; without one, one entry after the other.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    workers = min(os.cpu_count() or 1, len(entries))
-    numbers = [(ENTRIES.index(entry), folder, pdf) for entry in entries]
-    # With disable=None the bar is shown on terminals only.
-    bar = tqdm(total=len(entries), unit="figure", disable=None)
-    if workers == 1:
-        texts = []
-        for job in numbers:
-            texts.append(_write_one(job))
-            bar.update()
-    else:
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            # The last entries take longest, so they start first.
-            futures = [pool.submit(_write_one, job) for job in reversed(numbers)][::-1]
-            for future in futures:
-                future.add_done_callback(lambda _: bar.update())
-            texts = [future.result() for future in futures]
-    bar.close()
-    return texts
+    # The last entries take longest, so they start first.
+    numbers = [ENTRIES.index(entry) for entry in reversed(entries)]
+    with progress_bar(len(entries), "figure") as bar:
+        made = map_in_order(partial(_make_one, pdf), numbers, executor or Serial(), bar.update)[::-1]
+    for files, _ in made:
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+    return [text for _, text in made]
 
 
-def _write_one(job: tuple[int, Path, bool]) -> str:
-    """Write picture and numbers of one entry; return its section of the page."""
-    number, folder, pdf = job
+def _make_one(pdf: bool, number: int) -> tuple[dict[str, bytes], str]:
+    """Files of one entry by name, picture and numbers, and its section of the page."""
     entry = ENTRIES[number]
     outcome = entry.run()
-    png, csv = folder / f"{entry.stem}.png", folder / f"{entry.stem}.csv"
-    outcome.figure.savefig(png, dpi=DPI, metadata={"Software": None})
+    png, csv = Path(f"{entry.stem}.png"), Path(f"{entry.stem}.csv")
+    files = {png.name: _picture(outcome.figure, format="png", dpi=DPI, metadata={"Software": None})}
     if pdf:
-        outcome.figure.savefig(png.with_suffix(".pdf"), metadata={"CreationDate": None, "Producer": None})
-    csv.write_text("\n".join([outcome.header, *outcome.lines, ""]), encoding="utf-8")
+        nothing = {"CreationDate": None, "Producer": None}
+        files[png.with_suffix(".pdf").name] = _picture(outcome.figure, format="pdf", metadata=nothing)
+    files[csv.name] = "\n".join([outcome.header, *outcome.lines, ""]).encode()
     name = entry.number if entry.number.startswith("Table") else f"Figure {entry.number}"
     parts = [f"\n## {name}: {entry.title}\n", f"![{name}]({png.name})\n"]
     parts.append(f"**The paper says:** {entry.says}")
@@ -123,7 +123,14 @@ def _write_one(job: tuple[int, Path, bool]) -> str:
         parts.append(f"\n**Assumed:** {entry.assumed}")
     cases = ", ".join(f"[`{stem}.nml`](../../harness/cases/{stem}.nml)" for stem in entry.cases)
     parts.append(f"\nNumbers: [{csv.name}]({csv.name})." + (f" Cases: {cases}." if cases else ""))
-    return "\n".join(parts) + "\n"
+    return files, "\n".join(parts) + "\n"
+
+
+def _picture(figure: Figure, **options: Any) -> bytes:
+    """Picture as the content of a file."""
+    file = io.BytesIO()
+    figure.savefig(file, **options)
+    return file.getvalue()
 
 
 def _item(text: str) -> str:

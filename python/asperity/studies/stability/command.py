@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import textwrap
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ... import tables
+from ...parallel import add_workers, workers
 from .catalogue import MODES, agree, find, shown, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NOT_SHOWN = 1
 """Exit code of an entry with an unexpected result, and of a table that is not up to date."""
@@ -35,6 +42,14 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
     run.add_argument(
         "--check", action="store_true", help="with --fill: change nothing; exit with 1 if the table differs"
     )
+    run.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("stability"),
+        metavar="DIR",
+        help="folder for the pictures of entries, drawn without --table and --fill (default: %(default)s)",
+    )
     run.set_defaults(action=_run)
 
     maps = actions.add_parser("map", help="draw maps of the convergence of methods")
@@ -50,6 +65,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
         "--size", type=int, default=24, metavar="N", help="cells along an axis (default: %(default)s)"
     )
     maps.add_argument("--pdf", action="store_true", help="PDF beside PNG")
+    add_workers(maps, "one for each processor")
     maps.set_defaults(action=_map)
 
 
@@ -83,12 +99,25 @@ def _run(options: argparse.Namespace) -> int:
             verdict = "survives" if trial.survives else "fails"
             unexpected = "" if trial.holds else "  NOT AS EXPECTED"
             print(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file, flush=True)
+        if mode.draw is not None and not quiet:
+            print(_draw(mode.draw, options.output / f"stability_{mode.name}.png"))
     text = table(results)
     if options.fill is not None:
         bad += _fill(options.fill, text, options.check)
     elif options.table:
         print(text)
     return NOT_SHOWN if bad else 0
+
+
+def _draw(draw: Callable[[], Figure], path: Path) -> Path:
+    """Draw the picture of an entry."""
+    import matplotlib.pyplot as plt
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure = draw()
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+    return path
 
 
 def _fill(path: Path, text: str, check: bool) -> list[str]:
@@ -112,6 +141,7 @@ def _map(options: argparse.Namespace) -> int:
 
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
-    for written in draw_maps(options.output, options.size, options.pdf):
-        print(written)
+    with workers(options, os.cpu_count()) as executor:
+        for written in draw_maps(options.output, options.size, options.pdf, executor):
+            print(written)
     return 0

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import csv
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 
 from ...contract import Floats
 from ...interface import Interface
+from ...parallel import Serial, map_in_order, progress_bar
 from ...pattern import Pattern
 from ...plots import COLOURS, plt
 from ..newton import newton_study
@@ -34,15 +35,21 @@ FAILED = "0.85"
 """Grey of a cell in which a method fails."""
 
 
-def draw_maps(folder: Path, size: int, pdf: bool = False) -> Iterator[Path]:
-    """Compute and draw every map; size: cells along an axis.  Yields the names of the written files."""
+def draw_maps(
+    folder: Path, size: int, pdf: bool = False, executor: Executor | None = None
+) -> Iterator[Path]:
+    """Compute and draw every map; size: cells along an axis.  Yields the names of the written files.
+
+    executor: as in `map_in_order`; without one, one cell after the other.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    for name, compute, draw in (
-        ("tangents", tangent_rows, draw_tangents),
-        ("steps", step_rows, draw_steps),
-        ("law", law_rows, draw_law),
+    for name, places, cell, draw in (
+        ("tangents", tangent_places(size), tangent_cell, draw_tangents),
+        ("steps", step_places(size), step_cell, draw_steps),
+        ("law", law_places(size), law_cell, draw_law),
     ):
-        rows = list(_shown(name, compute(size)))
+        with progress_bar(len(places), f"cell of map {name}") as bar:
+            rows = map_in_order(cell, places, executor or Serial(), bar.update)
         path = folder / f"map_{name}.csv"
         with path.open("w", encoding="utf-8", newline="") as file:
             columns = dict.fromkeys(key for row in rows for key in row)
@@ -56,16 +63,6 @@ def draw_maps(folder: Path, size: int, pdf: bool = False) -> Iterator[Path]:
             figure.savefig(path, dpi=130)
             yield path
         plt.close(figure)
-
-
-def _shown(name: str, rows: Iterator[Row]) -> Iterator[Row]:
-    """Yield the rows and show their count on standard error."""
-    n = 0
-    for n, row in enumerate(rows, 1):
-        if n % 20 == 0 and sys.stderr.isatty():
-            print(f"map of {name}: {n} cells", end="\r", file=sys.stderr, flush=True)
-        yield row
-    print(f"map of {name}: {n} cells", file=sys.stderr, flush=True)
 
 
 def cells(
@@ -88,23 +85,28 @@ MOST = 100
 """Largest number of iterations of an increment in the map of tangents."""
 
 
-def tangent_rows(size: int) -> Iterator[Row]:
-    """Iterations with three tangents, and signs of the tangent along the path, over friction and slope."""
-    for theta in np.linspace(0.0, 60.0, size):
-        for mu in np.linspace(0.0, 1.6, size):
-            row: Row = {"mu": float(mu), "theta": float(theta)}
-            for tangent in SHOWN_TANGENTS:
-                study = pulled(mu, theta, tangent, most=MOST, direction=DIRECTION)
-                row[tangent] = float(np.mean(study.iterations)) if study.converged else np.nan
-            fine = pulled(mu, theta, "consistent", steps=100, direction=DIRECTION)
-            rough = Interface(replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta))
-            before = np.vstack([np.zeros((1, rough.nstatv)), fine.state[:-1]])
-            matrices = rough.update(fine.separation, before).tangent / K
-            system = matrices + np.diag([0.0, SPRING, SPRING])
-            row["symmetric"] = float(_symmetric(matrices))
-            row["system"] = float(_symmetric(system))
-            row["determinant"] = float(np.linalg.det(matrices).min())
-            yield row
+def tangent_places(size: int) -> list[tuple[float, float]]:
+    """Friction and inclination of the cells."""
+    slopes, frictions = np.linspace(0.0, 60.0, size), np.linspace(0.0, 1.6, size)
+    return [(float(mu), float(theta)) for theta in slopes for mu in frictions]
+
+
+def tangent_cell(place: tuple[float, float]) -> Row:
+    """Iterations with three tangents, and signs of the tangent along the path, at a friction and slope."""
+    mu, theta = place
+    row: Row = {"mu": mu, "theta": theta}
+    for tangent in SHOWN_TANGENTS:
+        study = pulled(mu, theta, tangent, most=MOST, direction=DIRECTION)
+        row[tangent] = float(np.mean(study.iterations)) if study.converged else np.nan
+    fine = pulled(mu, theta, "consistent", steps=100, direction=DIRECTION)
+    rough = Interface(replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta))
+    before = np.vstack([np.zeros((1, rough.nstatv)), fine.state[:-1]])
+    matrices = rough.update(fine.separation, before).tangent / K
+    system = matrices + np.diag([0.0, SPRING, SPRING])
+    row["symmetric"] = float(_symmetric(matrices))
+    row["system"] = float(_symmetric(system))
+    row["determinant"] = float(np.linalg.det(matrices).min())
+    return row
 
 
 def _symmetric(matrices: Floats) -> float:
@@ -186,30 +188,34 @@ OUTCOMES = ("smooth", "snap", "lost")
 """Results of the driver's solver: the last of these events on a path, or none."""
 
 
-def step_rows(size: int) -> Iterator[Row]:
-    """Plain Newton and the driver's solver over pressure and step."""
+def step_places(size: int) -> list[tuple[int, float]]:
+    """Number of steps and pressure over sigma0 of the cells."""
+    numbers = np.unique(np.geomspace(2, 2000, size).round().astype(int))
+    return [(int(steps), share) for steps in numbers for share in _pressures(size)]
+
+
+def step_cell(place: tuple[int, float]) -> Row:
+    """Plain Newton and the driver's solver at a pressure and step."""
+    steps, share = place
     rough = Interface(TABLE_2, Pattern.regular(SIDES, 30.0))
-    pressures = _pressures(size)
+    sigma_N = share * TABLE_2.sigma0
+    study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), sigma_N, preload=20)
+    row: Row = {"sigma_N/sigma0": share, "step/s_f": 1.0 / steps, "plain": study.end}
+    row["plain_iterations"] = float(np.mean(study.iterations)) if study.converged else np.nan
     with tempfile.TemporaryDirectory() as folder:
-        for steps in np.unique(np.geomspace(2, 2000, size).round().astype(int)):
-            for share in pressures:
-                sigma_N = share * TABLE_2.sigma0
-                study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=int(steps)), sigma_N, preload=20)
-                row: Row = {"sigma_N/sigma0": share, "step/s_f": 1.0 / steps, "plain": study.end}
-                row["plain_iterations"] = float(np.mean(study.iterations)) if study.converged else np.nan
-                case = Path(folder, "case.nml")
-                case.write_text(
-                    "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n"
-                    f"&pattern sides = {SIDES}, theta = 30.0 /\n"
-                    f"&step t_N = {sigma_N!r}, increments = 20 /\n"
-                    f"&step slip = {S_F!r}, increments = {steps} /\n",
-                    encoding="utf-8",
-                )
-                run = drive(case)
-                happened = [event for event in OUTCOMES if run.rows_with(event)]
-                row["solver"] = happened[-1] if happened else OUTCOMES[0]
-                row["solver_iterations"] = float(run.columns["iterations"].mean())
-                yield row
+        case = Path(folder, "case.nml")
+        case.write_text(
+            "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n"
+            f"&pattern sides = {SIDES}, theta = 30.0 /\n"
+            f"&step t_N = {sigma_N!r}, increments = 20 /\n"
+            f"&step slip = {S_F!r}, increments = {steps} /\n",
+            encoding="utf-8",
+        )
+        run = drive(case)
+    happened = [event for event in OUTCOMES if run.rows_with(event)]
+    row["solver"] = happened[-1] if happened else OUTCOMES[0]
+    row["solver_iterations"] = float(run.columns["iterations"].mean())
+    return row
 
 
 def _pressures(size: int) -> list[float]:
@@ -292,18 +298,25 @@ FIRST_SLIP = 0.15
 """Slip before the closure in the map of the second law, over s_f."""
 
 
-def law_rows(size: int) -> Iterator[Row]:
-    """Locking directions over (mu, theta), and decrease of the rupture energy over (closure, reversal)."""
-    for theta in np.linspace(0.0, 60.0, size):
-        for mu in np.linspace(0.0, 3.0, size):
-            rough = Interface(replace(TABLE_2, mu=mu), Pattern.regular(4, theta))
-            locked = sum(locks(rough, direction) for direction in LOCK_DIRECTIONS)
-            yield {"map": "locking", "x": float(mu), "y": float(theta), "value": float(locked)}
-    clamp, back = np.meshgrid(np.linspace(0.0, 1.0, size), np.linspace(0.0, 0.5, size))
-    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
-    fall = clamped_reversal(flat, clamp.ravel() * S_F, back.ravel() * S_F, FIRST_SLIP * S_F)
-    for x, y, value in zip(clamp.ravel(), back.ravel(), fall / TABLE_2.Gc, strict=True):
-        yield {"map": "second law", "x": float(x), "y": float(y), "value": float(value)}
+def law_places(size: int) -> list[tuple[str, float, float]]:
+    """Name of the map, x and y of the cells."""
+    slopes, frictions = np.linspace(0.0, 60.0, size), np.linspace(0.0, 3.0, size)
+    places = [("locking", float(mu), float(theta)) for theta in slopes for mu in frictions]
+    backs, clamps = np.linspace(0.0, 0.5, size), np.linspace(0.0, 1.0, size)
+    return places + [("second law", float(clamp), float(back)) for back in backs for clamp in clamps]
+
+
+def law_cell(place: tuple[str, float, float]) -> Row:
+    """Locking directions at (mu, theta), or decrease of the rupture energy at (closure, reversal)."""
+    name, x, y = place
+    if name == "locking":
+        rough = Interface(replace(TABLE_2, mu=x), Pattern.regular(4, y))
+        value = float(sum(locks(rough, direction) for direction in LOCK_DIRECTIONS))
+    else:
+        flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+        fall = clamped_reversal(flat, np.array([x * S_F]), np.array([y * S_F]), FIRST_SLIP * S_F)
+        value = float(fall[0] / TABLE_2.Gc)
+    return {"map": name, "x": x, "y": y, "value": value}
 
 
 def draw_law(rows: Sequence[Row]) -> Figure:

@@ -1,0 +1,1 @@
+"""Page in the browser with sliders for constants, pattern and load path."""

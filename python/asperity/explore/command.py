@@ -1,0 +1,87 @@
+"""Command `asperity explore`: a page in the browser whose sliders redraw a slip test."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import webbrowser
+
+from ..starters import assigned
+from .model import VALUES
+
+HOST = "127.0.0.1"
+"""The page is for this machine only."""
+
+PORT = 5006
+"""Default of Bokeh."""
+
+
+def add_arguments(explore: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    explore.description = (
+        "Open a page in the browser with sliders for constants, pattern and load path of a slip test. The "
+        "command serves this page, to this machine only, until Ctrl-C ends it."
+    )
+    explore.add_argument(
+        "values",
+        nargs="*",
+        metavar="NAME=VALUE",
+        help=f"values at the start, of {', '.join(VALUES)}",
+    )
+    explore.add_argument(
+        "--port", type=int, default=PORT, help="of the page, 0 for any that is free (default: %(default)s)"
+    )
+    explore.add_argument("--no-browser", action="store_true", help="print the address only")
+    explore.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Serve the page until the user ends it."""
+    values = _values(options.values)
+    if not 0 <= options.port <= 65535:
+        raise ValueError(f"--port {options.port}: expected 0 to 65535")
+    try:
+        from bokeh.server.server import Server
+    except ImportError:
+        raise ValueError("asperity explore: expected Bokeh: pip install 'asperity[explore]'") from None
+    from .page import Page
+
+    try:
+        server = Server(
+            {"/": lambda document: Page(document, values) and None},
+            port=options.port,
+            address=HOST,
+            num_procs=1,
+        )
+    except OSError as error:
+        raise OSError(f"--port {options.port}: {error.strerror or error}: expected a free port") from None
+    # Bokeh accepts connections of pages from this name
+    address = f"http://localhost:{server.port}/"
+    print(f"{address}  (Ctrl-C ends it)", flush=True)
+    server.start()
+    if not options.no_browser and not webbrowser.open(address):
+        print("no browser was found: open the address in one", file=sys.stderr)
+    try:
+        server.io_loop.start()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        server.stop()
+    return 0
+
+
+def _values(texts: list[str]) -> dict[str, float]:
+    """Values at the start, those of the command instead of the defaults."""
+    values = dict(VALUES)
+    for name, text in assigned(texts).items():
+        if name not in VALUES:
+            raise ValueError(f"{name}={text}: expected one of {', '.join(VALUES)}")
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value) or (name == "kc" and value <= 0.0):
+            raise ValueError(f"{name}={text}: expected a number{' > 0' if name == 'kc' else ''}")
+        values[name] = value
+    return values

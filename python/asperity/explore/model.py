@@ -1,0 +1,264 @@
+"""What the page shows: curves, planes and a section of a joint along a slip cycle, and texts to copy."""
+
+from __future__ import annotations
+
+import textwrap
+import warnings
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from .. import contract
+from ..contract import Floats
+from ..history import History
+from ..interface import EquilibriumLost, Interface
+from ..material import Material, ModelWarning
+from ..pattern import Pattern, direction_vector, unit_vector
+
+MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0")
+"""Constants of the material that the page varies."""
+
+VALUES = {
+    "sigma0": 3.0,
+    "Gc": 0.3,
+    "eta": 0.9,
+    "mu": 0.5,
+    "kc": 20.0,
+    "height": 0.0,
+    "W0": 0.0,
+    "sides": 8.0,
+    "theta": 30.0,
+    "flat": contract.default("flat"),
+    "direction": 0.0,
+    "sigma_N": -1.0,
+    "slip": 0.4,
+}
+"""Values at the start."""
+
+CYCLES: dict[str, tuple[float, ...]] = {
+    "one way": (1.0,),
+    "there and back": (1.0, 0.0),
+    "one cycle": (1.0, -1.0, 1.0),
+    "three cycles": (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0),
+}
+"""Slips at the reversals, over the value of `slip`."""
+
+PRELOAD = 50
+"""Increments of the preload."""
+
+INCREMENTS = 100
+"""Increments of a stroke from 0 to `slip`."""
+
+MARGIN = 1.15
+"""Half width of the section over its longest slip."""
+
+WIDTH = 60
+"""Characters of a line of the texts."""
+
+POINTS = 60
+"""Points of a slope of the section."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Values by name, as in VALUES, and the cycle, one of CYCLES."""
+
+    values: dict[str, float]
+    cycle: str
+
+    @property
+    def interface(self) -> Interface:
+        """Joint; raises ValueError with the message of the library."""
+        material = Material(**{name: self.values[name] for name in MATERIAL})
+        sides, theta, flat = (self.values[name] for name in ("sides", "theta", "flat"))
+        return Interface(material, Pattern.regular(int(sides), theta if sides else 0.0, flat))
+
+    @property
+    def turns(self) -> list[float]:
+        """Slips at the reversals and at the end."""
+        return [share * self.values["slip"] for share in CYCLES[self.cycle]]
+
+    @property
+    def parts(self) -> list[int]:
+        """Increments between them."""
+        return [round(INCREMENTS * abs(b - a)) for a, b in pairwise((0.0, *CYCLES[self.cycle]))]
+
+    @property
+    def slips(self) -> Floats:
+        """Slips of all rows, from zero on."""
+        ends = pairwise([0.0, *self.turns])
+        pieces = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(ends, self.parts, strict=True)]
+        return np.concatenate([[0.0], *pieces])
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Rows of a choice, and remarks on it; lost: what happened where they end early."""
+
+    choice: Choice
+    interface: Interface
+    history: History
+    remarks: tuple[str, ...]
+    lost: str
+
+    @property
+    def slip(self) -> Floats:
+        """Slip along the direction of the test."""
+        return self.history.separation[:, 1:] @ self.e
+
+    @property
+    def tau(self) -> Floats:
+        """Traction along the slip."""
+        return self.history.traction[:, 1:] @ self.e
+
+    @property
+    def e(self) -> Floats:
+        """Direction of the slip."""
+        return direction_vector(self.choice.values["direction"])
+
+
+def answer(choice: Choice) -> Answer:
+    """Rows of a choice; raises ValueError with the message of the library for values that it refuses."""
+    interface = choice.interface
+    sigma_N, direction = choice.values["sigma_N"], choice.values["direction"]
+    lost = ""
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always", ModelWarning)
+        try:
+            history = interface.confined_slip(direction, choice.slips, sigma_N, PRELOAD)
+        except EquilibriumLost as error:
+            history, lost = error.history, str(error)
+    texts = dict.fromkeys(str(one.message) for one in issued)
+    return Answer(choice, interface, history, tuple(texts), lost)
+
+
+def plan(pattern: Pattern) -> tuple[list[list[float]], list[list[float]]]:
+    """Outlines of the planes of the lower side from above, in their order; areas are those of their weights.
+
+    The flat plane is the bottom of a hollow, and each inclined plane stands where a slip climbs it.
+    """
+    uphill, weights = _slopes(pattern), pattern.weights
+    inclined = np.hypot(*uphill.T) > 0.0
+    count, flat = int(inclined.sum()), float(weights[~inclined].sum())
+    xs, ys = [], []
+    for up, is_inclined in zip(uphill, inclined, strict=True):
+        if not count:
+            corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        elif count == 2:
+            along = up / np.hypot(*up) if is_inclined else np.array([1.0, 0.0])
+            across = np.array([-along[1], along[0]])
+            ends = (flat, 1.0) if is_inclined else (-flat, flat)
+            corners = np.array([ends[0] * along - across, ends[1] * along - across])
+            corners = np.vstack([corners, ends[1] * along + across, ends[0] * along + across])
+        else:
+            inner, half = np.sqrt(flat), np.pi / count
+            if is_inclined:
+                azimuth = np.arctan2(up[1], up[0])
+                arms = unit_vector(azimuth + half * np.array([-1.0, 1.0])) / np.cos(half)
+                corners = np.vstack([inner * arms, arms[::-1]])
+            else:
+                first = np.arctan2(uphill[inclined][0, 1], uphill[inclined][0, 0])
+                corners = inner * unit_vector(first + half * (2.0 * np.arange(count) + 1.0)) / np.cos(half)
+        xs.append(corners[:, 0].tolist())
+        ys.append(corners[:, 1].tolist())
+    return xs, ys
+
+
+def section(answer: Answer, row: int) -> tuple[Floats, Floats, tuple[float, float]]:
+    """Profile of the lower side along the slip, x and z, and the place (slip, s_N) of the upper one in a row.
+
+    On either side of a flat part stands the plane that climbs most steeply in this direction, as steep as the
+    slip meets it; the end of the asperities and their wear show.
+    """
+    values = answer.choice.values
+    width = MARGIN * 2.0 * max(abs(turn) for turn in answer.choice.turns)
+    flat = width * min(float(values["flat"]), 0.9) if values["sides"] else width
+    u = np.linspace(0.0, width, POINTS)
+    right = np.column_stack([u + 0.5 * flat, _climb(answer, row, u, 1.0)])
+    left = np.column_stack([-u - 0.5 * flat, _climb(answer, row, u, -1.0)])[::-1]
+    x, z = np.vstack([left, right]).T
+    history = answer.history
+    place = (float(answer.slip[row]), float(history.dilation[row])) if len(history) else (0.0, 0.0)
+    return x, z, place
+
+
+def _climb(answer: Answer, row: int, u: Floats, sense: float) -> Floats:
+    """Height of the plane that climbs most steeply along the slip, or against it."""
+    slopes = sense * (_slopes(answer.interface.pattern) @ answer.e)
+    plane = int(np.argmax(slopes))
+    return _profile(answer, row, plane, np.maximum(slopes[plane], 0.0) * u)
+
+
+def in_contact(answer: Answer, row: int) -> list[bool]:
+    """Whether the two sides of each plane touch."""
+    s_N, *slip = answer.history.separation[row]
+    rises = _slopes(answer.interface.pattern) @ slip
+    return [bool(s_N < _profile(answer, row, plane, rise)) for plane, rise in enumerate(rises)]
+
+
+def _slopes(pattern: Pattern) -> Floats:
+    """Gradient (Np, 2) of the height of each plane."""
+    return -pattern.normals[:, 1:] / pattern.normals[:, :1]
+
+
+def _profile(answer: Answer, row: int, plane: int, rise: Floats) -> Floats:
+    """Height of a facet from that of its straight plane: it ends at the height, and wears."""
+    material = answer.interface.material
+    if material.height > 0.0:
+        ended = material.height * (1.0 - np.exp(-np.maximum(rise, 0.0) / material.height))
+        rise = np.where(rise > 0.0, ended, rise)
+    if material.wears and len(answer.history):
+        rise = rise * (1.0 - answer.history.worn(plane + 1)[row])
+    return rise
+
+
+def as_case(choice: Choice) -> str:
+    """Case file of a choice."""
+    values = choice.values
+    entries = [f"{name} = {values[name]!r}" for name in MATERIAL]
+    material = f"{', '.join(entries[:4])},\n          {', '.join(entries[4:])}"
+    pattern = f"sides = {int(values['sides'])}"
+    if values["sides"]:
+        pattern += f", theta = {values['theta']!r}, flat = {values['flat']!r}"
+    turns = ", ".join(repr(turn) for turn in choice.turns)
+    return (
+        "&case title = 'Explored' /\n"
+        f"&material {material} /\n"
+        f"&pattern {pattern} /\n"
+        f"&step t_N = {values['sigma_N']!r}, increments = {PRELOAD} /\n"
+        f"&step slip = {turns}, direction = {values['direction']!r},\n"
+        f"      increments = {', '.join(map(str, choice.parts))} /\n"
+    )
+
+
+def as_python(choice: Choice) -> str:
+    """Python script of a choice."""
+    values = choice.values
+    entries = [f"{name}={values[name]!r}" for name in MATERIAL]
+    material = f"\n    {', '.join(entries[:4])},\n    {', '.join(entries[4:])},\n"
+    theta = values["theta"] if values["sides"] else 0.0
+    pieces = [
+        f"    np.linspace({a!r}, {b!r}, {n + 1})[1:],\n"
+        for (a, b), n in zip(pairwise([0.0, *choice.turns]), choice.parts, strict=True)
+    ]
+    return (
+        "import numpy as np\nfrom asperity import Interface, Material, Pattern\n\n"
+        f"material = Material({material})\n"
+        f"pattern = Pattern.regular(\n    {int(values['sides'])}, theta={theta!r}, flat={values['flat']!r}\n"
+        ")\n"
+        f"slips = np.concatenate([\n    [0.0],\n{''.join(pieces)}])\n"
+        f"test = Interface(material, pattern).confined_slip(\n    {values['direction']!r}, slips, "
+        f"sigma_N={values['sigma_N']!r}, preload={PRELOAD}\n)\n"
+        "print(test)\n"
+    )
+
+
+def as_props(choice: Choice) -> str:
+    """Line with PROPS; raises ValueError for values that the library refuses."""
+    props = choice.interface.props()
+    return textwrap.fill(f"PROPS({len(props)})   {', '.join(map(repr, props.tolist()))}", WIDTH) + "\n"
+
+
+TEXTS = {"case": as_case, "Python": as_python, "PROPS": as_props}
+"""What can be copied."""

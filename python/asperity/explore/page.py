@@ -1,0 +1,307 @@
+"""The page: sliders, figures and texts of Bokeh, whose server answers every move of a slider."""
+
+from __future__ import annotations
+
+import html
+import time
+from collections.abc import Mapping
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.layouts import column, row
+from bokeh.models import (
+    Button,
+    ColorBar,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    Div,
+    LinearColorMapper,
+    PreText,
+    RadioButtonGroup,
+    Select,
+    Slider,
+)
+from bokeh.palettes import Cividis256
+from bokeh.plotting import figure
+
+from .model import CYCLES, TEXTS, Answer, Choice, answer, in_contact, plan, section
+
+BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
+
+SLIDERS: dict[str, tuple[str, float, float, float]] = {
+    "sigma0": ("strength sigma0 [MPa]", 0.1, 10.0, 0.05),
+    "Gc": ("fracture energy Gc [N/mm]", 0.01, 2.0, 0.01),
+    "eta": ("eta = 1 - s0/sf [-]", 0.5, 0.99, 0.01),
+    "mu": ("friction mu [-]", 0.0, 1.5, 0.01),
+    "kc": ("contact stiffness kc [-]", 0.0, 4.0, 0.05),
+    "height": ("asperity height [mm], 0: no end", 0.0, 1.0, 0.01),
+    "W0": ("work of wear W0 [N/mm], 0: no wear", 0.0, 5.0, 0.05),
+    "sides": ("inclined planes", 0, 16, 1),
+    "theta": ("inclination theta [°]", 0.0, 75.0, 0.5),
+    "flat": ("weight of the flat plane [-]", 0.0, 1.0, 0.01),
+    "direction": ("direction of the slip [°]", 0.0, 180.0, 1.0),
+    "sigma_N": ("normal traction sigma_N [MPa], pressure < 0", -20.0, 4.0, 0.1),
+    "slip": ("slip [mm]", 0.05, 2.0, 0.01),
+}
+"""Title, ends and step of a slider by the name of its value; that of kc is the logarithm."""
+
+LOGARITHMIC = ("kc",)
+
+GROUPS = {
+    "Material": ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0"),
+    "Pattern": ("sides", "theta", "flat"),
+    "Load path": ("direction", "sigma_N", "slip"),
+}
+"""Sliders under their headings."""
+
+COPY = """
+const area = document.createElement("textarea");
+area.value = text.text;
+document.body.appendChild(area);
+area.select();
+document.execCommand("copy");
+area.remove();
+button.label = "copied";
+setTimeout(() => { button.label = "copy"; }, 1000);
+"""
+"""Copy in the browser, also where a page has no access to the clipboard otherwise."""
+
+
+class Page:
+    """Widgets of one open page, and what they do."""
+
+    def __init__(self, document: Document, values: Mapping[str, float]) -> None:
+        """Build the page with the values at the start."""
+        self.document = document
+        self.waiting = False
+        self.found: Answer | None = None
+        self.sliders = {name: _slider(name, value) for name, value in values.items()}
+        self.cycle = Select(title="cycle", value="one cycle", options=list(CYCLES), name="cycle")
+        self.place = Slider(
+            title="position on the path [%]", start=0, end=100, step=1, value=100, name="position"
+        )
+        self.kind = RadioButtonGroup(labels=list(TEXTS), active=0, name="kind")
+        self.text = PreText(name="text", width=380, styles={"font-size": "11px"})
+        self.copy = Button(label="copy", width=80, name="copy")
+        self.copy.js_on_event(
+            "button_click", CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
+        )
+        self.message = Div(name="message", width=1450)
+        self.status = Div(name="status", width=300)
+        self.curves = ColumnDataSource(_no_curves(), name="curves")
+        self.here = ColumnDataSource({"slip": [], "tau": [], "s_N": [], "damage": []}, name="here")
+        self.planes = ColumnDataSource({"xs": [], "ys": [], "alpha": []}, name="planes")
+        self.section = ColumnDataSource({"xs": [], "ys": [], "colour": []}, name="section")
+        self.touching = ColumnDataSource({"x": [], "y": []}, name="touching")
+        self.arrow = ColumnDataSource({"x": [], "y": []}, name="arrow")
+        for slider in self.sliders.values():
+            slider.on_change("value", self._changed)
+        self.cycle.on_change("value", self._changed)
+        self.place.on_change("value", self._moved)
+        self.kind.on_change("active", self._chosen)
+        document.title = "asperity explore"
+        document.add_root(self._layout())
+        self.redraw()
+
+    @property
+    def choice(self) -> Choice:
+        """Values of the sliders."""
+        values = {name: float(slider.value) for name, slider in self.sliders.items()}
+        for name in LOGARITHMIC:
+            # four digits, as the slider shows them
+            values[name] = float(f"{10.0 ** values[name]:.4g}")
+        return Choice(values, self.cycle.value)
+
+    def _changed(self, attr: str, old: object, new: object) -> None:
+        """Redraw once for all changes that came together."""
+        if not self.waiting:
+            self.waiting = True
+            self.document.add_next_tick_callback(self.redraw)
+
+    def redraw(self) -> None:
+        """Compute the choice and show it, or the message of the library."""
+        self.waiting = False
+        start = time.perf_counter()
+        self.document.hold("combine")
+        choice = self.choice
+        try:
+            self.found = answer(choice)
+        except ValueError as error:
+            self.found = None
+            self._say("error", [str(error)])
+            self.curves.data = _no_curves()
+            for source in (self.here, self.planes, self.touching, self.section, self.arrow):
+                source.data = {name: [] for name in source.data}
+            self.text.text = ""
+            self.status.text = ""
+        else:
+            found = self.found
+            computed = time.perf_counter() - start
+            self._say("lost" if found.lost else "remark", [*filter(None, [found.lost]), *found.remarks])
+            history = found.history
+            self.curves.data = {
+                "slip": found.slip,
+                "tau": found.tau,
+                "s_N": history.dilation,
+                "damage": history.damage,
+            }
+            self._show_place()
+            self._show_text()
+            whole = time.perf_counter() - start
+            self.status.text = (
+                f"{len(history)} rows: model {1e3 * computed:.1f} ms, with figures {1e3 * whole:.1f} ms"
+            )
+        self.document.unhold()
+
+    def _moved(self, attr: str, old: object, new: object) -> None:
+        """Show another position of the path."""
+        self.document.hold("combine")
+        self._show_place()
+        self.document.unhold()
+
+    def _show_place(self) -> None:
+        """Show planes and section at the position on the path."""
+        found = self.found
+        if found is None or not len(found.history):
+            for source in (self.here, self.planes, self.touching, self.section, self.arrow):
+                source.data = {name: [] for name in source.data}
+            return
+        history = found.history
+        at = round(0.01 * self.place.value * (len(history) - 1))
+        self.here.data = {
+            "slip": [found.slip[at]],
+            "tau": [found.tau[at]],
+            "s_N": [history.dilation[at]],
+            "damage": [history.damage[at]],
+        }
+        xs, ys = plan(found.interface.pattern)
+        alpha = [float(history.alpha(k + 1)[at]) for k in range(len(xs))]
+        self.planes.data = {"xs": xs, "ys": ys, "alpha": alpha}
+        closed = in_contact(found, at)
+        middles = [
+            [float(np.mean(part)) for part, yes in zip(parts, closed, strict=True) if yes]
+            for parts in (xs, ys)
+        ]
+        self.touching.data = {"x": middles[0], "y": middles[1]}
+        self.arrow.data = {"x": [0.0, 1.1 * found.e[0]], "y": [0.0, 1.1 * found.e[1]]}
+        x, z, (slip, s_N) = section(found, at)
+        depth = 0.25 * float(x[-1] - x[0])
+        top = float(z.max()) + depth
+        lower = [[*x, x[-1], x[0]], [*z, -depth, -depth]]
+        upper = [[*(x + slip), x[-1] + slip, x[0] + slip], [*(z + s_N), top + s_N, top + s_N]]
+        self.section.data = {
+            "xs": [upper[0], lower[0]],
+            "ys": [upper[1], lower[1]],
+            "colour": [UPPER, LOWER],
+        }
+
+    def _chosen(self, attr: str, old: object, new: object) -> None:
+        """Show the text of another kind."""
+        self._show_text()
+
+    def _show_text(self) -> None:
+        """Show the text to copy."""
+        if self.found is not None:
+            self.text.text = list(TEXTS.values())[self.kind.active](self.found.choice)
+
+    def _say(self, kind: str, texts: list[str]) -> None:
+        colour = {"error": "#B00020", "lost": "#B00020", "remark": "#555555"}[kind]
+        lines = "<br>".join(html.escape(text) for text in texts)
+        self.message.text = f'<div class="{kind}" style="color: {colour}">{lines}</div>'
+
+    def _layout(self) -> column:
+        """Sliders at the left, figures at the right."""
+        left = []
+        for heading, names in GROUPS.items():
+            left += [Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
+        left += [self.cycle, self.status]
+        figures = [
+            self._curve("tau", "traction along the slip [MPa]"),
+            self._curve("s_N", "dilation s_N [mm]"),
+            self._curve("damage", "damage [-]"),
+        ]
+        text = column(row(self.kind, self.copy), self.text)
+        bottom = row(self._plan(), self._section(), text)
+        return column(
+            self.message,
+            row(column(*left, width=320, margin=(0, 0, 0, 12)), column(row(*figures), self.place, bottom)),
+        )
+
+    def _curve(self, name: str, label: str) -> figure:
+        plot = figure(
+            width=380,
+            height=320,
+            x_axis_label="slip [mm]",
+            y_axis_label=label,
+            tools="pan,wheel_zoom,box_zoom,reset,hover,save",
+            tooltips=[("slip", "@slip{0.0000}"), (name, f"@{name}{{0.0000}}")],
+            toolbar_location="above",
+        )
+        plot.line("slip", name, source=self.curves, color=BLUE, line_width=1.8)
+        plot.scatter("slip", name, source=self.here, color=ORANGE, size=9)
+        return plot
+
+    def _plan(self) -> figure:
+        plot = figure(
+            width=390,
+            height=360,
+            match_aspect=True,
+            title="planes from above, dots: the sides touch",
+            tools="",
+            toolbar_location=None,
+        )
+        colours = LinearColorMapper(palette=Cividis256, low=0.0, high=1.0)
+        plot.patches(
+            "xs",
+            "ys",
+            source=self.planes,
+            fill_color={"field": "alpha", "transform": colours},
+            line_color="white",
+            line_width=2,
+        )
+        plot.scatter("x", "y", source=self.touching, color="white", line_color="black", size=11)
+        plot.line("x", "y", source=self.arrow, color=ORANGE, line_width=3)
+        plot.axis.visible = False
+        plot.grid.visible = False
+        plot.add_layout(ColorBar(color_mapper=colours, title="damage", width=12), "right")
+        return plot
+
+    def _section(self) -> figure:
+        plot = figure(
+            width=390,
+            height=360,
+            match_aspect=True,
+            title="section along the slip, true to scale",
+            x_axis_label="along the slip [mm]",
+            y_axis_label="N [mm]",
+            tools="pan,wheel_zoom,reset",
+            toolbar_location="above",
+        )
+        plot.patches("xs", "ys", source=self.section, fill_color="colour", line_color="black")
+        return plot
+
+
+def _slider(name: str, value: float) -> Slider:
+    """Slider of a value, whose range contains it."""
+    title, low, high, step = SLIDERS[name]
+    more = {}
+    if name in LOGARITHMIC:
+        value = float(np.log10(value))
+        more["format"] = CustomJSTickFormatter(code="return Number((10 ** tick).toPrecision(4)).toString()")
+    elif step < 0.1:
+        more["format"] = "0.000"
+    return Slider(
+        title=title,
+        start=min(low, value),
+        end=max(high, value),
+        step=step,
+        value=value,
+        name=name,
+        width=300,
+        **more,
+    )
+
+
+def _no_curves() -> dict[str, list[float]]:
+    return {"slip": [], "tau": [], "s_N": [], "damage": []}

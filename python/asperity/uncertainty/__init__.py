@@ -1,0 +1,1 @@
+"""Monte Carlo of uncertain constants through a load case."""

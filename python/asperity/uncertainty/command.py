@@ -1,0 +1,251 @@
+"""Command `asperity uncertainty`: quantiles of a load case whose constants are uncertain."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .. import contract
+from ..case_files import Case, read_case
+from ..fit import covariance
+from ..fit.search import check_output, numbers
+from ..parallel import add_workers, progress_bar, workers
+from ..remarks import shown_warnings
+from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
+from .paths import CURVES, load_paths
+from .spread import RESULTS, Spread, batch_size, spread
+
+LEVELS = (0.05, 0.5, 0.95)
+"""Quantiles where none are given."""
+
+MOST_SAMPLES = 10_000_000
+
+MOST_LEFT_OUT = 0.01
+"""Fraction of samples without a result above which the quantiles must not be used."""
+
+NO_RESULT = 3
+"""Exit code in this case, as that of a fit."""
+
+DIGITS = 1.0e-4
+"""Largest relative difference between a constant of a case and of its fit, which has more digits."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.description = (
+        "Draw the uncertain constants of a case, run its load path with each sample, and report quantiles of "
+        "the curves, of peak, end and work. The uncertainty is that of a fit, which asperity fit -o CASE.nml "
+        "writes to CASE.fit.json, or is given by --sd. Samples without a result are counted; if they are "
+        f"more than {MOST_LEFT_OUT:.0%}, the exit code is {NO_RESULT}."
+    )
+    parser.add_argument(
+        "case", type=Path, metavar="CASE.nml", help="case file with a prescribed slip or opening"
+    )
+    parser.add_argument(
+        "--fit",
+        type=Path,
+        metavar="FILE.json",
+        help="covariance, written by asperity fit (default: CASE.fit.json, unless --sd is given)",
+    )
+    parser.add_argument(
+        "--sd",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help=f"standard deviation of a constant, of {', '.join(CONSTANTS)}; normally distributed about the "
+        "value of the case",
+    )
+    parser.add_argument(
+        "--correlation",
+        action="append",
+        default=[],
+        metavar="NAME,NAME=VALUE",
+        help="correlation of two of them (default: 0)",
+    )
+    parser.add_argument(
+        "--samples", type=int, default=10_000, help="number of samples (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the random numbers (default: %(default)s)")
+    parser.add_argument(
+        "--quantiles",
+        default=",".join(map(str, LEVELS)),
+        metavar="LEVELS",
+        help="between 0 and 1 (default: %(default)s)",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="OUT.csv", help="write the quantiles of the curves"
+    )
+    parser.add_argument(
+        "--plot",
+        nargs="?",
+        type=Path,
+        const=Path("uncertainty.png"),
+        metavar="FILE",
+        help="draw the quantiles of the curves, .png or .pdf (default: uncertainty.png)",
+    )
+    parser.add_argument(
+        "--units",
+        default="mm,MPa",
+        metavar="LENGTH,STRESS",
+        help="units for the labels (default: %(default)s)",
+    )
+    add_workers(parser, "one for each processor")
+    parser.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Draw samples, run them, report the quantiles."""
+    levels = _levels(options.quantiles)
+    if not 2 <= options.samples <= MOST_SAMPLES:
+        raise ValueError(f"--samples {options.samples}: expected 2 to {MOST_SAMPLES}")
+    if options.seed < 0:
+        raise ValueError(f"--seed {options.seed}: expected >= 0")
+    units = options.units.split(",")
+    if len(units) != 2:
+        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
+    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
+        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
+    check_output("--plot", options.plot)
+    check_output("-o", options.output)
+    with shown_warnings():
+        case = read_case(options.case)
+    paths = load_paths(case)
+    distribution, source = _distribution(options, case)
+    samples = distribution.draw(options.samples, options.seed)
+    found = []
+    with (
+        workers(options, os.cpu_count()) as executor,
+        progress_bar(options.samples * len(paths), "sample") as bar,
+    ):
+        for path in paths:
+            size = batch_size(path)
+            tick = lambda size=size: bar.update(min(size, bar.total - bar.n))  # noqa: E731
+            found.append(spread(path, distribution.names, samples, levels, executor, tick))
+    print(report(case, distribution, source, options.samples, options.seed, found))
+    if options.output is not None:
+        write_curves(options.output, case.sweep, found)
+        print(options.output)
+    if options.plot is not None:
+        from .picture import draw
+
+        draw(options.plot, case.title, case.sweep, found, (units[0], units[1]))
+        print(options.plot)
+    worst = max(one.left_out for one in found)
+    if worst > MOST_LEFT_OUT:
+        print(
+            f"\nno result: {worst:.2%} of the samples have none, and the quantiles are those of the others: "
+            f"expected at most {MOST_LEFT_OUT:.0%}"
+        )
+        return NO_RESULT
+    return 0
+
+
+def _levels(text: str) -> list[float]:
+    try:
+        levels = [float(level) for level in text.split(",")]
+    except ValueError:
+        levels = []
+    if not levels or any(not 0.0 < level < 1.0 for level in levels) or sorted(set(levels)) != levels:
+        raise ValueError(f"--quantiles {text}: expected increasing numbers between 0 and 1, as 0.05,0.5,0.95")
+    return levels
+
+
+def _distribution(options: argparse.Namespace, case: Case) -> tuple[Distribution, str]:
+    """Distribution of the constants of a case, and where it comes from."""
+    props = np.array(case.runs[0].props)
+    deviations = {name: one for name, (one,) in numbers("--sd", options.sd, 1).items()}
+    correlations = {}
+    for name, (value,) in numbers("--correlation", options.correlation, 1).items():
+        first, comma, second = name.partition(",")
+        if not comma:
+            raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
+        correlations[first.strip(), second.strip()] = value
+    if deviations:
+        if options.fit is not None:
+            raise ValueError(f"--fit {options.fit}: expected without --sd")
+        for name in deviations:
+            check_name(name)
+        values = {name: float(props[contract.index(name)]) for name in deviations}
+        found, source = of_deviations(values, deviations, correlations), "--sd"
+    else:
+        if correlations:
+            raise ValueError("--correlation: expected with --sd; a fit has its own")
+        path = options.fit or covariance.file_of(options.case)
+        if not path.is_file():
+            raise ValueError(
+                f"{path}: expected the file that asperity fit -o {options.case} writes, --fit with its name, "
+                "or --sd NAME=VALUE"
+            )
+        known = covariance.read(path)
+        for name, value in zip(known.names, known.values, strict=True):
+            of_case = props[contract.index(name)]
+            if abs(of_case - value) > DIGITS * abs(value):
+                raise ValueError(
+                    f"{path}: {name} = {value:g}, but {options.case} has {of_case:g}: expected a case "
+                    "with the constants of the fit"
+                )
+        found, source = of_fit(known), str(path)
+    _check_runs(options.case, case, found.names)
+    return found, source
+
+
+def _check_runs(path: Path, case: Case, names: Sequence[str]) -> None:
+    """Raise ValueError for constants that a case does not have, or that its sweep changes."""
+    first = np.array(case.runs[0].props)
+    inclined = [name for name in names if name in ("theta", "flat", "height", "W0")]
+    if inclined and case.runs[0].pattern.m == 0:
+        raise ValueError(f"{path}: {inclined[0]}: expected inclined planes, which sides = 0 does not have")
+    listed = [name for name in names if name in ("theta", "flat")]
+    if listed and case.runs[0].pattern.m < 0:
+        raise ValueError(f"{path}: {listed[0]}: expected a regular pattern, not listed planes")
+    for run in case.runs:
+        for name in names:
+            if run.props[contract.index(name)] != first[contract.index(name)]:
+                raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
+
+
+def report(
+    case: Case, distribution: Distribution, source: str, samples: int, seed: int, found: Sequence[Spread]
+) -> str:
+    """Text with the samples, what was left out, and the quantiles of the results."""
+    props = np.array(case.runs[0].props)
+    deviations = np.sqrt(np.diag(distribution.covariance))
+    kind = "relative, of the logarithm or logit" if distribution.transformed else "absolute"
+    lines = [f"constants   {source}; standard deviations are {kind}"]
+    for name, size in zip(distribution.names, deviations, strict=True):
+        lines.append(f"  {name:<10}{props[contract.index(name)]:>12.5g} +- {size:.4g}")
+    lines.append(f"samples     {samples}, seed {seed}")
+    for one in found:
+        head = "" if one.path.value is None else f"{case.sweep} = {one.path.value:g}: "
+        out = [f"{count} out of the range of {name}" for name, count in one.refused.items()]
+        out += [f"{one.lost} without equilibrium on the whole path"] if one.lost else []
+        lines.append(f"left out    {head}{', '.join(out) or 'none'}")
+    for one in found:
+        title = "" if one.path.value is None else f"{case.sweep} = {one.path.value:g}"
+        names = [f"{level:.6g}" for level in one.levels]
+        lines += ["", f"{title:<22}" + "".join(f"{name:>12}" for name in ("case", "mean", "sd", *names))]
+        table = zip(RESULTS, one.case[1], one.results.T, strict=True)
+        for name, own, values in table:
+            row = [own, values.mean(), (values - values[0]).std(ddof=1), *np.quantile(values, one.levels)]
+            label = name if one.path.slips else name.replace("slip", "opening")
+            lines.append(f"{label:<22}" + "".join(f"{value:>12.5g}" for value in row))
+    return "\n".join(lines)
+
+
+def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
+    """Write the quantiles of the curves: a row for each point, a column for each curve and level."""
+    names = [f"{curve}_{level:g}" for curve in CURVES for level in found[0].levels]
+    start = ["slip" if found[0].path.slips else "opening", *(f"{curve}_case" for curve in CURVES)]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*([sweep] if sweep else []), *start, *names])
+        for one in found:
+            for i, row in enumerate(one.points):
+                cells = [one.path.x[row], *one.case[0][row], *one.curves[:, i].T.ravel()]
+                value = [] if one.path.value is None else [one.path.value]
+                writer.writerow([f"{cell:.7g}" for cell in [*value, *cells]])

@@ -1,0 +1,44 @@
+"""Draw the page of `asperity explore`, as a headless Chromium shows it.
+
+    .venv/bin/python tests/python/explore_picture.py docs/images/explore.png
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from support_browser import browser, missing, served
+from test_explore import Opened
+
+VALUES = ("sides=4", "theta=25", "height=0.25", "direction=20", "sigma_N=-2", "kc=50")
+"""Values at the start, whose facets end."""
+
+POSITION = 5
+"""Position on the path, per cent, where the damage of the planes differs."""
+
+
+def main(picture: Path) -> None:
+    """Write the picture."""
+    lacking = missing()
+    if lacking:
+        raise SystemExit(f"needs {lacking}")
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        served(*VALUES) as address,
+        browser(Path(folder, "profile")) as driver,
+    ):
+        page = Opened(driver, address)
+        driver.execute_script(
+            f"Bokeh.documents[0].get_model_by_name('position').value = {POSITION};"
+            "Bokeh.documents[0].get_model_by_name('mu').value = 0.55"
+        )
+        page.wait("Bokeh.documents[0].get_model_by_name('text').text.includes('mu = 0.55')")
+        # two frames later everything is drawn
+        driver.execute_async_script("const d = arguments[0]; requestAnimationFrame(() => setTimeout(d, 500))")
+        driver.save_screenshot(str(picture))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

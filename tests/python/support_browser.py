@@ -1,0 +1,73 @@
+"""A headless browser for pages on this machine, and a server of `asperity explore`."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    # a page that asks for anything but this machine fails
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost, EXCLUDE 127.0.0.1",
+    "--window-size=1560,980",
+)
+
+
+def missing() -> str:
+    """What the tests in a browser lack here; empty if nothing."""
+    try:
+        import bokeh  # noqa: F401
+        import selenium  # noqa: F401
+    except ImportError as error:
+        return f"{error.name}: pip install 'asperity[explore]' selenium"
+    programs = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
+    return f"{' and '.join(programs)}: tools/browser.sh" if programs else ""
+
+
+@contextmanager
+def browser(profile: Path) -> Iterator[Any]:
+    """Driver of Selenium, with a new profile in this folder."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    driver = webdriver.Chrome(options, webdriver.ChromeService(str(shutil.which("chromedriver"))))
+    try:
+        yield driver
+    finally:
+        driver.quit()
+
+
+@contextmanager
+def served(*values: str) -> Iterator[str]:
+    """Address of `asperity explore`, as it prints it; Ctrl-C ends it, with exit code 0."""
+    command = [sys.executable, "-m", "asperity", "explore", "--no-browser", "--port", "0", *values]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=_heed_interrupts) as server:
+        try:
+            assert server.stdout is not None
+            yield server.stdout.readline().split()[0]
+            server.send_signal(signal.SIGINT)
+            assert server.wait(timeout=60) == 0
+        finally:
+            server.kill()
+
+
+def _heed_interrupts() -> None:
+    """Undo what a shell does to its jobs in the background, which ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
