@@ -46,6 +46,7 @@ step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
 tests akantu
 step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
 tests python
+tests structures
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
 tests calculix
 step "Pictures" hosts-pictures harness/hosts/pictures.sh "$python" build/hosts

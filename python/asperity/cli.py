@@ -156,6 +156,8 @@ def _chart_arguments(chart: argparse.ArgumentParser) -> None:
     speed.set_defaults(action=_speed)
     accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
     _imported("studies.accuracy.command")(charts.add_parser("accuracy", help=accuracy))
+    structures = "error and time of whole structures against the number of planes"
+    _imported("studies.structures")(charts.add_parser("structure", help=structures))
     explain = "pictures that explain the law and the solver"
     _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
