@@ -3,7 +3,8 @@
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures; Chromium
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root), clean
+# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root),
+# release (these and the sources for Abaqus, from a clean clone), site (the pages as a web site, tested in Chromium), clean
 # (build/), distclean (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, JOBS,
 # PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
@@ -24,11 +25,11 @@ files = $(shell find $(1) -type f -not -path '*/.*' -not -name '*.pyc')
 code := $(call files,CMakeLists.txt CMakePresets.json Makefile cmake tools src harness \
   $(filter-out %/python,$(wildcard tests/*)))
 package := $(call files,pyproject.toml CMakeLists.txt cmake src harness python)
-tree := $(wildcard .ci/*) $(call files,$(filter-out build%,$(wildcard *)))
+tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: build demo test check $(parts) bench soak hosts wheel dependencies clean distclean force
+.PHONY: build demo test check $(parts) bench soak hosts site wheel release dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
@@ -44,6 +45,7 @@ $(parts): %: $(passed)/%
 $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
 	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)
 $(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed
 	@$(step) "$$(cmake --list-presets | sed -n 's/.*"$*" *- //p')" $(log) tools/build-and-test.sh $*
@@ -69,6 +71,15 @@ hosts: .venv/installed
 wheel: .venv/installed
 	@$(step) "sdist and wheel" $(log) tools/wheel.sh
 	@$(step) "Wheel in a bare Debian root" build/logs/wheel-test.log tools/wheel_test.sh
+release: .venv/installed
+	@$(step) "Release from a clean clone" $(log) tools/release.sh
+	@$(step) "sdist in a bare Debian root" build/logs/release-test.log tools/release_test.sh
+
+site:
+	@$(step) "System packages" build/logs/site-packages.log tools/install-dependencies.sh site
+	@$(step) "Site" $(log) tools/site/build.sh
+	@$(step) "Tests of the site" build/logs/site-tests.log build/site-tools/site/bin/python -m pytest -q \
+	  --junitxml=build/site-tools/junit.xml tests/site
 
 dependencies:
 	@$(step) "System packages" $(log) tools/install-dependencies.sh

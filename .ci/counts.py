@@ -1,9 +1,9 @@
 """Counts of every suite, of CTest and of pytest; the last line is 'N passed, N failed'.
 
-The arguments are the exit statuses of make check and of make hosts ('not run': no time, or check failed). A
-suite that several builds ran counts once, with the result of the worst build. A host that is not to be had on
-this machine, or was not done in time, is skipped. The exit status is 1 if a test failed, a suite ran no test,
-or one of the two failed otherwise (that counts as one failure).
+The arguments are the exit statuses of make check, make hosts and make site ('not run': no time, or check
+failed). A suite that several builds ran counts once, with the result of the worst build. A host that is not
+to be had on this machine, or was not done in time, is skipped, as is the site. The exit status is 1 if a test
+failed, a suite ran no test, or one of the three failed otherwise (that counts as one failure).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 SUITE = re.compile(r"^(?P<name>\S+): (?P<passed>\d+) passed, (?P<failed>\d+) failed", re.MULTILINE)
 
-HOSTS = ("akantu", "browser", "calculix", "kratos", "ogs", "oofem", "python")
+HOSTS = ("abaqus", "akantu", "browser", "calculix", "kratos", "ogs", "oofem", "python")
 """Hosts, and the browser, whose tests have a report of their own."""
 
 TIMED_OUT = (124, 137)
@@ -63,6 +63,15 @@ def pytest_results(report: Path, may_skip: bool = False) -> dict[str, Result]:
     return results
 
 
+def site_results(status: str) -> dict[str, Result]:
+    """Return the results of the tests of the site; without a report they are skipped."""
+    report = Path("build/site-tools/junit.xml")
+    if report.is_file():
+        return pytest_results(report)
+    print(f"site: no report, make site ended with status {status}")
+    return {"site": Result(0, 0, "site", 1)}
+
+
 def host_results(status: str) -> dict[str, Result]:
     """Return the result of every host; one without a test that ran is skipped, as is one without a report."""
     results = {}
@@ -80,7 +89,7 @@ def host_results(status: str) -> dict[str, Result]:
 
 def main() -> int:
     """Run the command."""
-    status, hosts = int(sys.argv[1]), sys.argv[2]
+    status, hosts, site = int(sys.argv[1]), sys.argv[2], sys.argv[3]
     suites: dict[str, list[Result]] = {}
     for log in Path("build").glob("*/Testing/Temporary/LastTest.log"):
         for name, result in build_results(log).items():
@@ -89,7 +98,7 @@ def main() -> int:
     if report.is_file():
         for name, result in pytest_results(report).items():
             suites.setdefault(name, []).append(result)
-    for name, result in host_results(hosts).items():
+    for name, result in (host_results(hosts) | site_results(site)).items():
         suites.setdefault(name, []).append(result)
 
     passed = failed = skipped = 0
@@ -101,9 +110,9 @@ def main() -> int:
         builds = ", ".join(sorted(r.build for r in results))
         left_out = f", {worst.skipped} skipped" if worst.skipped else ""
         print(f"{name}: {worst.passed} passed, {worst.failed} failed{left_out} ({builds})")
-    broken = hosts != "not run" and int(hosts) not in (0, *TIMED_OUT)
+    broken = any(other != "not run" and int(other) not in (0, *TIMED_OUT) for other in (hosts, site))
     if not failed and (status or broken or not passed):
-        print(f"make check ended with status {status}, make hosts: {hosts}")
+        print(f"make check ended with status {status}, make hosts: {hosts}, make site: {site}")
         failed = 1
     if skipped:
         print(f"{skipped} skipped")

@@ -1,7 +1,7 @@
 # cmake -DOUTPUT=<file> -DSOURCES=<a.f90|b.f90...> -DVERSION=<version> -DABOUT=<line> -P single_file.cmake
 #
 # Writes one free-form source for the user subroutine of a host: SOURCES in their order, `include` lines replaced by the
-# files they name (beside the source), vumat_single named as hosts call it.
+# files they name (beside the source), vumat_single named as hosts call it, without directives of OpenMP.
 string(REPLACE "|" ";" sources "${SOURCES}")
 
 # the first line is a directive of Intel's compilers: free form, whatever the extension and the options say
@@ -21,6 +21,8 @@ foreach(source IN LISTS sources)
   endwhile()
   string(APPEND text "\n${part}")
 endforeach()
+# Intel's compilers obey `omp simd` without being asked to, and wrong results of ifx with it were reported
+string(REGEX REPLACE "\n *!\\$omp[^\n]*" "" text "${text}")
 # Abaqus runs a preprocessor, to which an apostrophe in a comment may begin a text
 while(text MATCHES "!([^\n\"]*)'")
   string(REGEX REPLACE "!([^\n\"]*)'" "!\\1`" text "${text}")

@@ -386,7 +386,7 @@ subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, 
   integer, intent(in) :: n                                 !! rows
   double precision, intent(in) :: separation(3, n)         !! separation (N, Tx, Ty), length
   double precision, intent(in) :: state(nstatv, n)         !! STATEV; before the first row the point was virgin
-  integer, intent(in) :: jumps(2, n)                       !! not 0: the row has a snap, was solved in sub-increments
+  integer, intent(in) :: jumps(3, n)                       !! not 0: the row has a snap, a turn, sub-increments
   character(len=64), intent(inout) :: names(n)             !! names joined by +, blank: none
   !f2py threadsafe
   type(interface_type) :: joint
@@ -401,7 +401,8 @@ subroutine interface_events(nprops, props, nstatv, n, separation, state, jumps, 
   do i = 1, n
     call find_events(joint, separation(:, i), before, state(:, i), planes, event)
     call name_event(event, "snap", jumps(1, i) /= 0)
-    call name_event(event, "substeps", jumps(2, i) /= 0)
+    call name_event(event, "turn", jumps(2, i) /= 0)
+    call name_event(event, "substeps", jumps(3, i) /= 0)
     names(i) = event
     before = state(:, i)
   end do

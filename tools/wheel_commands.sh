@@ -15,6 +15,7 @@ asperity run figure05b --quiet --plot
 asperity new mu=0.6 -o joint.nml
 rie_driver joint.nml --quiet
 asperity card --host abaqus joint.nml --sigma-N -1
+asperity export abaqus kit
 asperity surface --help >help.txt
 
 # constants of synthetic tests, with a picture and a case that the driver runs
@@ -23,7 +24,7 @@ asperity fit record.csv --plot -o found.nml
 asperity run found.nml --quiet
 ls -l figure05b.csv figure05b.png joint.csv fit.png found*.csv
 
-# what hosts need: library, header, sources for Abaqus and its models
+# what hosts need: library, header, sources for Abaqus
 python3 - <<END
 import ctypes
 from asperity.installed import abaqus, generic_library, kratos_adapter, library
@@ -31,8 +32,7 @@ from asperity.installed import abaqus, generic_library, kratos_adapter, library
 ctypes.CDLL(str(library())).umat_
 ctypes.CDLL(str(kratos_adapter())).umat_
 ctypes.CDLL(str(generic_library()))
-for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90", "asperity_abaqus_explicit.f90", "standard.inp",
-             "explicit.inp", "joint.nml"):
-    assert (abaqus() / name).is_file(), name
+for name in ("asperity_abaqus", "asperity_abaqus_standard", "asperity_abaqus_explicit", "asperity_abaqus_single"):
+    assert (abaqus() / f"{name}.f90").is_file(), name
 assert library().with_name("asperity.h").is_file()
 END

@@ -83,7 +83,8 @@ contains
       call put(json, """traction"": [" // truth(traction(1)) // ", " // truth(traction(2)) // ", " // &
         truth(traction(3)) // "], ")
     end associate
-    call put(json, """time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // "}")
+    call put(json, """time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // &
+        ", ""arc"": " // to_text(step%arc) // "}")
   end subroutine put_step
 
   !> Append a name, its numbers and a comma.

@@ -2,6 +2,7 @@
 !> `rie_driver --help` calls, describes the groups and their entries.
 module case_file
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use asperity_arc, only: explain_no_branch
   use asperity_checks, only: review_props
   use asperity_contract, only: status_ok
   use asperity_host, only: component_map, vumat_map
@@ -24,7 +25,7 @@ module case_file
     "expect", "sweep", "replay", "state", "initial"]
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter :: case_format(38) = [character(len=104) :: &
+  character(len=*), parameter :: case_format(42) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "  &material  {material}", &
@@ -40,6 +41,9 @@ module case_file
     "    increments = 100      to each target, one number or a list", &
     "    tolerance             relative, 1e-8 to 0.1: adaptive increments; bound of the error of straight", &
     "               lines between the rows; increments is the first guess", &
+    "    follow = 'stable'     jumps where the stable path ends; 'branch': continues along the unstable", &
+    "               part, where the prescribed values turn back and forward again; every step is a row", &
+    "    arc = 0.05            longest step along the branch over s0, instead of increments", &
     "    cycles = 1            number of times that the lists are followed", &
     "    time = 1.0            duration of the step", &
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
@@ -60,9 +64,10 @@ module case_file
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, Newton iterations (of a replay:", &
-    "  calls), event: onset, damaged, open, close, slip, snap, substeps, cut, lost; joined by +", &
+    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, cut, lost; joined by +", &
     "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
-    "  substeps: sub-increments; cut: umat requested a smaller increment; lost: no equilibrium beyond it"]
+    "  turn: the prescribed values turn; substeps: sub-increments; cut: umat requested a smaller one;", &
+    "  lost: no equilibrium beyond it"]
 
   !> Points of a block of vumat: the number of Abaqus/Explicit, and the largest admissible number.
   integer, parameter :: default_points = 136, most_points = 1000
@@ -185,6 +190,7 @@ contains
     end if
     if (case%joint%material%wears .and. any(case%steps%tolerance > 0.0_wp)) call append(message, text%path // &
       ": tolerance with W0 > 0: expected increments, on which wear depends to first order")
+    call check_branch_law(text, case, message)
     held = .true.
     held(3) = case%replay%ntens > 2
     call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)
@@ -203,6 +209,18 @@ contains
         1.0_wp, case%replay%dtime, case%joint, case%strains, message)
     end if
   end subroutine interpret_case
+
+  !> Check that the law has a branch that can be followed if a step asks for it.
+  subroutine check_branch_law(text, case, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(case_type), intent(in) :: case                       !! with its steps
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    character(len=:), allocatable :: reason
+    if (.not. any(case%steps%arc > 0.0_wp)) return
+    allocate (character(len=0) :: reason)
+    call explain_no_branch(case%joint, reason)
+    if (len(reason) > 0) call append(message, text%path // ": follow = 'branch' with " // reason)
+  end subroutine check_branch_law
 
   !> Check that every group is known and not given too often.
   subroutine check_groups(text, message)

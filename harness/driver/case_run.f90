@@ -7,8 +7,11 @@ module case_run
   use case_file, only: case_type, expect_names
   use case_warnings, only: s_f_over_height
   use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
+  use asperity_arc, only: explain_end
   use asperity_bounds, only: beyond_bounds
   use asperity_equilibrium_scan, only: scan_equilibria, scan_type
+  use asperity_exclusion, only: exclude_equilibria, most_boxes
+  use asperity_loss, only: examine_loss, loss_discontinuous, loss_type, loss_worn
   use failed_case, only: failed_type, write_failed_case
   use history, only: close_history, history_type, open_history, start_from
   use load_path, only: component_names
@@ -116,11 +119,17 @@ contains
     type(case_type), intent(in) :: case        !! the case
     type(failed_type), intent(in) :: failed    !! the increment
     character(len=:), allocatable :: text
-    type(scan_type) :: scan
+    type(loss_type) :: loss
     character(len=:), allocatable :: limit, name, range
     real(wp) :: direction(3), most
     logical :: beyond
 
+    if (failed%arc > 0.0_wp) then
+      allocate (character(len=0) :: text)
+      call explain_end(failed%report%ended, text)
+      text = text // tension(failed)
+      return
+    end if
     if (failed%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
       return
@@ -130,38 +139,93 @@ contains
       text = "no equilibrium exists: " // carries_at_most(failed, direction, most)
       return
     end if
+    call prove(case, failed, text)
+    if (len(text) > 0) return
     allocate (character(len=0) :: limit)
     if (failed%report%ended == ended_limit) limit = "the increment needs more than the limit of " // &
       integer_text(most_updates) // " updates of the law; "
-    call scan_equilibria(case%joint, failed%control, failed%report%beyond, failed%last, scan)
-    if (scan%n == 0) then
+    call examine_loss(case%joint, failed%control, failed%report%beyond, failed%last, most_updates, loss)
+    if (loss%scan%n == 0) then
       text = "the separation is out of range"
       return
     end if
-    name = trim(component_names(scan%free))
-    range = "from " // short(scan%lower) // " to " // short(scan%upper)
-    if (scan%n == 1) then
-      text = "the " // trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
-        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over " // &
-        integer_text(scan%samples) // " values of s_" // name // " " // range // " is " // &
-        but(scan%extreme, failed%report%beyond(scan%free)) // tension(failed)
-      if (scan%found) then
-        text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
-          "there is an equilibrium                                          ", &
-          len(limit) == 0)) // ", near s_" // name // " = " // short(scan%place(scan%free))
+    associate (scan => loss%scan)
+      name = trim(component_names(scan%free))
+      range = "from " // short(scan%lower) // " to " // short(scan%upper)
+      if (loss%kind == loss_discontinuous) then
+        text = "none found: the motion under the prescribed tractions stops at s = " // triple(loss%place) // &
+          ", where the traction jumps by " // short(loss%leap) // " (" // cause_of_jump(case) // ")"
+        if (scan%found) text = text // "; there is one elsewhere, at s = " // triple(scan%place)
+      else if (scan%n == 1) then
+        text = "the " // trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
+          trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over " // &
+          integer_text(scan%samples) // " values of s_" // name // " " // range // " is " // &
+          but(scan%extreme, failed%report%beyond(scan%free)) // tension(failed)
+        if (scan%found) then
+          text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
+            "there is an equilibrium                                          ", &
+            len(limit) == 0)) // ", near s_" // name // " = " // short(scan%place(scan%free))
+        else
+          text = "none found: " // text
+        end if
+      else if (scan%found) then
+        text = "the motion under the prescribed tractions reaches none; there is one elsewhere, at s = " // &
+          triple(scan%place)
       else
-        text = "none found: " // text
+        text = "none found: the motion under the prescribed tractions reaches none, the smallest residual over " // &
+          integer_text(scan%samples) // " separations, each free one " // range // ", is " // short(scan%extreme) // &
+          tension(failed)
       end if
-    else if (scan%found) then
-      text = "the motion under the prescribed tractions reaches none; there is one elsewhere, at s = (" // &
-        short(scan%place(1)) // ", " // short(scan%place(2)) // ", " // short(scan%place(3)) // ")"
-    else
-      text = "none found: the motion under the prescribed tractions reaches none, the smallest residual over " // &
-        integer_text(scan%samples) // " separations, each free one " // range // ", is " // short(scan%extreme) // &
-        tension(failed)
-    end if
+    end associate
+    if (loss%kind == loss_worn) text = text // &
+      "; there is one for the facets before the motion, which wears them further"
     text = limit // text
   end function why
+
+  !> Text of a separation.
+  function triple(s) result(text)
+    real(wp), intent(in) :: s(3)   !! (N, Tx, Ty)
+    character(len=:), allocatable :: text
+    text = "(" // short(s(1)) // ", " // short(s(2)) // ", " // short(s(3)) // ")"
+  end function triple
+
+  !> Text of what makes the law discontinuous.
+  function cause_of_jump(case) result(text)
+    type(case_type), intent(in) :: case        !! the case
+    character(len=:), allocatable :: text
+    text = "damage that was prevented sets in"
+    if (case%joint%material%curved) text = "a closed facet of finite height passes its foot"
+    if (case%joint%material%curved .and. case%joint%material%guard) text = text // &
+      ", or damage that was prevented sets in"
+  end function cause_of_jump
+
+  !> Text of what the joint carries at most, where bounds over all separations prove that no equilibrium exists at the
+  !> end of the increment, or just beyond the last one that was found; empty where they prove nothing.
+  subroutine prove(case, failed, text)
+    type(case_type), intent(in) :: case                      !! the case
+    type(failed_type), intent(in) :: failed                  !! the increment
+    character(len=:), allocatable, intent(out) :: text       !! the reason
+    type(scan_type) :: scan
+    real(wp) :: given(3)
+    integer :: boxes, i
+    logical :: proven
+    do i = 1, 2
+      given = merge(failed%target, failed%report%beyond, i == 1)
+      call exclude_equilibria(case%joint, failed%control, given, failed%last, most_boxes, proven, boxes)
+      if (proven) exit
+    end do
+    text = ""
+    if (.not. proven) return
+    text = "no equilibrium exists"
+    if (count(failed%control%traction) == 1) then
+      call scan_equilibria(case%joint, failed%control, given, failed%last, scan)
+      text = text // ": the joint carries " // trim(merge("at most ", "at least", scan%short)) // " t_" // &
+        trim(component_names(scan%free)) // &
+        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " = " // &
+        but(scan%extreme, given(scan%free)) // tension(failed)
+    end if
+    text = text // "; proved by bounds of the traction over all separations"
+  end subroutine prove
 
   !> Text of what the joint carries at most in a direction, and of what the step asks for.
   function carries_at_most(failed, direction, most) result(text)

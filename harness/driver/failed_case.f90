@@ -21,6 +21,7 @@ module failed_case
     type(point_type) :: last             !! the last one found
     real(wp) :: target(3) = 0.0_wp       !! given values at its end: separation, or traction + spring*separation
     type(report_type) :: report          !! what happened
+    real(wp) :: arc = 0.0_wp             !! longest step along the branch over s0, 0: the stable path was followed
   end type failed_type
 
 contains
@@ -64,7 +65,12 @@ contains
       end if
     end do
     if (props(p_tau_v) > 0.0_wp) text = text // entry("time", [failed%control%dt])
-    if (written) call write_line(fd, path, "&step" // text // " increments = 1 /", written)
+    if (failed%arc > 0.0_wp) then
+      text = text // " follow = 'branch'" // entry("arc", [failed%arc])
+    else
+      text = text // " increments = 1"
+    end if
+    if (written) call write_line(fd, path, "&step" // text // " /", written)
     call close_file(fd, path, written)
 
   contains

@@ -4,6 +4,7 @@
 !> s_dit_k, s_dih_k of every plane, with wear worn_k, wear_work_k, too. `event` has the names of the events of the
 !> increment, joined by +. These are the events of the module `asperity_events` and
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
+!>   turn      the branch had a fold, where the prescribed values turned back or forward again
 !>   substeps  the increment was solved in sub-increments
 !>   cut       the UMAT requested a smaller increment in a replay
 !>   lost      no equilibrium was found beyond this row
@@ -35,6 +36,7 @@ module history
     integer :: updates = 0               !! of the law
     integer :: snaps = 0
     real(wp) :: released = 0.0_wp        !! energy released by them, stress*length
+    logical :: turn = .false.            !! the prescribed values turn back, or forward again
     logical :: substeps = .false., cut = .false., lost = .false.
   end type row_type
 
@@ -113,6 +115,7 @@ contains
 
     call find_events(joint, row%s, table%last%state, row%state, table%planes, event)
     call name_event(event, "snap", row%snaps > 0)
+    call name_event(event, "turn", row%turn)
     call name_event(event, "substeps", row%substeps)
     call name_event(event, "cut", row%cut)
     call name_event(event, "lost", row%lost)

@@ -1,6 +1,7 @@
 !> Load path of a case: its groups &step in their order.
 module load_path
   use asperity_adaptive, only: largest_tolerance, least_tolerance
+  use asperity_arc, only: default_arc, largest_arc, least_arc
   use asperity_checks, only: bounded
   use asperity_control_point, only: prescribed_bound
   use asperity_interface, only: interface_type
@@ -9,8 +10,8 @@ module load_path
   use asperity_control_point, only: control_type
   use asperity_pattern, only: direction_vector
   use case_text, only: entry_where, group_where, name_index, text_type, unknown_name
-  use case_values, only: get_integer, get_integers, get_real, get_reals
-  use text_file, only: most_lines
+  use case_values, only: get_integer, get_integers, get_real, get_reals, get_string
+  use text_file, only: lower, most_lines
   implicit none
   private
   public :: read_steps, check_separations
@@ -34,6 +35,7 @@ module load_path
     real(wp) :: direction = 0.0_wp              !! of the slip, degrees
     real(wp) :: time = 1.0_wp                   !! duration of the step
     real(wp) :: tolerance = 0.0_wp              !! tolerance of adaptive increments, 0: fixed increments
+    real(wp) :: arc = 0.0_wp                    !! longest step along the branch over s0, 0: the stable path is followed
   end type step_type
 
   !> List of values of a component or of the slip.
@@ -75,17 +77,24 @@ contains
     type(step_type), intent(out) :: step                      !! the step
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: known = &
-      "s_N, s_Tx, s_Ty, t_N, t_Tx, t_Ty, k_N, k_Tx, k_Ty, slip, direction, increments, tolerance, cycles, time"
+      "s_N, s_Tx, s_Ty, t_N, t_Tx, t_Ty, k_N, k_Tx, k_Ty, slip, direction, increments, tolerance, cycles, time, " // &
+      "follow, arc"
+    character(len=:), allocatable :: followed
     type(list_type) :: s(3), t(3), slip
     type(control_type) :: last
     integer, allocatable :: increments(:)
     real(wp) :: e_slip(2)
-    logical :: spring(3), aims
+    real(wp) :: arc
+    logical :: spring(3), aims, counts, sets_arc
     integer :: cycles, e, i
 
     last = control
     spring = .false.
     aims = .false.
+    counts = .false.
+    sets_arc = .false.
+    arc = default_arc
+    followed = "stable"
     cycles = 1
     increments = [100]
     do e = text%groups(g)%first, text%groups(g)%last
@@ -113,6 +122,7 @@ contains
           aims = .true.
           call get_real(text, e, direction, message)
         case ("increments")
+          counts = .true.
           call get_integers(text, e, 1, most_increments, increments, message)
         case ("tolerance")
           call get_real(text, e, step%tolerance, message)
@@ -123,12 +133,30 @@ contains
         case ("time")
           call get_real(text, e, step%time, message)
           if (step%time < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
+        case ("follow")
+          call get_string(text, e, followed, message)
+          if (lower(followed) /= "stable" .and. lower(followed) /= "branch") call append(message, &
+            entry_where(text, e) // ": expected 'stable' or 'branch'")
+        case ("arc")
+          sets_arc = .true.
+          call get_real(text, e, arc, message)
+          if (arc < least_arc .or. arc > largest_arc) call append(message, entry_where(text, e) // ": expected " // &
+            to_text(least_arc) // " to " // to_text(largest_arc) // " (times s0)")
         case default
           call unknown_name(text, e, known, message)
         end select
       end associate
     end do
 
+    if (lower(followed) == "branch") then
+      step%arc = arc
+      if (counts) call append(message, group_where(text, g) // "increments with follow = 'branch': expected arc, " // &
+        "the longest step along the branch")
+      if (step%tolerance > 0.0_wp) call append(message, group_where(text, g) // &
+        "tolerance with follow = 'branch': expected arc, the longest step along the branch")
+    else if (sets_arc) then
+      call append(message, group_where(text, g) // "arc without follow = 'branch'")
+    end if
     if (aims .and. .not. allocated(slip%values)) call append(message, group_where(text, g) // "direction without slip")
     if (allocated(slip%values)) then
       if (any([allocated(s(2)%values), allocated(s(3)%values), allocated(t(2)%values), allocated(t(3)%values)])) then

@@ -4,6 +4,7 @@ module path_run
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
+  use branch_run, only: run_branch
   use case_state, only: state_type
   use driver_messages, only: short, tell
   use failed_case, only: failed_type
@@ -90,6 +91,14 @@ contains
         earlier = real(sum(step%increments(:j - 1)), wp)
         call run_adaptive(joint, step, from, to, start, earlier, real(step%increments(j), wp), done, total, label, &
           point, walk, row, table, progress, failed)
+        given = to
+        if (row%lost .or. .not. table%good) return
+        cycle
+      end if
+      if (step%arc > 0.0_wp) then
+        earlier = real(sum(step%increments(:j - 1)), wp)
+        call run_branch(joint, step, from, to, start, earlier, real(step%increments(j), wp), done, total, label, &
+          point, row, table, progress, failed)
         given = to
         if (row%lost .or. .not. table%good) return
         cycle

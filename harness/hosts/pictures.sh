@@ -23,7 +23,8 @@ fi
 if "$python" -c "import skfem" >/dev/null 2>&1; then
   "$python" "$here/python/dcb.py" -o "$folder/python-dcb.png"
   "$python" "$here/python/pull_out.py" -o "$folder/python-pull-out.png"
-  drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png"
+  "$python" "$here/python/snap_back.py" -o "$folder/python-snap-back.png"
+  drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png $folder/python-snap-back.png"
   if [ "$kratos" ]; then
     "$python" "$here/kratos/pulled_block.py" -o "$folder/kratos-pulled-block.png"
     drawn="$drawn $folder/kratos-pulled-block.png"

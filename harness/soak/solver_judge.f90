@@ -38,24 +38,48 @@ contains
     type(point_type), intent(in) :: old, new       !! the point at both ends of the row
     integer, intent(in) :: snaps                   !! reported snaps
     type(verdict_type), intent(out) :: verdict     !! findings
+    type(point_type) :: halves
     if (joint%material%wears) return
     if (moves_far(joint, control, old, new, snaps) .or. energy_defect(joint, old, new) > least_energy) then
-      call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict)
+      call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict, halves)
+      ! the guard judges a whole increment: smaller ones may jump where the row, which ends elsewhere, does not
+      if (joint%material%guard .and. verdict%jump > 0.0_wp) then
+        if (2.0_wp*move_between(control, halves, new) > verdict%jump*joint%material%s0) verdict%jump = 0.0_wp
+      end if
     end if
     if (snaps > 0) verdict%jump = 0.0_wp
   end subroutine judge_row
 
   !> Largest energy that does not balance in small random increments of the separation from an initial state on,
-  !> relative to K s0^2 or to its terms, whichever is larger.
-  subroutine judge_start(joint, state, seed, defect)
+  !> relative to K s0^2 or to its terms, whichever is larger. A wrong start has the same error in increments of any
+  !> length. At the foot of a closed facet the traction jumps, so that the trapezoidal rule has an error in proportion
+  !> to the increments: those of a finite height are made shorter where they exceed the admissible error.
+  subroutine judge_start(joint, state, admissible, seed, defect)
     type(interface_type), intent(in) :: joint      !! the interface
     real(wp), intent(in) :: state(:)               !! STATEV
+    real(wp), intent(in) :: admissible             !! largest defect
     integer(int64), intent(inout) :: seed          !! 1..largest_seed
     real(wp), intent(out) :: defect                !! relative
-    !> Number of increments, and their length, relative to s0 where all stiffnesses are equal: a kink of the law has an
-    !> error of 1/8 of the square of the length, and a stiff contact changes its friction in a shorter one.
+    !> Length of the increments, relative to s0 where all stiffnesses are equal: a kink of the law has an error of 1/8
+    !> of the square of the length, and a stiff contact changes its friction in a shorter one.
+    real(wp), parameter :: lengths(3) = [5.0e-4_wp, 5.0e-7_wp, 5.0e-10_wp]
+    integer :: i
+    defect = 0.0_wp
+    if (joint%material%wears) return
+    do i = 1, merge(size(lengths), 1, joint%material%curved)
+      call walk(joint, state, lengths(i), seed, defect)
+      if (defect <= admissible) exit
+    end do
+  end subroutine judge_start
+
+  !> Largest energy that does not balance in random increments of one length.
+  subroutine walk(joint, state, length, seed, defect)
+    type(interface_type), intent(in) :: joint      !! the interface
+    real(wp), intent(in) :: state(:)               !! STATEV
+    real(wp), intent(in) :: length                 !! of the increments, relative to s0
+    integer(int64), intent(inout) :: seed          !! 1..largest_seed
+    real(wp), intent(out) :: defect                !! relative
     integer, parameter :: increments = 20
-    real(wp), parameter :: length = 5.0e-4_wp
     type(control_type) :: all_given
     type(point_type) :: first, point
     real(wp) :: reached, start(3), target(3), x(3)
@@ -64,7 +88,6 @@ contains
     point = first
     target = 0.0_wp
     defect = 0.0_wp
-    if (joint%material%wears) return
     do i = 1, increments
       start = target
       call draw(seed, x)
@@ -75,10 +98,10 @@ contains
       defect = max(defect, energy_defect(joint, first, point))
     end do
     if (abs(first%work - sum(first%state(ledger))) > 0.0_wp) defect = huge(defect)
-  end subroutine judge_start
+  end subroutine walk
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
-  recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict)
+  recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict, end)
     type(interface_type), intent(in) :: joint        !! the interface
     type(control_type), intent(in) :: control        !! what is given in the whole increment
     real(wp), intent(in) :: start(3), target(3)      !! given values at its ends
@@ -86,8 +109,9 @@ contains
     type(point_type), intent(in) :: old              !! the point at `from`
     integer, intent(in) :: depth                     !! further halvings
     type(verdict_type), intent(inout) :: verdict     !! findings so far
+    type(point_type), intent(out) :: end             !! the point at `to`, or where the halves lose the equilibrium
     type(control_type) :: half
-    type(point_type) :: last, point
+    type(point_type) :: last, part, point
     type(report_type) :: report
     real(wp) :: defect, ends(3), reached
     logical :: far
@@ -103,6 +127,7 @@ contains
         call advance(joint, half, start + ends(i)*(target - start), start + ends(i + 1)*(target - start), point, used, &
           reached, report=report)
         ! smaller increments may lose the equilibrium of the row
+        end = point
         if (reached < 1.0_wp) return
         if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. m%tau_v > 0.0_wp) then
           verdict%jump = max(verdict%jump, maxval(abs(report%after - report%before))/m%s0)
@@ -110,7 +135,7 @@ contains
         far = moves_far(joint, control, last, point, report%snaps)
         defect = energy_defect(joint, last, point)
         if (depth > 0 .and. (far .or. defect > least_energy)) then
-          call examine(joint, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict)
+          call examine(joint, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict, part)
         else
           far = far .and. maxval(abs(point%state(ledger) - last%state(ledger))) > least_energy*m%k_n*m%s0**2
           if (far) verdict%jump = max(verdict%jump, move_between(control, last, point)/m%s0)

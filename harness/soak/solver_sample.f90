@@ -6,11 +6,13 @@ module solver_sample
   use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
+  use asperity_exclusion, only: exclude_equilibria, most_boxes
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_control_point, only: control_type, new_point, point_type
-  use asperity_equilibrium_scan, only: scan_equilibria, scan_type
-  use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, report_type
+  use asperity_loss, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found, &
+    loss_type, loss_worn
+  use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, most_updates, report_type
   use asperity_pattern, only: direction_vector
   use solver_judge, only: judge_row, verdict_type
   use random_numbers, only: draw, pick, seed_of, uniform
@@ -63,9 +65,15 @@ module solver_sample
     integer(int64) :: updates = 0       !! of the law
     integer :: most_updates = 0         !! of one increment
     integer :: snaps = 0
-    logical :: proven = .false.         !! not completed, and a scan finds no equilibrium
+    logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
+    integer :: free = 0                 !! free separations, if lost
+    logical :: proven = .false.         !! not completed, and bounds prove that no equilibrium exists
+    logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
+    logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
+    logical :: explained = .false.      !! completed, or the loss has one of these three causes
     logical :: limited = .false.        !! an increment met the limit of updates
-    logical :: viscous = .false.        !! the damage is viscous
+    logical :: slow = .false.           !! viscous damage, guard or wear, where the point may stick and slip in steps
+                                        !! that are too short for the limit of updates
     logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
     logical :: wrong = .false.          !! a row is not finite or not an equilibrium
     integer :: unreported = 0           !! rows that jump without a reported snap
@@ -284,6 +292,7 @@ contains
       if (outcome%wrong .or. outcome%increments < i) return
     end do
     outcome%completed = .true.
+    outcome%explained = .true.
   end subroutine run_sample
 
   !> Solve one increment and check its result.
@@ -295,12 +304,11 @@ contains
     type(point_type), intent(inout) :: point          !! the point
     type(outcome_type), intent(inout) :: outcome      !! increased counts
     type(report_type) :: report
-    type(scan_type) :: scan
+    type(loss_type) :: loss
     type(verdict_type) :: verdict
-    type(control_type) :: at_once
     type(point_type) :: old
     real(wp) :: reached, values(3)
-    integer :: iterations
+    integer :: boxes, iterations
 
     old = point
     call advance(sample%joint, control, start, target, point, iterations, reached, report=report, method=method)
@@ -326,23 +334,30 @@ contains
     end if
     if (method /= full_solver) return
     outcome%limited = report%ended == ended_limit
-    outcome%viscous = sample%tau_v > 0.0_wp
+    outcome%slow = sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%w0 > 0.0_wp
     outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
         " updates of the law"
       return
     end if
-    ! without a duration no damage grows
-    at_once = control
-    at_once%dt = 0.0_wp
-    call scan_equilibria(sample%joint, at_once, report%beyond, point, scan)
-    outcome%proven = .not. scan%found   ! also if the limit of updates was reached
-    if (outcome%proven .and. .not. outcome%limited) return
-    outcome%why = "increment " // integer_text(outcome%increments + 1) // ": "
-    if (outcome%limited) outcome%why = trim(outcome%why) // " limit of updates reached;"
-    if (scan%found) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // to_text(scan%place(1)) // &
-      ", " // to_text(scan%place(2)) // ", " // to_text(scan%place(3))
+    call examine_loss(sample%joint, control, report%beyond, point, most_updates, loss)
+    outcome%none_found = loss%kind == loss_none_found   ! also if the limit of updates was reached
+    outcome%stopped = loss%kind == loss_discontinuous
+    outcome%free = count(control%traction)
+    call exclude_equilibria(sample%joint, control, target, point, most_boxes, outcome%proven, boxes)
+    if (.not. outcome%proven) call exclude_equilibria(sample%joint, control, report%beyond, point, most_boxes, &
+      outcome%proven, boxes)
+    outcome%worn = loss%kind == loss_worn
+    outcome%explained = loss%kind /= loss_elsewhere
+    outcome%why = ""
+    if (outcome%limited) outcome%why = " limit of updates reached;"
+    associate (place => loss%scan%place)
+      if (loss%kind == loss_elsewhere) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // &
+        to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
+    end associate
+    if (len_trim(outcome%why) > 0) outcome%why = "increment " // integer_text(outcome%increments + 1) // ":" // &
+      outcome%why
   end subroutine take
 
   !> Check that the point has the given values and that its state is admissible.

@@ -19,10 +19,11 @@ program solver_soak
   integer, parameter :: most_complaints = 50
   !> Sums over the samples, by method.
   type :: sum_type
-    integer(int64) :: completed = 0, proven = 0, increments = 0, all_increments = 0, updates = 0, snaps = 0, &
-      missed = 0, wrong = 0, unexplained = 0, limited = 0, away = 0, stuck = 0, &
+    integer(int64) :: completed = 0, none_found = 0, increments = 0, all_increments = 0, updates = 0, snaps = 0, &
+      missed = 0, wrong = 0, unexplained = 0, limited = 0, away = 0, stuck = 0, stopped = 0, worn = 0, &
       unreported = 0, unbalanced = 0, failed = 0
     integer :: most_updates = 0
+    integer(int64) :: lost(3) = 0, proven(3) = 0   ! by the number of free separations
   end type sum_type
   type(sum_type) :: total(n_methods)
   type(sample_type) :: sample
@@ -139,7 +140,7 @@ contains
     integer :: k
     do k = 1, samples
       call draw_state(seed, sample)
-      call judge_start(sample%joint, sample%state, seed, defect)
+      call judge_start(sample%joint, sample%state, largest, seed, defect)
       worst_state = max(worst_state, defect)
       if (defect <= largest) cycle
       unbalanced_states = unbalanced_states + 1
@@ -155,22 +156,28 @@ contains
     integer, intent(in) :: by                  !! the method
     integer, intent(in) :: folds               !! snaps of the full solver
     sums%completed = sums%completed + merge(1, 0, one%completed)
-    sums%proven = sums%proven + merge(1, 0, one%proven)
+    sums%none_found = sums%none_found + merge(1, 0, one%none_found)
     sums%increments = sums%increments + one%increments
     sums%all_increments = sums%all_increments + one%all_increments
     sums%updates = sums%updates + one%updates
     sums%snaps = sums%snaps + one%snaps
     sums%missed = sums%missed + merge(1, 0, by /= full_solver .and. one%completed .and. folds > 0)
     sums%wrong = sums%wrong + merge(1, 0, one%wrong)
-    sums%unexplained = sums%unexplained + merge(1, 0, by == full_solver .and. .not. (one%completed .or. one%proven))
+    sums%unexplained = sums%unexplained + merge(1, 0, by == full_solver .and. .not. one%explained)
+    if (one%free > 0) then
+      sums%lost(one%free) = sums%lost(one%free) + 1
+      sums%proven(one%free) = sums%proven(one%free) + merge(1, 0, one%proven)
+    end if
+    sums%stopped = sums%stopped + merge(1, 0, one%stopped)
+    sums%worn = sums%worn + merge(1, 0, one%worn)
     sums%limited = sums%limited + merge(1, 0, one%limited)
-    sums%stuck = sums%stuck + merge(1, 0, by == full_solver .and. one%limited .and. .not. one%proven)
+    sums%stuck = sums%stuck + merge(1, 0, by == full_solver .and. one%limited .and. .not. one%explained)
     sums%unreported = sums%unreported + one%unreported
     sums%unbalanced = sums%unbalanced + one%unbalanced
     sums%away = sums%away + merge(1, 0, one%away)
-    ! with viscous damage the limit of updates is no failure: the driver reports it
+    ! with viscous damage, guard or wear the limit of updates is no failure: the driver reports it
     sums%failed = sums%failed + merge(1, 0, by == full_solver .and. (one%wrong .or. one%unreported > 0 .or. &
-      one%unbalanced > 0 .or. .not. (one%completed .or. one%proven .or. (one%limited .and. one%viscous))))
+      one%unbalanced > 0 .or. .not. (one%explained .or. (one%limited .and. one%slow))))
     sums%most_updates = max(sums%most_updates, one%most_updates)
   end subroutine add
 
@@ -180,20 +187,25 @@ contains
     character(len=*), intent(in) :: indent     !! before the lines
     integer :: k
     write (unit, "(a, i0, a)") "solver_soak: ", ran, " samples"
-    write (unit, "(a, a14, 7a14)") indent, "", "paths done", "proven lost", "increments", "updates/incr", &
+    write (unit, "(a, a14, 7a14)") indent, "", "paths done", "none found", "increments", "updates/incr", &
       "most updates", "snaps", "folds missed"
     do k = 1, n_methods
       associate (s => total(k))
         write (unit, "(a, a14, 2(f13.3, 1x), f13.3, 1x, f14.3, 3i14)") indent, names(k), percent(s%completed), &
-          percent(s%proven), 100.0_wp*real(s%increments, wp)/real(s%all_increments, wp), &
+          percent(s%none_found), 100.0_wp*real(s%increments, wp)/real(s%all_increments, wp), &
           real(s%updates, wp)/real(max(s%increments, 1_int64), wp), s%most_updates, s%snaps, s%missed
       end associate
     end do
-    write (unit, "(2a, 5(a, i0))") indent, "(per cent of the samples, of the increments); full solver: ", &
+    write (unit, "(2a, 7(a, i0))") indent, "(per cent of the samples, of the increments); full solver: ", &
       "rows that are no equilibrium ", total(full_solver)%wrong, ", losses not explained ", &
       total(full_solver)%unexplained, ", limit of updates reached ", total(full_solver)%limited, &
       " (there is an equilibrium: ", total(full_solver)%stuck, &
-      "), viscous ones opened without bound ", total(full_solver)%away
+      "), viscous ones opened without bound ", total(full_solver)%away, ", stopped where the law is discontinuous ", &
+      total(full_solver)%stopped, ", worn by the motion ", total(full_solver)%worn
+    associate (s => total(full_solver))
+      write (unit, "(a, 3(a, i0, a, i0))") indent, "losses that bounds prove: with one free separation ", s%proven(1), &
+        " of ", s%lost(1), ", two ", s%proven(2), " of ", s%lost(2), ", three ", s%proven(3), " of ", s%lost(3)
+    end associate
     write (unit, "(2a, 2(i0, a))") indent, "rows that jump without a report ", total(full_solver)%unreported, &
       ", whose energies do not balance ", total(full_solver)%unbalanced
     if (only == 0) write (unit, "(a, 2(i0, a), es8.1)") indent, ran, " initial states, of which do not balance ", &
@@ -217,14 +229,14 @@ contains
       write (error_unit, "(a)") "solver_soak: " // trim(csv) // ": " // trim(reason)
       stop 1
     end if
-    write (unit, "(a)") "method,samples,completed,proven_lost,unexplained,wrong,increments,all_increments,updates," // &
+    write (unit, "(a)") "method,samples,completed,none_found,unexplained,wrong,increments,all_increments,updates," // &
       "most_updates_of_an_increment,snaps,folds_missed,limit_met,limit_met_but_equilibrium,driven_apart," // &
-      "jumps_not_reported,rows_not_balanced"
+      "jumps_not_reported,rows_not_balanced,stopped,worn"
     do k = 1, n_methods
       associate (s => total(k))
-        write (unit, "(a, 16(',', i0))") trim(names(k)), ran, s%completed, s%proven, s%unexplained, s%wrong, &
+        write (unit, "(a, 18(',', i0))") trim(names(k)), ran, s%completed, s%none_found, s%unexplained, s%wrong, &
           s%increments, s%all_increments, s%updates, s%most_updates, s%snaps, s%missed, s%limited, &
-          s%stuck, s%away, s%unreported, s%unbalanced
+          s%stuck, s%away, s%unreported, s%unbalanced, s%stopped, s%worn
       end associate
     end do
     close (unit)

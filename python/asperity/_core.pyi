@@ -66,6 +66,21 @@ def interface_slip_curves(
     preload: int,
     rows: _Floats,
 ) -> tuple[_Integers, _Integers]: ...
+def interface_branch_slip(
+    props: _Floats,
+    direction: float,
+    slips: _Floats,
+    sigma_n: float,
+    preload: int,
+    stiffness: float,
+    arc: float,
+    separation: _Floats,
+    traction: _Floats,
+    state: _Floats,
+    work: _Floats,
+    jumps: _Floats,
+    turned: _Integers,
+) -> tuple[int, int, int, bytes]: ...
 def interface_events(
     props: _Floats, separation: _Floats, state: _Floats, jumps: _Integers, names: _Texts
 ) -> None: ...

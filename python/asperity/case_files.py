@@ -128,7 +128,7 @@ def slip_test(path: Path, run: Run) -> SlipTest:
         given = {name for name in ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip") if name in step}
         parts = [int(n) for n in step["increments"]]
         loaded = bool(preload) or len(slips) > 1
-        if any(step["spring"]) or any(step["traction"][1:]):
+        if any(step["spring"]) or any(step["traction"][1:]) or step["arc"] > 0.0:
             given = {"what is neither slip nor opening"}
         if given == {"t_N"} and len(parts) == 1 and not (loaded or opened):
             preload, (sigma_N,) = parts[0], step["t_N"]

@@ -175,6 +175,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "chart": ("draw speed, or accuracy against cost", _chart_arguments),
     "paper": ("recompute the figures and tables of the paper", _imported("studies.paper.command")),
     "card": ("print the material block for the input of a host program", _imported("cards.command")),
+    "export": ("write sources, decks and a README for Abaqus", _imported("export.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),

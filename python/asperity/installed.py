@@ -30,7 +30,7 @@ def kratos_adapter() -> Path:
 
 
 def abaqus() -> Path:
-    """Folder of the single source files for Abaqus, and of models of one element that use them."""
+    """Folder of the single source files for Abaqus."""
     return _installed("abaqus/asperity_abaqus.f90").parent
 
 

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core, contract
 from .cards import blocks as cards
@@ -15,6 +15,9 @@ from .history import History, Snap, Update
 from .material import Material, ModelWarning
 from .pattern import Pattern
 from .remarks import remarks, warn_of_physics
+
+DEFAULT_ARC = 0.05
+"""Longest step along a branch over s0, as in the driver."""
 
 
 class EquilibriumLost(RuntimeError):
@@ -138,6 +141,8 @@ class Interface:
         preload_time: float = 0.0,
         tolerance: float | None = None,
         stiffness: float = 0.0,
+        follow: str = "stable",
+        arc: float | None = None,
     ) -> History:
         """Slip test of Section 4 under a constant normal traction: a row for each of the slips (T,), length.
 
@@ -153,6 +158,11 @@ class Interface:
         the tolerance times the larger of sigma0 and the largest traction so far (traction), or of s_f and the
         largest s_N so far (s_N).  The energies of the state and the work are extrapolated (Richardson): the
         area under tau is the change of work less that of sigma_N s_N.
+
+        follow="branch" continues along the unstable part of a branch, where follow="stable" jumps. The slips
+        are then targets that are reached one after the other; in between the slip may turn back and forward
+        again, which the event turn names. Every step along the branch is a row; it moves the separation by at
+        most arc (1e-5 to 1, 0.05 without a value) times s0.
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
         is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f or of the
@@ -170,6 +180,17 @@ class Interface:
         times = self._times(times, n)
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
+        if follow not in ("stable", "branch"):
+            raise ValueError(f"follow = {follow!r}: expected 'stable' or 'branch'")
+        if follow == "branch":
+            if tolerance is not None:
+                raise ValueError(f"tolerance = {tolerance!r}: expected None with follow = 'branch'")
+            if preload_time != 0.0 or times.any():
+                raise ValueError("times or preload_time with follow = 'branch': expected none")
+            warn_of_physics(self.material, self.pattern, sigma_N)
+            return self._branch_slip(direction_deg, slips, sigma_N, preload, stiffness, arc)
+        if arc is not None:
+            raise ValueError(f"arc = {arc!r}: expected None with follow = 'stable'")
         if tolerance is not None:
             if stiffness != 0.0:
                 raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
@@ -236,6 +257,46 @@ class Interface:
         # copies of the used rows free the larger buffers
         kept = (part[:rows].copy() for part in (separation, traction, state, work))
         history = self._history(*kept, lost)
+        if lost:
+            raise EquilibriumLost(lost, history)
+        return history
+
+    def _branch_slip(
+        self,
+        direction: float,
+        slips: Floats,
+        sigma_N: float,
+        preload: int,
+        stiffness: float,
+        arc: float | None,
+    ) -> History:
+        """Rows along the branch to each of the slips."""
+        longest = DEFAULT_ARC if arc is None else contract.number("arc", arc, "a finite number")
+        rows = 1024
+        while True:
+            room = rows
+            separation, traction = np.empty((room, 3)), np.empty((room, 3))
+            state, work = np.empty((room, self.nstatv)), np.empty(room)
+            jumps, turned = np.zeros((room + 1, 9)), np.zeros(room, dtype=np.int32)
+            if len(slips) == 0:
+                rows, reached, message = 0, 0, b""
+                break
+            rows, reached, status, message = _core.interface_branch_slip(
+                self._props, direction, slips, sigma_N, preload, stiffness, longest,
+                separation.T, traction.T, state.T, work, jumps.T, turned,
+            )  # fmt: skip
+            _raise(status, message)
+            if rows <= room:
+                break
+        lost = ""
+        if reached < 0:
+            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
+        elif reached < len(slips):
+            why = message.decode("ascii").rstrip()
+            lost = f"no equilibrium before slip {slips[reached]:g}, sigma_N = {sigma_N:g}: {why}"
+        # copies of the used rows free the larger buffers
+        kept = (part[:rows].copy() for part in (separation, traction, state, work))
+        history = self._history(*kept, lost, jumps, turned)
         if lost:
             raise EquilibriumLost(lost, history)
         return history
@@ -330,19 +391,26 @@ class Interface:
         work: Floats,
         lost: str = "",
         jumps: Floats | None = None,
+        turned: NDArray[np.int32] | None = None,
     ) -> History:
-        """History with events; jumps (1 + T', 9): of preload and rows, as from interface_confined_slip."""
+        """History with events.
+
+        jumps (1 + T', 9): of preload and rows, as from interface_confined_slip.  turned (T',): of the rows,
+        as from interface_branch_slip.
+        """
         rows = len(separation)
         damage = contract.statev_index("damage")
         snaps: list[Snap] = []
-        flags = np.zeros((rows, 2), dtype=np.int32)
+        flags = np.zeros((rows, 3), dtype=np.int32)
         if jumps is not None:
             for i in np.flatnonzero(jumps[:, 0] > 0.0).tolist():
                 before, after = (tuple(jumps[i, k : k + 3].tolist()) for k in (2, 5))
                 snaps.append(Snap(max(i - 1, 0), before, after, float(jumps[i, 8])))
             flags[:, 0] = jumps[1 : rows + 1, 0] > 0.0
-            flags[:, 1] = jumps[1 : rows + 1, 1] > 1.0
+            flags[:, 2] = jumps[1 : rows + 1, 1] > 1.0
             flags[:1, 0] |= jumps[0, 0] > 0.0
+        if turned is not None:
+            flags[:, 1] = turned[:rows]
         names = np.zeros(rows, dtype="S64")
         if rows > 0:
             _core.interface_events(self._props, separation.T, state.T, flags.T, names)

@@ -60,7 +60,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     end if
   end if
   if (status /= status_ok) then
-    message = ""
+    allocate (character(len=0) :: message)
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
     if (status == status_initial) call explain_initial(joint, traction, position > 0, statev, message)
     call report_umat(message)

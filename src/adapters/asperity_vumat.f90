@@ -19,7 +19,7 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
   use asperity_kinds, only: wp
   use asperity_points, only: virgin_tangent
   use asperity_report_vumat, only: report_vumat
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, set_text, to_text
   implicit none
   character(len=*), parameter :: routine = "vumat"
   integer(ik), parameter :: nan_bits = int(z"7FF8000000000000", ik)

@@ -18,7 +18,7 @@ subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, s
   use asperity_interface, only: interface_type, new_interface, slip_factor
   use asperity_points, only: virgin_tangent
   use asperity_report_vumat, only: report_vumat
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, set_text, to_text
   implicit none
   character(len=*), parameter :: routine = "vumat_single"
   integer(ik), parameter :: nan_bits = int(z"7FC00000", ik)

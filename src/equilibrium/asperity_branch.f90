@@ -9,11 +9,11 @@ module asperity_branch
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_snap_motion, only: cannot_soften, farthest_rest
-  use asperity_tolerances, only: snap_resolution, smallest_share, touch, unbalanced, unexplained, &
+  use asperity_tolerances, only: residual_tolerance, snap_resolution, smallest_share, touch, unbalanced, unexplained, &
     unexplained_share
   implicit none
   private
-  public :: continue_branch, balances, find_leap
+  public :: continue_branch, settle, balances, find_leap
 
 contains
 
@@ -142,6 +142,48 @@ contains
     end do
   end subroutine check_branch
 
+  !> Follow the wear of a sub-increment to the equilibrium of the facets as they are worn in it, under the given values
+  !> at its start: the work of the increments before wears the facets at once, which moves the equilibrium before the
+  !> given values change. They are approached from the values that the worn facets carry at the separation of the start.
+  !> The point does not change if this branch ends before.
+  pure subroutine settle(joint, balance, here, iterations, updates)
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(balance_type), intent(in) :: balance       !! equations at the start of the sub-increment
+    type(point_type), intent(inout) :: here         !! separation and tangent at the start -> with the wear
+    integer, intent(inout) :: iterations            !! tangent solves, increased
+    integer, intent(inout) :: updates               !! of the law, increased
+    type(balance_type) :: between
+    type(point_type) :: at, trial
+    real(wp) :: carried(3), change(3), next, r(3), scale, share, step
+    logical :: good
+    if (balance%n == 0) return
+    updates = updates + 1
+    call evaluate(joint, balance, free_part(balance, here%s), at, r, scale, good)
+    if (.not. good .or. maxval(abs(r)) <= residual_tolerance*scale) return
+    change = 0.0_wp
+    associate (free => balance%free(:balance%n))
+      change(free) = -r(:balance%n)
+    end associate
+    carried = balance%given - change
+    between = balance
+    share = 0.0_wp
+    step = 1.0_wp
+    do while (share < 1.0_wp .and. step >= smallest_share)
+      next = min(1.0_wp, share + step)
+      between%given = carried + next*change
+      if (next >= 1.0_wp) between%given = balance%given
+      call continue_branch(joint, between, (next - share)*change, at, .false., trial, good, iterations, updates)
+      if (good) then
+        call move_point(trial, at)
+        share = next
+        step = 2.0_wp*step
+      else
+        step = 0.5_wp*min(step, 1.0_wp - share)
+      end if
+    end do
+    if (share >= 1.0_wp) call move_point(at, here)
+  end subroutine settle
+
   !> Whether the energies of a sub-increment balance within `unbalanced`: the work of the traction is stored or
   !> dissipated, except for the error of the trapezoidal rule. A jump to another branch breaks the balance by the energy
   !> that it releases. A state that cannot soften has no other branch, and with viscous damage a jump takes time. An
@@ -152,7 +194,8 @@ contains
     type(balance_type), intent(in) :: balance       !! equations of the sub-increment, the point at its start
     type(point_type), intent(in) :: point           !! the point at its end
     logical :: yes
-    yes = balance%n == 0 .or. (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp)
+    yes = balance%n == 0 .or. joint%material%wears .or. &
+      (joint%material%tau_v > 0.0_wp .and. balance%control%dt > 0.0_wp)
     if (.not. yes) yes = energy_defect(joint, balance%old, point) <= unbalanced
     if (.not. yes) yes = cannot_soften(joint, balance%old)
     if (.not. yes) yes = smallest_share*elastic_length(joint, balance, path%change) > &

@@ -10,7 +10,7 @@ module asperity_control_point
   implicit none
   private
   public :: control_type, point_type, balance_type, new_point, put_point, move_point, set_balance, evaluate, &
-    traction_scale, elastic_stiffness, free_part, free_matrix, unstable, work_between, whole_separation, &
+    traction_scale, elastic_stiffness, stiffest, free_part, free_matrix, unstable, work_between, whole_separation, &
     energy_defect, prescribed_bound
 
   !> Which value of each component (N, Tx, Ty) is given, and the duration of an increment.

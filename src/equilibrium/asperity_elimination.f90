@@ -1,4 +1,4 @@
-!> Linear equations of at most three unknowns.
+!> Small systems of linear equations.
 module asperity_elimination
   use asperity_kinds, only: wp
   implicit none
@@ -12,10 +12,11 @@ contains
   !> A system is not solved if a pivot is zero, or so small that x exceeds 1e150 or a product of x and a exceeds 1e300.
   !> The caller must judge the accuracy of x.
   pure subroutine eliminate(n, a, b, solved)
-    integer, intent(in) :: n               !! number of unknowns, 0 to 3
-    real(wp), intent(inout) :: a(3, 3)     !! matrix in the upper left n x n, finite -> destroyed
-    real(wp), intent(inout) :: b(3)        !! right-hand side in the first n, finite -> x; undefined if not solved
-    logical, intent(out) :: solved         !! whether there is such a solution
+    integer, intent(in) :: n                              !! number of unknowns, >= 0
+    real(wp), intent(inout), contiguous :: a(:, :)        !! matrix in the upper left n x n, finite -> destroyed
+    real(wp), intent(inout), contiguous :: b(:)           !! right-hand side in the first n, finite -> x; undefined
+                                                          !! if not solved
+    logical, intent(out) :: solved                        !! whether there is such a solution
     !> Inverse of the largest x, and of the square root of its largest product with a.
     real(wp), parameter :: small = 2.0_wp**(-500)
     real(wp) :: factor, inverse, kept

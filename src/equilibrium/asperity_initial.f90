@@ -13,7 +13,7 @@ module asperity_initial
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: append, integer_text, set_text, to_text
   use asperity_tolerances, only: coarsest_initial_scale, farthest, finest_initial_scale, least_damping, less_damping, &
     longest_initial_step, more_damping, most_growth, residual_tolerance, rounding, smallest_initial_share, &
     worst_condition
@@ -58,8 +58,8 @@ contains
                                                        !! replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
     real(wp), intent(out), optional :: carried(3)      !! largest carried part of the traction, stress
-    logical, intent(out), optional :: endless          !! true: beyond `carried` the planes open or slide without bound;
-                                                       !! false: no stable equilibrium was found in the allowed steps
+    logical, intent(out), optional :: endless          !! whether planes open or slide without bound beyond
+                                                       !! `carried`; if not, no stable equilibrium was found
     type(interface_type) :: rested
     type(control_type) :: control
     type(balance_type) :: balance
@@ -282,16 +282,15 @@ contains
     if (status /= status_initial) return
 
     dead = count([(state(plane_statev(i)) >= 1.0_wp, i=1, joint%pattern%n)])
-    allocate (character(len=0) :: reason)
     if (.not. endless) then
-      reason = "no equilibrium was found"
+      call set_text(reason, "no equilibrium was found")
     else if (dead < joint%pattern%n) then
-      reason = "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
-        integer_text(joint%pattern%n) // " are fully damaged"
+      call set_text(reason, "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
+        integer_text(joint%pattern%n) // " are fully damaged")
     else if (target(1) > 0.0_wp) then
-      reason = "tension on a crack, every plane being fully damaged"
+      call set_text(reason, "tension on a crack, every plane being fully damaged")
     else
-      reason = "outside the friction of the pattern"
+      call set_text(reason, "outside the friction of the pattern")
     end if
     ! the normal traction first, to find out which component is not carried
     call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)

@@ -3,26 +3,28 @@
 !> The solver is a semismooth Newton method with a line search. It follows a branch of equilibria by sub-increments.
 !> Where the branch ends, an overdamped motion leads to the next equilibrium: a snap (docs/solver.md, "Branch", "Snap").
 module asperity_mixed_control
-  use asperity_branch, only: balances, continue_branch, find_leap
+  use asperity_branch, only: balances, continue_branch, find_leap, settle
   use asperity_call_checks, only: state_status
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok
-  use asperity_control_point, only: balance_type, control_type, free_part, ledger, move_point, new_point, point_type, &
+  use asperity_control_point, only: balance_type, control_type, ledger, move_point, new_point, point_type, &
     set_balance
   use asperity_increment, only: path_type, set_share, values_at
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_snap_motion, only: close_opening, farthest_rest, move_on
-  use asperity_tolerances, only: smallest_share, snap_resolution, unexplained
+  use asperity_tolerances, only: smallest_share, snap_resolution
   implicit none
   private
   public :: control_type, point_type, new_point, advance
 
   !> Methods: Newton alone; with halved increments; with continuation and motion through snaps.
   integer, parameter, public :: plain_newton = 1, halved_newton = 2, full_solver = 3
-  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range.
-  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3
+  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
+  !> branch (module asperity_arc): without end, divided.
+  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3, &
+    ended_endless = 4, ended_divided = 5
   !> Largest number of updates of the law in an increment.
   integer, parameter, public :: most_updates = 50000
   !> Largest given value, so that the difference of two is finite.
@@ -148,7 +150,7 @@ contains
     share = reached
     if (joint%material%wears) then
       call set_share(joint, path, share, reached, balance)
-      call settle(joint, balance, here, what)
+      call settle(joint, balance, here, what%iterations, what%updates)
     end if
     step = 1.0_wp
     do while (share < 1.0_wp .and. step >= smallest_share .and. what%updates < most_updates)
@@ -183,25 +185,6 @@ contains
       call move_point(balance%old, point)
     end if
   end subroutine follow
-
-  !> Move to the equilibrium of the facets as they are worn in an increment, under the given values at its start. The
-  !> point does not change if that equilibrium is not found where the tangent predicts it.
-  pure subroutine settle(joint, balance, here, what)
-    type(interface_type), intent(in) :: joint     !! the interface
-    type(balance_type), intent(in) :: balance     !! equations at the start of the increment
-    type(point_type), intent(inout) :: here       !! separation and tangent at its start -> with the wear
-    type(report_type), intent(inout) :: what      !! report so far
-    type(point_type) :: trial
-    type(newton_type) :: result
-    real(wp) :: move(3)
-    if (balance%n == 0) return
-    trial%s = here%s
-    call newton_solve(joint, balance, .true., trial, result)
-    call count_work(result, what)
-    if (.not. (result%converged .and. result%stable)) return
-    move = free_part(balance, trial%s - here%s)
-    if (maxval(abs(move - result%step)) <= unexplained*joint%material%s0) call move_point(trial, here)
-  end subroutine settle
 
   !> Add iterations and updates of a solve to the report.
   pure subroutine count_work(result, what)

@@ -69,6 +69,8 @@ contains
       length = 1.0_wp
       do
         trial = x + length*step
+        ! a facet starts to curve at its foot, which separations of zero must meet exactly
+        if (joint%material%curved) where (abs(trial) <= epsilon(1.0_wp)*maxval(abs(point%s))) trial = 0.0_wp
         call evaluate(joint, balance, trial, point, r, scale, good)
         next_error = maxval(abs(r))/scale
         result%updates = result%updates + 1

@@ -10,7 +10,7 @@ module asperity_slip_test
   use asperity_pattern, only: direction_vector
   implicit none
   private
-  public :: confined_slip, adaptive_slip
+  public :: confined_slip, adaptive_slip, joined
 
   !> Definition of a test without its slips.
   type, public :: slip_test_type

@@ -126,6 +126,12 @@ contains
       call move_point(far, balance%old)
       x(1) = balance%old%s(free)
       r = r_far
+      if (joint%material%wears) then
+        ! the work of the step wears the facets in the next one; this may lead beyond the equilibrium
+        call evaluate(joint, balance, x, far, r, scale, good)
+        updates = updates + 1
+        if (sense*r(1) > 0.0_wp) sense = -sense
+      end if
       associate (now => balance%old)
         if (control%spring(free) <= 0.0_wp .and. free == 1 .and. sense > 0.0_wp .and. dead_and_open(now)) exit
         step = step*merge(fast_growth, growth, step < first_step*joint%material%s0 .or. &
@@ -145,14 +151,16 @@ contains
 
   end subroutine move_one_free
 
-  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is very short.
+  !> Whether the energies of a step of the motion balance within `unbalanced_motion`, or the step is very short. The
+  !> work before a step wears the facets in it, and shorter steps do not reduce the error of this energy: it is not
+  !> judged.
   pure function balanced(joint, old, new, length) result(yes)
     type(interface_type), intent(in) :: joint       !! the interface
     type(point_type), intent(in) :: old, new        !! the point before and after the step
     real(wp), intent(in) :: length                  !! of the step
     logical :: yes
     real(wp), parameter :: shortest = 2.0_wp**(-10)
-    yes = length <= shortest*first_step*joint%material%s0
+    yes = joint%material%wears .or. length <= shortest*first_step*joint%material%s0
     if (.not. yes) yes = energy_defect(joint, old, new) <= unbalanced_motion*min(1.0_wp, length/joint%material%s0)
   end function balanced
 
@@ -237,7 +245,7 @@ contains
       call newton_solve(joint, balance, .true., trial, result)
       updates = updates + result%updates
       iterations = iterations + result%iterations
-      move = maxval(abs(trial%s - balance%old%s))
+      move = maxval(abs(trial%s - balance%old%s), mask=control%traction)
       found = result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far
       if (found .and. .not. balanced(joint, balance%old, trial, move)) then
         limit = 0.5_wp*move
@@ -253,7 +261,7 @@ contains
       call newton_solve(joint, balance, .true., trial, result)
       updates = updates + result%updates
       iterations = iterations + result%iterations
-      move = maxval(abs(trial%s - balance%old%s))
+      move = maxval(abs(trial%s - balance%old%s), mask=control%traction)
       good = result%converged .and. result%stable .and. move <= limit
       if (good) good = balanced(joint, balance%old, trial, move)
       if (.not. good) then

@@ -9,7 +9,7 @@ module asperity_call_checks
     status_separation, status_size, status_state, status_time
   use asperity_interface, only: interface_type, new_interface, separation_bound, slip_bound
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
   public :: point_status, state_status, time_status, host_status, vumat_status
@@ -122,8 +122,8 @@ contains
     real(wp), intent(in), optional :: dt                       !! duration, any bits, time
     character(len=:), allocatable :: wanted
     if (time_status(joint, dt) == status_ok) return
-    wanted = ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
-      to_text(joint%material%tau_v) // ")"
+    call set_text(wanted, ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
+      to_text(joint%material%tau_v) // ")")
     if (present(dt)) then
       call append(message, name // " = " // to_text(dt) // wanted)
     else

@@ -11,7 +11,7 @@ module asperity_checks
     n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, &
     p_height, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, &
     status_ok, status_props, stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
   public :: bounded, all_bounded, review, read_props, review_props, state_bounded, review_state, check_block
@@ -95,8 +95,8 @@ contains
     logical, intent(in) :: signed                             !! whether the value may be negative
     character(len=:), allocatable :: range
     if (outside(value, bound, signed) >= 0_int64) return
-    range = "from 0 to "
-    if (signed) range = "of magnitude up to "
+    call set_text(range, "from 0 to ")
+    if (signed) call set_text(range, "of magnitude up to ")
     call append(message, name // " = " // to_text(value) // ": expected a finite number " // range // to_text(bound))
   end subroutine review
 

@@ -4,7 +4,7 @@ module asperity_text
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: append, put_text, to_text, integer_text, piece_end
+  public :: append, set_text, put_text, to_text, integer_text, piece_end
 
 contains
 
@@ -107,13 +107,26 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! lines so far, or not allocated
     character(len=*), intent(in) :: line                      !! the new line
     if (.not. allocated(message)) then
-      message = line
+      call set_text(message, line)
     else if (len(message) == 0) then
-      message = line
+      call set_text(message, line)
     else
-      message = message // new_line("a") // line
+      call set_text(message, message // new_line("a") // line)
     end if
   end subroutine append
+
+  !> Give a text a new value and its length.
+  !>
+  !> It stands for an assignment, which would allocate the text anew: Intel's -nostandard-realloc-lhs switches that off,
+  !> and Abaqus is run with this option where its own run-time library is older than the compiler.
+  pure subroutine set_text(text, value)
+    character(len=:), allocatable, intent(inout) :: text   !! any, or not allocated
+    character(len=*), intent(in) :: value                  !! an expression, not the variable itself
+    character(len=:), allocatable :: new
+    allocate (character(len=len(value)) :: new)
+    new(:) = value
+    call move_alloc(new, text)
+  end subroutine set_text
 
   !> Last character of the piece of a message that begins at `first`: the end of its line, or of what fits into `limit`.
   pure function piece_end(message, first, limit) result(last)

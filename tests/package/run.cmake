@@ -40,4 +40,17 @@ step(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/foreign -B ${build}
 step(build ${CMAKE_COMMAND} --build ${build})
 step(from_c ${build}/from_c)
 step(from_fortran ${build}/from_fortran)
+
+find_program(PKG_CONFIG NAMES pkg-config pkgconf)
+if(PKG_CONFIG)
+  file(GLOB_RECURSE pc ${prefix}/*/asperity.pc)
+  get_filename_component(folder ${pc} DIRECTORY)
+  set(ENV{PKG_CONFIG_PATH} ${folder})
+  step(pkg_config ${PKG_CONFIG} --cflags --libs asperity)
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  get_filename_component(where ${library} DIRECTORY)
+  step(build_by_pkg_config ${C_COMPILER} ${CMAKE_CURRENT_LIST_DIR}/foreign/from_c.c ${flags} -Wl,-rpath,${where} -lm
+       -o ${WORK}/by_pkg_config)
+  step(run_by_pkg_config ${WORK}/by_pkg_config)
+endif()
 finish(0)

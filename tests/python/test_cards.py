@@ -1,11 +1,9 @@
-"""Material blocks of each host, the checks of a model, the command, the example decks."""
+"""Material blocks of each host, the checks of a model, the command."""
 
 from __future__ import annotations
 
 import json
 import re
-import shlex
-import subprocess
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -16,10 +14,9 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
 from asperity.cards.command import read_run
 from asperity.cli import main
-from asperity.installed import cases, driver
+from asperity.installed import cases
 
 ROOT = Path(__file__).parents[2]
-DECKS = ROOT / "harness" / "hosts" / "abaqus"
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RT = Interface(TABLE_2, Pattern.regular(2, 30.0))
 FLAT = Pattern.regular(0, 0.0)
@@ -364,35 +361,3 @@ def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert capsys.readouterr().err == message
     assert main(["card", "--host", "kratos", write(CASE), "--map", "1"]) == 1
     assert capsys.readouterr().err.startswith("asperity: map = 1: expected 0 for kratos")
-
-
-# --- decks ----------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["standard.inp", "explicit.inp"])
-def test_deck_has_the_card(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The text between the markers is the output of the command in the first marker."""
-    deck = (DECKS / name).read_text(encoding="utf-8")
-    m = re.search(r"^\*\* begin: asperity (card .*)\n((?:.*\n)*?)\*\* end$", deck, re.MULTILINE)
-    assert m
-    (folder / "joint.nml").write_bytes((DECKS / "joint.nml").read_bytes())
-    assert main(shlex.split(m[1])) == 0
-    assert m[2] == capsys.readouterr().out, f"{name}: run the command of its 'begin' line and paste"
-    assert max(map(len, deck.splitlines())) < 256
-    # every used set and amplitude is defined
-    used = set(re.findall(r"(?:nset|elset|amplitude)=(\w+)", deck)) | set(
-        re.findall(r"^([A-Z]+), \d", deck, re.MULTILINE)
-    )
-    given = set(re.findall(r"^\*(?:Nset, nset|Element, .*elset|Amplitude, name)=(\w+)", deck, re.MULTILINE))
-    assert used <= given
-
-
-def test_case_of_the_decks(folder: Path) -> None:
-    """The strength in the decks is (mu + tan)/(1 - mu tan), 30 degrees."""
-    tan = 3.0**-0.5
-    expected = f"{(0.5 + tan) / (1 - 0.5 * tan):.6f}"
-    assert f"t_Tx = {expected}" in (DECKS / "joint.nml").read_text(encoding="utf-8")
-    for name in ("standard.inp", "explicit.inp"):
-        assert f"= {expected} N" in (DECKS / name).read_text(encoding="utf-8")
-    done = subprocess.run([driver(), DECKS / "joint.nml"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr

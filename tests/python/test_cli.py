@@ -315,12 +315,12 @@ def test_steps_are_echoed(folder: Path) -> None:
     steps = """&step t_N = -1.0, t_Ty = 0.0, increments = 7 /
 &step s_Tx = 0.1, -0.1, k_N = 5.0, t_N = -2.0, increments = 3, cycles = 2, time = 4.0, tolerance = 1e-3 /
 &step slip = 0.2, direction = 30.0 /
-&step s_Ty = 0.0 /
+&step s_Ty = 0.0, follow = 'branch' /
 """
     start = CASE.split("&step")[0] + "&state separation = 3*0.0, statev = 17*0.0 /\n"
     (run,) = case_files.read_case(Path(write("case.nml", start + steps))).runs
     assert run.start == "state" and list(run.props) == RT.props().tolist()
-    common = {"spring": [0, 0, 0], "traction": [True, False, True], "time": 1, "tolerance": 0}
+    common = {"spring": [0, 0, 0], "traction": [True, False, True], "time": 1, "tolerance": 0, "arc": 0}
     sprung = {"spring": [5, 0, 0]}
     held = common | sprung | {"increments": [100], "traction": [True, False, False]}
     assert run.steps == (
@@ -330,7 +330,7 @@ def test_steps_are_echoed(folder: Path) -> None:
             "tolerance": 0.001,
         },
         held | {"slip": [0.2], "direction": 30},
-        held | {"s_Ty": [0]},
+        held | {"s_Ty": [0], "arc": 0.05},
     )  # fmt: skip
     assert [path.name for path in folder.iterdir()] == ["case.nml"]  # the case is read without a run
 
@@ -339,6 +339,9 @@ def test_case_that_cannot_be_compared(folder: Path) -> None:
     """Another kind of load path is rejected, as is a case that the driver rejects."""
     with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
         list(case_files.slip_tests(case_files.read_case(Path(write("case.nml", SWEEP)))))
+    branch = CASE.split("&step")[0] + "&step t_N = 0.0, slip = 0.1, follow = 'branch' /\n"
+    with pytest.raises(ValueError, match=r"case.nml: expected &step with t_N, then slip under it"):
+        list(case_files.slip_tests(case_files.read_case(Path(write("case.nml", branch)))))
     cracked = CASE + "&initial damage = 0.5 /\n"
     with pytest.raises(ValueError, match=r"case.nml: &initial: expected a case that starts virgin"):
         list(case_files.slip_tests(case_files.read_case(Path(write("case.nml", cracked)))))

@@ -181,8 +181,8 @@ def test_driver_is_on_the_search_path() -> None:
 
 
 def test_package_has_what_hosts_need() -> None:
-    """The sources for Abaqus, models that use them, and the header are in the package; scipy is required."""
-    for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90", "standard.inp", "joint.nml"):
+    """The sources for Abaqus and the header are in the package; scipy is required."""
+    for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90"):
         assert (installed.abaqus() / name).is_file(), name
     assert installed.library().with_name("asperity.h").is_file()
     required = [line for line in metadata.requires("asperity") or [] if "extra ==" not in line]

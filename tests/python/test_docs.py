@@ -232,6 +232,13 @@ def test_links(page: Path) -> None:
             assert anchor in anchors(file), target
 
 
+def test_every_page_is_listed() -> None:
+    """docs/README.md, from which the navigation of the site is made, has a link to every page."""
+    contents = ROOT / "docs" / "README.md"
+    listed = {(contents.parent / target).resolve() for _, target in LINK.findall(prose(contents))}
+    assert {page for page in PAGES if page.resolve() not in listed} == {contents, ROOT / "README.md"}
+
+
 def test_tests_that_the_pages_name_exist() -> None:
     """`test: name` in code type is a subroutine of a pFUnit file or a function of a Python test."""
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
@@ -240,6 +247,21 @@ def test_tests_that_the_pages_name_exist() -> None:
     code = "\n".join(path.read_text(encoding="utf-8") for path in sources)
     found = set(re.findall(r"^\s*(?:subroutine|def) (\w+)\(", code, re.MULTILINE))
     assert named and named - found == set()
+
+
+def test_numbers_of_the_paper() -> None:
+    """Each linked number of the paper stands on the page that it leads to; citations have an entry."""
+    page = ROOT / "docs" / "paper" / "paper.md"
+    text = prose(page)
+    linked = [(words, target) for words, target in LINK.findall(text) if target.endswith(".md")]
+    assert len(linked) > 10
+    for words, target in linked:
+        found = " ".join((page.parent / target).read_text(encoding="utf-8").split()).replace("**", "")
+        number = re.escape(" ".join(words.split()))
+        assert re.search(rf"(?<![\d.]){number}(?![\d.]*\d)", found), (words, target)
+    cited = set(re.findall(r"@(\w+)", text))
+    known = re.findall(r"^@\w+{(\w+),", page.with_suffix(".bib").read_text(encoding="utf-8"), re.MULTILINE)
+    assert cited == set(known) and len(known) == len(set(known))
 
 
 # --- maths --------------------------------------------------------------------------------------------------

@@ -48,12 +48,6 @@ def version() -> str:
     return found[0]
 
 
-def test_citation_has_the_version(version: str) -> None:
-    """CITATION.cff has the version as a copy, because it is read without a build."""
-    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert re.findall(r"^version: (\S+)$", citation, re.MULTILINE) == [version]
-
-
 def test_changelog_starts_with_the_version(version: str) -> None:
     """The newest entry of the changelog is the version of the source."""
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

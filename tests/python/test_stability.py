@@ -14,6 +14,7 @@ import pytest
 from asperity import Interface, Pattern
 from asperity.cli import main
 from asperity.studies.stability import MODES, Trial, find, shown, table
+from asperity.studies.stability.branches import steep_snap
 from asperity.studies.stability.catalogue import agree
 from asperity.studies.stability.explicit import Vumat
 from asperity.studies.stability.law_modes import clamped_reversal, facing_angle
@@ -48,6 +49,17 @@ def test_failure_and_survival(name: str) -> None:
     assert any(trial.survives for trial in trials)
     assert not all(trial.survives for trial in trials)
     assert shown(trials)
+
+
+def test_a_snap_is_drawn(tmp_path, capsys) -> None:
+    """Jump and whole branch are drawn; without friction the area between both is the released energy."""
+    assert main(["stability", "run", "snap", "-o", str(tmp_path)]) == 0
+    assert f"{tmp_path / 'stability_snap.png'}" in capsys.readouterr().out
+    assert (tmp_path / "stability_snap.png").stat().st_size > 20_000
+    snap = steep_snap(0.0)
+    # the motion of the jump is accurate to 3e-4 K s_0^2
+    assert snap.area == pytest.approx(snap.released, abs=3e-4 * TABLE_2.K * TABLE_2.s_0**2)
+    assert len(snap.turns) == 2
 
 
 def test_an_entry_that_does_not_show_is_found() -> None:

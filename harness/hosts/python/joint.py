@@ -104,7 +104,8 @@ class Newton:
     """Equilibrium of elastic bodies and a joint with prescribed displacements.
 
     symmetric: only the symmetric part of the joint's tangent is used.  norms: residuals of the last
-    step over the largest force.  halvings: largest number for a correction.
+    step over the largest force, or over `least`, a force, if that is larger.  halvings: largest number for a
+    correction.
     """
 
     stiffness: sparse.csr_array
@@ -114,6 +115,7 @@ class Newton:
     tolerance: float = 1e-10
     most: int = 20
     halvings: int = 4
+    least: float = float(np.finfo(float).tiny)
     iterations: int = 0
     norms: list[float] = field(default_factory=list)
 
@@ -125,7 +127,7 @@ class Newton:
         free = np.setdiff1d(np.arange(len(u)), self.fixed)
         correction = np.zeros(len(u))
         correction[self.fixed] = given - u[self.fixed]
-        out, tangent, norm = self._residual(u, load, free)
+        out, tangent, norm = self.residual(u, load, free)
         self.norms = []
         for _ in range(self.most):
             total = (self.stiffness + tangent).tocsc()
@@ -135,19 +137,19 @@ class Newton:
             factor = 1.0
             # the first correction applies the prescribed displacements and is not halved
             for _ in range(self.halvings if self.norms else 0):
-                if self._residual(u + factor * correction, load, free)[2] < norm:
+                if self.residual(u + factor * correction, load, free)[2] < norm:
                     break
                 factor /= 2
             u = u + factor * correction
             correction[self.fixed] = 0.0
-            out, tangent, norm = self._residual(u, load, free)
+            out, tangent, norm = self.residual(u, load, free)
             self.norms.append(norm)
             if norm <= self.tolerance:
                 self.joint.accept(u)
                 return u, out
         raise NotConverged(f"residuals {', '.join(f'{norm:.1e}' for norm in self.norms)}")
 
-    def _residual(
+    def residual(
         self, u: Floats, load: Floats, free: NDArray[np.int64]
     ) -> tuple[Floats, sparse.csr_array, float]:
         """Residual forces, tangent of the joint, and the norm of the residual over the largest force."""
@@ -155,9 +157,7 @@ class Newton:
         if self.symmetric:
             tangent = 0.5 * (tangent + tangent.T)
         out = self.stiffness @ u + force - load
-        scale = max(
-            np.abs(force).max(), np.abs(out[self.fixed]).max(), np.abs(load).max(), np.finfo(float).tiny
-        )
+        scale = max(np.abs(force).max(), np.abs(out[self.fixed]).max(), np.abs(load).max(), self.least)
         return out, tangent, float(np.abs(out[free]).max() / scale)
 
 

@@ -15,6 +15,7 @@ pytest.importorskip("skfem", reason="asperity[fe] is not installed")
 import dcb
 import joint
 import pull_out
+import snap_back
 
 
 def test_pull_out() -> None:
@@ -82,3 +83,40 @@ def test_double_cantilever_beam() -> None:
     # The cohesive zone is five or six elements long and moves by one element at a time.
     assert curve.j_integral[grown] == pytest.approx(dcb.MATERIAL.Gc, rel=0.02)
     assert curve.force[grown] == pytest.approx(dcb.growth(curve.opening[grown]), rel=0.01)
+
+
+@pytest.mark.parametrize("share", [0.5, 1.5, 2.2, 5.0])
+def test_bar_snaps_back(share: float) -> None:
+    """Bars over the limit snap back: dissipation control follows the closed form, the plain method stops."""
+    length = share * snap_back.LIMIT
+    peak = snap_back.S_0 + snap_back.BOND.sigma0 * length / snap_back.MODULUS
+    curve = snap_back.by_dissipation(snap_back.bar(length), snap_back.BOND.Gc / 30)
+    opening = curve.moved - curve.force * length / snap_back.MODULUS
+    # the residual is 1e-10 of the strength
+    moved, force = snap_back.closed_form(opening, length)
+    np.testing.assert_allclose(curve.force, force, rtol=0, atol=1e-8 * snap_back.BOND.sigma0)
+    np.testing.assert_allclose(curve.moved, moved, rtol=0, atol=1e-8 * snap_back.S_F)
+    assert curve.broken == 1.0 and curve.force.max() > 0.95 * snap_back.BOND.sigma0
+    # the trapezoidal rule over steps of 0.3 % of the energy
+    assert snap_back.work(curve) == pytest.approx(snap_back.BOND.Gc, rel=5e-3)
+    broken = int(np.argmax(opening >= snap_back.S_F))
+    turns = np.diff(curve.moved[: broken + 1]) < 0.0
+    plain = snap_back.by_displacement(snap_back.bar(length), 1.2 * max(peak, snap_back.S_F), 200)
+    if share < 1.0:
+        assert plain.broken == 1.0 and not turns.any()
+    else:
+        assert turns.sum() > 10
+        assert plain.broken == 0.0 and plain.moved[-1] == pytest.approx(peak, rel=0.01)
+
+
+def test_strip_snaps_back() -> None:
+    """The work along the path is Gc times the bonded length; the plain method stops at the fold."""
+    bond = snap_back.BOND.Gc * snap_back.STRIP
+    curve = snap_back.by_dissipation(snap_back.strip(20), bond / 100)
+    assert curve.broken == 1.0
+    assert snap_back.work(curve) == pytest.approx(bond, rel=2e-3)
+    last = int(np.argmax(curve.moved * (curve.force > 0.5 * curve.force.max())))
+    assert curve.moved[last:].min() < 0.25 * curve.moved[last]
+    plain = snap_back.by_displacement(snap_back.strip(20), 1.2 * float(curve.moved[last]), 200)
+    assert plain.broken < 1.0
+    assert plain.moved[-1] == pytest.approx(curve.moved[last], rel=0.02)

@@ -8,11 +8,16 @@ import re
 import sys
 import textwrap
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ... import tables
 from ...parallel import add_workers, workers
 from .catalogue import MODES, agree, find, shown, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NOT_SHOWN = 1
 """Exit code of an entry with an unexpected result, and of a table that is not up to date."""
@@ -36,6 +41,14 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
     )
     run.add_argument(
         "--check", action="store_true", help="with --fill: change nothing; exit with 1 if the table differs"
+    )
+    run.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("stability"),
+        metavar="DIR",
+        help="folder for the pictures of entries, drawn without --table and --fill (default: %(default)s)",
     )
     run.set_defaults(action=_run)
 
@@ -86,12 +99,25 @@ def _run(options: argparse.Namespace) -> int:
             verdict = "survives" if trial.survives else "fails"
             unexpected = "" if trial.holds else "  NOT AS EXPECTED"
             print(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file, flush=True)
+        if mode.draw is not None and not quiet:
+            print(_draw(mode.draw, options.output / f"stability_{mode.name}.png"))
     text = table(results)
     if options.fill is not None:
         bad += _fill(options.fill, text, options.check)
     elif options.table:
         print(text)
     return NOT_SHOWN if bad else 0
+
+
+def _draw(draw: Callable[[], Figure], path: Path) -> Path:
+    """Draw the picture of an entry."""
+    import matplotlib.pyplot as plt
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure = draw()
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+    return path
 
 
 def _fill(path: Path, text: str, check: bool) -> list[str]:

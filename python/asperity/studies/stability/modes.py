@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +15,17 @@ from ...material import Material
 from ...results import driven
 from ..newton import NewtonStudy
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 """Table 2 of the paper: mm, MPa, N/mm."""
 
 S_F = TABLE_2.s_f
 """Separation at complete rupture, mm."""
+
+S_0 = TABLE_2.s_0
+"""Separation at onset, mm."""
 
 K = TABLE_2.K
 """Stiffness of the bond (12), MPa/mm."""
@@ -41,13 +48,17 @@ class Trial:
 
 @dataclass(frozen=True)
 class FailureMode:
-    """A failure mode of the law or of its solvers: description, advice, and the trials that show both."""
+    """A failure mode of the law or of its solvers: description, advice, and the trials that show both.
+
+    draw: picture of the entry, None if it has none.
+    """
 
     name: str
     title: str
     happens: str
     advice: str
     run: Callable[[], Sequence[Trial]]
+    draw: Callable[[], Figure] | None = None
 
 
 @dataclass(frozen=True, eq=False)

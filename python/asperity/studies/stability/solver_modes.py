@@ -12,7 +12,12 @@ from ...interface import Interface, work_along
 from ...material import Material
 from ...pattern import Pattern, direction_vector
 from ..newton import NewtonStudy, newton_path, newton_study
-from .modes import S_F, TABLE_2, FailureMode, K, Trial, drive, plain
+from .branches import draw as draw_branches
+from .branches import steep_snap
+from .modes import S_0, S_F, TABLE_2, FailureMode, K, Trial, drive, plain
+
+BALANCE = 0.01
+"""Accuracy of the energies of a snap and of its branch, over K s_0^2."""
 
 SPRING = 0.3
 """Stiffness of the springs that shear the point of `pulled`, over K."""
@@ -70,6 +75,20 @@ def snap() -> list[Trial]:
         f"mm; the stored energy falls by {stored[row - 1] - stored[row]:.1e} N/mm"
     )
     trials.append(Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured))
+    whole = drive("snap_branch")
+    places = ", ".join(f"{whole.columns['s_Tx'][turn]:.4f} mm" for turn in whole.rows_with("turn"))
+    measured = f"the slip turns at {places}; {len(whole.events)} rows"
+    trials.append(Trial("whole branch, RP-16", True, whole.code == 0, measured))
+    for mu in (0.0, 0.5):
+        steep = steep_snap(mu)
+        measured = (
+            f"area between branch and jump {steep.area:.2e} N/mm, the jump releases {steep.released:.2e} N/mm"
+        )
+        if mu > 0.0:
+            measured += f" and dissipates {steep.dissipated_more:.1e} N/mm more than the branch"
+        balance = steep.area - steep.released - steep.dissipated_more
+        label = f"whole branch, RP-8 of 60°, mu = {mu:g}"
+        trials.append(Trial(label, True, abs(balance) <= BALANCE * K * S_0**2, measured))
     viscous = Interface(replace(TABLE_2, tau_v=0.003), Pattern.regular(16, 30.0))
     for steps in (100, 2000):
         study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
@@ -86,8 +105,9 @@ SNAP = FailureMode(
     "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last planes "
     "open; the next equilibrium is far away. Small steps stop at the fold; large ones pass it by chance.",
     "Small steps do not help. Use viscous damage, an implicit dynamic step, or a solver that continues at "
-    "the next equilibrium, as the driver does with the event snap.",
+    "the next equilibrium, as the driver does with the event snap, or follows the whole branch (arc length).",
     snap,
+    draw_branches,
 )
 
 # --- chatter ------------------------------------------------------------------------------------------------

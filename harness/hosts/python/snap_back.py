@@ -1,0 +1,178 @@
+"""Snap-back of a bar and of a bonded strip, passed by dissipation control, with the law in scikit-fem.
+
+The bar pulls a joint apart. If it is longer than E (s_f - s_0)/sigma0, it shortens by more than the joint
+opens while the joint softens: the displacement of its end has to turn back. The strip is pulled along a rigid
+base to which it is bonded; it snaps back when the last part of the bond breaks. Newton's method with
+prescribed displacements finds no neighbouring equilibrium there.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from asperity import Interface, Material, Pattern, contract
+from dissipation import DissipationControl
+from joint import Floats, Joint, Newton, NotConverged, progress
+from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, MeshQuad
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# mm, N, MPa
+MODULUS = 30000.0
+BOND = Material(sigma0=3.0, Gc=0.03, eta=0.9, mu=0.0)
+S_F = 2 * BOND.Gc / BOND.sigma0
+S_0 = (1 - BOND.eta) * S_F
+LIMIT = MODULUS * (S_F - S_0) / BOND.sigma0
+"""Length of a bar beyond which it snaps back."""
+STRIP, THICKNESS, STRIP_POISSON = 200.0, 5.0, 0.2
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Rows of a run: displacement of the pulled end and force, per width.
+
+    broken: smallest damage after the last row, 1 if the joint is broken.  rupture: energy of the joint.
+    """
+
+    moved: Floats
+    force: Floats
+    iterations: int
+    broken: float
+    rupture: float
+
+
+def bar(length: float, elements: int = 8) -> tuple[Newton, Floats]:
+    """Column on a joint with a rigid base, without lateral contraction; its end moves along N."""
+    mesh = MeshQuad.init_tensor(np.array([0.0, 1.0]), np.linspace(0.0, length, elements + 1))
+    basis = Basis(mesh, ElementVector(ElementQuad1()))
+    clamped = np.flatnonzero(basis.doflocs[1] > length - 1e-9)
+    return _newton(mesh, basis, clamped, 0.0), np.resize([0.0, 1.0], len(clamped))
+
+
+def strip(elements: int = 40) -> tuple[Newton, Floats]:
+    """Strip on a rigid base; its right face is clamped and moves along T_x."""
+    mesh = MeshQuad.init_tensor(np.linspace(0, STRIP, elements + 1), np.linspace(0, THICKNESS, 3))
+    basis = Basis(mesh, ElementVector(ElementQuad2()))
+    clamped = np.flatnonzero(basis.doflocs[0] > STRIP - 1e-9)
+    return _newton(mesh, basis, clamped, STRIP_POISSON), np.resize([1.0, 0.0], len(clamped))
+
+
+def _newton(mesh: MeshQuad, basis: Basis, clamped: np.ndarray, poisson: float) -> Newton:
+    base = FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda p: p[1] < 1e-9), intorder=4)
+    stiffness = linear_elasticity(*lame_parameters(MODULUS, poisson)).assemble(basis).tocsr()
+    joint = Joint(Interface(BOND, Pattern.regular(0, 0.0)), basis.N, base)
+    return Newton(stiffness, joint, clamped, least=BOND.sigma0 * float(joint.weights.sum()))
+
+
+def by_displacement(model: tuple[Newton, Floats], end: float, steps: int) -> Curve:
+    """Newton's method with prescribed displacements, up to the first step without a solution."""
+    newton, pattern = model
+    u, rows = np.zeros(newton.stiffness.shape[0]), [(0.0, 0.0)]
+    for moved in np.linspace(0.0, end, steps + 1)[1:]:
+        try:
+            u, out = newton.step(u, moved * pattern, np.zeros(len(u)))
+        except NotConverged:
+            break
+        rows.append((moved, float(out[newton.fixed] @ pattern)))
+    return _curve(rows, newton)
+
+
+def by_dissipation(model: tuple[Newton, Floats], energy: float) -> Curve:
+    """Dissipation control until the joint is broken and the end has moved as far as ever before."""
+    newton, pattern = model
+    control = DissipationControl(newton, pattern, energy, move=0.5 * S_0)
+    u, rows = np.zeros(newton.stiffness.shape[0]), [(0.0, 0.0)]
+    while newton.joint.state[:, 0].min() < 1.0 or control.factor < max(moved for moved, _ in rows):
+        u = control.step(u)
+        rows.append((control.factor, control.force))
+        progress(f"snap_back: end moved by {control.factor:.4f} mm, {len(rows)} steps")
+    progress("")
+    return _curve(rows, newton)
+
+
+def _curve(rows: list[tuple[float, float]], newton: Newton) -> Curve:
+    state = newton.joint.state
+    moved, force = np.array(rows).T
+    rupture = float(newton.joint.weights @ state[:, contract.statev_index("rupture")])
+    return Curve(moved, force, newton.iterations, float(state[:, 0].min()), rupture)
+
+
+def closed_form(opening: Floats, length: float) -> tuple[Floats, Floats]:
+    """Displacement of the end of a bar and force, over its opening: bond in straight lines, and stretch."""
+    traction = BOND.sigma0 * np.clip(np.minimum(opening / S_0, (S_F - opening) / (S_F - S_0)), 0.0, None)
+    return opening + traction * length / MODULUS, traction
+
+
+def work(curve: Curve) -> float:
+    """Work of the pulled end, per width."""
+    return float(np.trapezoid(curve.force, curve.moved))
+
+
+def draw(path: Path, steps: int) -> None:
+    """Draw force over displacement for bars and for the strip, and print the numbers."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4.8), layout="constrained")
+    opening = np.concatenate([np.linspace(0, S_0, 20), np.linspace(S_0, 1.2 * S_F, 60)])
+    print("model                  steps  largest move [mm]  rupture [N]  work [N]  prescribed displacements")
+    for share, colour in ((0.5, "#0072B2"), (1.5, "#009E73"), (2.2, "#D55E00")):
+        length = share * LIMIT
+        axes[0].plot(*closed_form(opening, length), "-", color=colour, label=f"length {share:g} of the limit")
+        curve = by_dissipation(bar(length), BOND.Gc / 30)
+        axes[0].plot(curve.moved, curve.force, "o", color=colour, markersize=3.5)
+        other = by_displacement(bar(length), 1.2 * float(curve.moved.max()), steps)
+        _mark(axes[0], other, colour)
+        _print(f"bar, {share:g} of the limit", curve, other)
+    axes[0].plot([], [], "o", color="black", markersize=3.5, label="dissipation control")
+    curve = by_dissipation(strip(), BOND.Gc * STRIP / 100)
+    other = by_displacement(strip(), 1.2 * float(curve.moved.max()), steps)
+    axes[1].plot(curve.moved, curve.force, "o-", color="#0072B2", markersize=3.0, label="dissipation control")
+    axes[1].plot(other.moved, other.force, "--", color="black", label="prescribed displacements")
+    _mark(axes[1], other, "black")
+    _print("strip", curve, other)
+    for ax, title in zip(axes, ("bar on a joint", "strip on a bonded base"), strict=True):
+        ax.plot([], [], "x", color="black", label="no convergence beyond")
+        ax.set(xlabel="displacement of the end [mm]", ylabel="force per width [N/mm]", title=title)
+        ax.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.08), ncols=3)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def _mark(ax: Axes, curve: Curve, colour: str) -> None:
+    """Mark the last row of a run that was not completed."""
+    if curve.broken < 1.0:
+        ax.plot(curve.moved[-1:], curve.force[-1:], "x", color=colour, markersize=10, markeredgewidth=2)
+
+
+def _print(name: str, curve: Curve, other: Curve) -> None:
+    end = "passes" if other.broken == 1.0 else f"stops at {other.moved[-1]:.4f} mm"
+    numbers = f"{curve.moved.max():19.5f}{curve.rupture:13.5f}{work(curve):10.5f}"
+    print(f"{name:<22}{len(curve.moved) - 1:6}{numbers}  {end}")
+
+
+def main() -> None:
+    """Run, print and draw."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--steps", type=int, default=200, help="with prescribed displacements (default: %(default)s)"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path("snap_back.png"), help="default: %(default)s"
+    )
+    options = parser.parse_args()
+    if options.steps < 1:
+        parser.error(f"--steps {options.steps}: expected at least 1")
+    draw(options.output, options.steps)
+    print(options.output)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Files for a host program to start from, `asperity export`."""

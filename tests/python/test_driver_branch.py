@@ -1,0 +1,150 @@
+"""`&step follow = 'branch'`: the whole branch in the driver and in Python, its rows, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from asperity import EquilibriumLost, Interface, Material, Pattern
+from support_driver import ETA, FLAT, GC, MATERIAL, MU, RP_4, S_0, S_F, SIGMA0, TRACTION_TOLERANCE, K
+
+STEEP = "&pattern sides = 8, theta = 60.0, flat = 0.0, turn = 298.64 /\n"
+TABLE_2 = Material(SIGMA0, GC, ETA, MU)
+
+
+def turns(result) -> list[int]:
+    """Rows in which the prescribed values turn."""
+    return [row for row, events in enumerate(result.events) if "turn" in events]
+
+
+def test_bond_on_a_spring(run) -> None:
+    """The rows lie on the bond's straight lines; the prescribed value turns at the strength and at s_f."""
+    spring, target = 0.25 * SIGMA0 / (S_F - S_0), 5.0
+    step = f"&step t_N = {target}, k_N = {spring!r}, follow = 'branch', arc = 0.2, time = 3.0 /\n"
+    result = run(MATERIAL + FLAT + step)
+    s, t = result["s_N"], result["t_N"]
+    line = np.clip(np.minimum(K * s, SIGMA0 * (S_F - s) / (S_F - S_0)), 0.0, None)
+    np.testing.assert_allclose(t, line, rtol=0, atol=TRACTION_TOLERANCE)
+    first, second = turns(result)
+    assert s[first] == pytest.approx(S_0, rel=1e-4) and s[second] == pytest.approx(S_F, rel=1e-4)
+    given = t + spring * s
+    # a row with a turn is just beyond the fold
+    assert np.all(np.diff(given[:first]) > 0) and np.all(np.diff(given[first:second]) < 0)
+    assert np.all(np.diff(given[second:]) > 0) and given[-1] == pytest.approx(target, rel=1e-14)
+    time = result["time"]
+    assert np.all(np.diff(time) >= 0) and time[-1] == 3.0
+    assert not any("snap" in events for events in result.events)
+
+
+def test_branch_of_steep_planes(run) -> None:
+    """RP-8 of 60 degrees: the slip turns back at the fold and forward again where all planes are damaged."""
+    result = run(MATERIAL + STEEP + "&step t_N = 0.0, slip = 0.3, follow = 'branch' /\n")
+    first, second = turns(result)
+    assert result["s_Tx"][first] == pytest.approx(0.15265, abs=1e-4)
+    assert "damaged" in result.events[second]
+    slope = math.tan(math.radians(60.0)) * math.cos(math.radians(298.64 + 45.0))
+    edge = slope * result["s_Tx"][second:]
+    np.testing.assert_allclose(result["s_N"][second:], edge, rtol=0, atol=1e-6 * S_F)
+    # all separations of a plane have the same length without a contact
+    assert np.hypot(result["s_N"][second], result["s_Tx"][second]) == pytest.approx(S_F, rel=1e-6)
+    length = np.linalg.norm(np.diff(result.vector("s"), axis=0), axis=1)
+    assert length[:second].max() <= 0.05 * S_0 * (1 + 1e-5)
+    energies = result["stored"] + result["rupture"] + result["friction"]
+    np.testing.assert_allclose(energies, result["work"], rtol=0, atol=1e-3 * GC)
+
+
+def test_several_targets(run) -> None:
+    """Every target of a list is reached exactly; later steps go on from there by increments."""
+    press = MATERIAL + RP_4 + "&step t_N = -5.0 /\n"
+    result = run(
+        press
+        + "&step slip = 0.2, -0.1, follow = 'branch', arc = 0.1 /\n&step slip = 0.0, increments = 10 /\n"
+    )
+    slip = result["s_Tx"]
+    assert slip.max() == 0.2 and slip.min() == -0.1 and slip[-1] == 0.0
+    plain = run(press + "&step slip = 0.2, -0.1, 0.0, increments = 400 /\n")
+    for name in ("s_N", "t_Tx", "rupture", "friction"):
+        assert result[name][-1] == pytest.approx(plain[name][-1], rel=5e-3)
+
+
+def test_python_has_the_same_rows(run) -> None:
+    """confined_slip(follow="branch") returns rows and events of the driver, with the same default step."""
+    slip = "&step t_N = -0.05, increments = 10 /\n&step slip = 0.3, follow = 'branch' /\n"
+    result = run(MATERIAL + STEEP + slip)
+    rough = Interface(TABLE_2, Pattern.regular(8, 60.0, flat=0.0, turn=298.64))
+    history = rough.confined_slip(0.0, [0.3], -0.05, preload=10, follow="branch")
+    np.testing.assert_array_equal(history.separation, result.vector("s")[10:])
+    np.testing.assert_array_equal(history.work, result["work"][10:])
+    # the events of the preload count in the first row
+    events = {row: set(text.split("+")) for row, text in history.events if row > 0}
+    assert events == {row: found for row, found in enumerate(result.events[10:]) if found and row > 0}
+    assert sum("turn" in found for found in events.values()) == 2
+
+
+def test_branches_that_end(run) -> None:
+    """A branch that does not reach its target stops with the reason."""
+    result = run(MATERIAL + FLAT + "&step t_N = 4.0, follow = 'branch', arc = 0.2 /\n", code=2)
+    assert "the separation grows without end; tension is positive" in result.messages
+    assert result["s_N"][-1] == pytest.approx(S_F, rel=1e-6) and "lost" in result.events[-1]
+    result = run(MATERIAL + RP_4 + "&step t_N = 0.3 /\n&step slip = 0.4, follow = 'branch' /\n", code=2)
+    assert "the branch ends" in result.messages
+    mode_2 = MATERIAL.replace(" /", ", sigma02 = 10.0, Gc2 = 0.3 /")
+    two = "&pattern sides = 2, theta = 60.0, flat = 0.0 /\n"
+    result = run(mode_2 + two + "&step s_N = 0.6, t_Tx = 0.0, follow = 'branch' /\n", code=2)
+    assert "the branch divides" in result.messages
+    result = run(MATERIAL + FLAT + "&step s_N = 1e9, follow = 'branch' /\n", code=2)
+    assert "expected a larger arc" in result.messages
+    lost = "&expect end = 'lost', s_N = 0.2, tolerance = 1e-5 /\n"
+    run(MATERIAL + FLAT + "&step t_N = 4.0, follow = 'branch' /\n" + lost)
+    rough = Interface(TABLE_2, Pattern.regular(4, 30.0))
+    with pytest.raises(EquilibriumLost, match="the branch ends") as caught:
+        rough.confined_slip(0.0, [0.4], 0.3, follow="branch")
+    assert len(caught.value.history) > 10
+
+
+@pytest.mark.parametrize(
+    ("material", "step", "message"),
+    [
+        ("", "follow = 'jump'", "follow = 'jump': expected 'stable' or 'branch'"),
+        ("", "follow = 'branch', increments = 10", "increments with follow = 'branch': expected arc"),
+        ("", "follow = 'branch', tolerance = 1e-3", "tolerance with follow = 'branch': expected arc"),
+        ("", "follow = 'branch', arc = 2.0", "arc = 2.0: expected 0.00001 to 1"),
+        ("", "arc = 0.1", "arc without follow = 'branch'"),
+        (", tau_v = 2.0", "follow = 'branch'", "follow = 'branch' with tau_v = 2: expected 0"),
+        (", W0 = 4.0", "follow = 'branch'", "follow = 'branch' with W0 = 4: expected 0"),
+        (", guard = .true.", "follow = 'branch'", "follow = 'branch' with guard = 1: expected 0"),
+    ],
+)
+def test_wrong_input(run, material: str, step: str, message: str) -> None:
+    """What makes no sense along a branch is refused."""
+    result = run(MATERIAL.replace(" /", f"{material} /") + FLAT + f"&step s_N = 0.1, {step} /\n", code=1)
+    assert message in result.messages
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"follow": "jump"}, "follow = 'jump': expected 'stable' or 'branch'"),
+        ({"arc": 0.1}, "arc = 0.1: expected None with follow = 'stable'"),
+        ({"follow": "branch", "arc": 2.0}, "arc = 2: expected 0.00001 to 1"),
+        ({"follow": "branch", "tolerance": 1e-3}, "tolerance = 0.001: expected None"),
+        ({"follow": "branch", "times": [1.0]}, "times or preload_time"),
+        ({"follow": "branch", "preload": 0}, "preload = 0"),
+        ({"follow": "branch", "stiffness": -1.0}, "stiffness = -1"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_wrong_input_in_python(options, message: str) -> None:
+    """Python refuses the same, and names the value."""
+    with pytest.raises(ValueError, match=message):
+        Interface(TABLE_2, Pattern.regular(4, 30.0)).confined_slip(0.0, [0.2], -1.0, **options)
+
+
+@pytest.mark.parametrize(("name", "value"), [("tau_v", 1.0), ("W0", 1.0), ("guard", True)])
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_materials_without_a_branch(name: str, value: float) -> None:
+    """Viscous damage, wear and the guard have no branch."""
+    rough = Interface(Material(SIGMA0, GC, ETA, MU, **{name: value}), Pattern.regular(4, 30.0))
+    with pytest.raises(ValueError, match=name):
+        rough.confined_slip(0.0, [0.2], -1.0, times=[0.0], follow="branch")

@@ -1,0 +1,388 @@
+"""`asperity export abaqus`: files, refusals, the check of the decks and what it finds, compilers."""
+
+from __future__ import annotations
+
+import ast
+import ctypes
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import contract, installed
+from asperity.cli import main
+from asperity.export import kit
+from asperity.export.deck_lines import residual
+from asperity.export.decks import DECKS, MU, SLIP, THETA
+from asperity.export.environment import ENVIRONMENT
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
+from deck_check import model
+from stand_in import StandIn
+
+WRITTEN = {name: write() for name, write in DECKS.items()}
+
+
+def rows_of(text: str) -> np.ndarray:
+    """Numbers of the table of the README."""
+    lines = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| 0.")]
+    return np.array(lines, dtype=float)
+
+
+# --- the command ------------------------------------------------------------------------------------------
+
+
+def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """All sources, decks that the check accepts, an environment file and the README; the same at any time."""
+    folder = tmp_path / "kit"
+    assert main(["export", "abaqus", str(folder)]) == 0
+    names = {path.name for path in folder.iterdir()}
+    sources = {f"asperity_abaqus{part}.f90" for part in ("", "_standard", "_explicit", "_single")}
+    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *DECKS, *sources}
+    out = capsys.readouterr().out
+    readme = (folder / "README.md").read_text(encoding="ascii")
+    assert all(f"`{name}`" in readme for name in names - {"README.md"})
+    assert "**Abaqus was not run.**" in readme
+    assert rows_of(readme).shape == (5, 4) and (rows_of(readme) == rows_of(out)).all()
+    for name in DECKS:
+        model((folder / name).read_text(encoding="ascii"))
+    assert kit.files() == {path.name: path.read_bytes() for path in folder.iterdir()}
+    for name in sources:
+        assert max(map(len, (folder / name).read_text(encoding="utf-8").splitlines())) <= 132
+    # the folder has the permissions of any new one
+    (tmp_path / "other").mkdir()
+    assert folder.stat().st_mode == (tmp_path / "other").stat().st_mode
+
+
+def test_folders_that_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing is written into a folder with files, nor where there can be no folder."""
+    (tmp_path / "mine.txt").write_text("mine")
+    (tmp_path / "file").write_text("mine")
+    before = sorted(tmp_path.rglob("*"))
+    for folder, reason in (
+        (tmp_path, "expected an empty folder or a new one; --force replaces"),
+        (tmp_path / "file", "expected a folder, or a name that is not taken"),
+        (tmp_path / "none" / "kit", "none: expected a folder that exists"),
+    ):
+        assert main(["export", "abaqus", str(folder)]) == 1
+        assert reason in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
+    """Other files stay, old ones of the kit are replaced; a folder in the place of a file is refused."""
+    (tmp_path / "kit").mkdir()
+    mine, old = tmp_path / "kit" / "mine.txt", tmp_path / "kit" / "dcb.inp"
+    mine.write_text("mine")
+    old.write_text("old")
+    assert main(["export", "abaqus", str(tmp_path / "kit"), "--force"]) == 0
+    assert (mine.read_text(), old.read_text()) == ("mine", WRITTEN["dcb.inp"])
+    old.unlink()
+    old.mkdir()
+    (tmp_path / "kit" / "README.md").write_text("mine")
+    assert main(["export", "abaqus", str(tmp_path / "kit"), "--force"]) == 1
+    assert (tmp_path / "kit" / "README.md").read_text() == "mine"
+
+
+def test_nothing_is_half_written(tmp_path: Path) -> None:
+    """If a file cannot be written, the folder is not there, and what was made beside it is gone."""
+    with pytest.raises(OSError):
+        kit.write(tmp_path / "kit", {"a.txt": b"a", "no/such/folder.txt": b"b"})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_driver_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the rows of the README there is no kit."""
+    monkeypatch.setenv(installed.DRIVER_VARIABLE, shutil.which("false") or "")
+    assert main(["export", "abaqus", str(tmp_path / "kit")]) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- the first run ----------------------------------------------------------------------------------------
+
+
+def test_rows_of_the_readme_are_those_of_the_deck() -> None:
+    """The stand-in runs the deck with the UMAT: the rows of the driver, and the closed form at the end."""
+    # seven decimals are printed; equilibrium is found to 1e-9 of the forces
+    rounding = 0.5e-7 + 1.0e-8
+    deck = WRITTEN["single_standard.inp"]
+    every = int(deck.split("*Node Print, nset=TOP, frequency=")[1].split(",")[0])
+    host = StandIn(model(deck)).run(installed.library())
+    steps = [row for row in host.rows if row.step == "PULL"][every - 1 :: every]
+    top = host.model.nsets["TOP"][0]
+    found = [
+        [
+            *(host.displacement(row, top, direction) for direction in (1, 3)),
+            host.total(row, "TOP", 1),
+            row.statev[:, 0].mean(),
+        ]
+        for row in steps
+    ]
+    expected = rows_of(kit.rows())
+    assert np.abs(np.array(found) - expected).max() < rounding
+    assert expected[-1, 0] == SLIP and abs(expected[-1, 2] - residual(MU, THETA)) < rounding
+    # the rows tell softening from the end, and their number in the deck is that of the README
+    assert len({row for row in expected[:, 2]}) == 4 and (np.diff(expected[:4, 3]) > 0.0).all()
+
+
+# --- the check of the decks -------------------------------------------------------------------------------
+
+MISTAKES = {
+    "no heading": ("*Heading\n", "**\n", "data before the first keyword"),
+    "unknown keyword": ("*Elastic", "*Elastik", "*Elastik: unknown keyword"),
+    "unknown option": (", nlgeom=NO, unsymm", ", nlgeon=NO, unsymm", "nlgeon: expected one of"),
+    "missing option": ("type=CPS4, ", "", "*element: type is missing"),
+    "no data": ("*Elastic\n5000.0, 0.15\n", "*Elastic\n", "0 data lines: expected 1"),
+    "data of a keyword without": ("*End Step\n", "*End Step\n1.\n", "1 data lines: expected 0"),
+    "empty line": ("*Equation", "\n*Equation", "empty: expected data or a keyword"),
+    "long line": ("*Equation", "** " + 260 * "x" + "\n*Equation", "263 characters: expected at most 256"),
+    "no number": ("5000.0, 0.15", "5000.0, O.15", "'O.15': expected a number"),
+    "step in a step": ("*End Step\n** unsymm", "** unsymm", "expected *End Step before"),
+    "open step": ("U, RF\n*End Step\n", "U, RF\n", "expected *End Step"),
+    "model data in a step": (
+        "*End Step\n** unsymm",
+        "*Nset, nset=A\n1\n*End Step\n** unsymm",
+        "before the first step",
+    ),
+    "load outside a step": ("*Equation", "*Cload\n1, 1, 1.\n*Equation", "*cload: expected in a step"),
+    "constants miscounted": ("constants=19", "constants=18", "19 values: expected constants = 18"),
+    "a constant too few": (
+        "constants=19, unsymm\n1.0, 0.02, ",
+        "constants=18, unsymm\n0.02, ",
+        "expected eight constants on a line",
+    ),
+    "a constant out of range": (
+        "\n1.0, 0.02, 0.95, 0.6,",
+        "\n1.0, 0.02, 0.95, -0.6,",
+        "mu = -0.6: expected >= 0",
+    ),
+    "symmetric material": ("constants=19, unsymm", "constants=19", "unsymm is missing, which friction needs"),
+    "symmetric step": (", unsymm=YES", "", "unsymm=YES is missing"),
+    "state variables miscounted": ("*Depvar\n17,", "*Depvar\n16,", "17 names: expected 16"),
+    "too few state variables": (
+        "*Depvar\n17,",
+        "*Depvar\n16,",
+        "*Depvar: expected 17",
+        ("17, s_dih_3, s_dih_3\n", ""),
+    ),
+    "state variables of a VUMAT": ("6, offset_N", "6, separation_N", "*Depvar: expected 17: damage"),
+    "wear without its variables": ("\n0.0, 0.0, 0.0\n", "\n0.0, 0.0, 0.1\n", "*Depvar: expected 23"),
+    "section without material": (
+        "*Cohesive Section, elset=JOINT, material=JOINT",
+        "*Cohesive Section, elset=JOINT, material=GLUE",
+        "material = GLUE: does not exist",
+    ),
+    "section without elements": (
+        "*Solid Section, elset=UNITS",
+        "*Solid Section, elset=UNIT",
+        "elset = UNIT: does not",
+    ),
+    "solid section of joints": (
+        "*Solid Section, elset=UNITS",
+        "*Solid Section, elset=JOINT",
+        "of the type COH2D4",
+    ),
+    "elements without section": (
+        "*Solid Section, elset=UNITS",
+        "*Solid Section, elset=COURSE_1",
+        "has no section",
+    ),
+    "continuum response": ("TRACTION SEPARATION", "CONTINUUM", "expected TRACTION SEPARATION"),
+    "thickness of the section": (
+        "thickness=SPECIFIED\n1.0,",
+        "thickness=SPECIFIED\n0.5,",
+        "expected PROPS 9",
+    ),
+    "wrong dimension": ("type=COH2D4, elset=BED_1", "type=COH3D8, elset=BED_1", "nodes with 2 coordinates"),
+    "unknown element": ("type=CPS4,", "type=CPS9,", "type = CPS9: expected one of"),
+    "a node too few": (
+        "type=CPS4, elset=COURSE_1\n1, 1, 2, 23, 22\n",
+        "type=CPS4, elset=COURSE_1\n1, 1, 2, 23\n",
+        "element 1 has 3 nodes: expected 4",
+    ),
+    "no such node": ("\n1, 1, 2, 23, 22\n", "\n1, 1, 2, 23, 999\n", "node 999 does not exist"),
+    "turned element": ("\n1, 1, 2, 23, 22\n", "\n1, 1, 22, 23, 2\n", "not in the order of CPS4"),
+    "turned joint": ("\n161, 43, 44, 65, 64\n", "\n161, 44, 43, 64, 65\n", "does not point from the lower"),
+    "open joint": ("\n161, 43, 44, 65, 64\n", "\n161, 43, 44, 86, 85\n", "does not lie on the lower face"),
+    "node twice": ("\n2, 20.0, 0.0\n", "\n1, 20.0, 0.0\n", "node 1 is given twice"),
+    "three coordinates": ("\n2, 20.0, 0.0\n", "\n2, 20.0, 0.0, 0.0\n", "node 2 has 3 coordinates"),
+    "no such set": ("COURSE_1_BOTTOM, 1, 2", "COURSE_1_BOTOM, 1, 2", "'COURSE_1_BOTOM': expected a node set"),
+    "no such freedom": (
+        "COURSE_1_BOTTOM, 1, 2",
+        "COURSE_1_BOTTOM, 1, 3",
+        "degree of freedom 3: expected 1 to 2",
+    ),
+    "no such face": ("COURSE_4_ROOF, P3", "COURSE_4_ROOF, P5", "P5: CPS4 has no such face"),
+    "pressure on a joint": ("COURSE_4_ROOF, P3", "BED_3, P3", "P3: COH2D4 has no such face"),
+    "no such amplitude": (
+        "amplitude=FROM_THE_START",
+        "amplitude=FROM_START",
+        "amplitude = FROM_START: does not",
+    ),
+    "amplitude backwards": ("0., 1., 10., 1.", "10., 1., 0., 1.", "with growing times"),
+    "initial stress of too many": (
+        "UNITS, 0., -0.5, 0.",
+        "UNITS, 0., -0.5, 0., 0.",
+        "4 stresses: expected 3 for CPS4",
+    ),
+    "initial state too short": (
+        "\nBED_2, 0., 0., 0.,",
+        "\nBED_2, 0., 0.,",
+        "16 state variables: expected 17",
+    ),
+    "initial state in one line": (
+        "0.\n0., 1., 0., 0., 1.",
+        "0., 0., 1., 0., 0., 1.",
+        "at most 7 on this line",
+    ),
+    "equation with itself": (
+        "TOP_OTHERS, 2, 1.0",
+        "COURSE_4_TOP, 2, 1.0",
+        "expected a node that is not in the first",
+    ),
+    "too few increments": ("0.05, 1., 1e-6, 0.05", "0.0005, 1., 1e-6, 0.0005", "at least 2000 increments"),
+    "increments in disorder": (
+        "0.05, 1., 1e-6, 0.05",
+        "0.05, 1., 0.1, 0.05",
+        "first increment 0.05: expected from",
+    ),
+    "output of no set": (
+        "*Element Output, elset=JOINT",
+        "*Element Output, elset=JOIN",
+        "elset = JOIN: does not exist",
+    ),
+    "output of nothing": ("S, E, SDV", "S, E, SDF", "SDF: expected one of"),
+}
+"""Mistake: text of the wallette, what stands there instead, part of the message, and another replacement."""
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_check_finds(name: str) -> None:
+    """Each mistake in a deck is found and named."""
+    old, new, message, *more = MISTAKES[name]
+    text = WRITTEN["wallette.inp"]
+    for a, b in ((old, new), *more):
+        assert a in text
+        text = text.replace(a, b)
+    with pytest.raises(ValueError) as caught:
+        model(text)
+    assert message in str(caught.value)
+
+
+def test_check_finds_in_an_explicit_deck() -> None:
+    """Densities, and the procedures of one solver."""
+    deck = WRITTEN["shear_box_explicit.inp"]
+    for old, new, message in (
+        ("*Density\n2e-09,\n", "", "name=STONE: *Density is missing"),
+        ("*Density\n1e-08,\n", "*Density\n0.,\n", "0: expected > 0"),
+        (
+            "*Dynamic, Explicit\n, 0.02",
+            "*Dynamic, Explicit\n0.02",
+            "expected an empty field and the duration",
+        ),
+        ("6, separation_N", "6, offset_N", "*Depvar: expected 23"),
+    ):
+        assert old in deck
+        with pytest.raises(ValueError, match=message.replace("*", "[*]")):
+            model(deck.replace(old, new))
+
+
+def test_decks_follow_the_contract() -> None:
+    """Comments name the constants that finite asperities need by their place in the contract."""
+    for text in WRITTEN.values():
+        for name in ("height", "W0"):
+            assert f"PROPS {contract.index(name) + 1} ({name}, " in text
+        assert "Abaqus was not available" in text
+
+
+# --- compilers --------------------------------------------------------------------------------------------
+
+SITES = {
+    "linux": (
+        ["ifort", "-c", "-fPIC", "-auto", "-mP2OPT_hpo_vec_divbyzero=F", "-I%I", "%P"],
+        ["ifort", "-shared"],
+    ),
+    "win32": (["ifort", "/c", "/iface:cref", "/recursive", "/include:%I", "%P"], ["LINK", "/dll"]),
+}
+
+
+def settings(compiler: str, platform: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
+    """What Abaqus knows after its own environment file and the one of the kit."""
+    compile_fortran, link = SITES[platform]
+    known: dict[str, object] = {"compile_fortran": compile_fortran, "link_sl": link, "link_exe": link}
+    text = ENVIRONMENT.replace('asperity_compiler = ""', f'asperity_compiler = "{compiler}"')
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "platform", platform)
+        # the names need not be global
+        exec(text, {}, known)
+    return known
+
+
+@pytest.mark.parametrize("platform", SITES)
+def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each compiler gets its commands; only settings of Abaqus are left; the default changes nothing."""
+    compile_fortran, link = SITES[platform]
+    names = {"compile_fortran", "link_sl", "link_exe"}
+    assert settings("", platform, monkeypatch)["compile_fortran"] == compile_fortran
+    for compiler in ("ifort", "ifx", "gfortran"):
+        found = settings(compiler, platform, monkeypatch)
+        assert set(found) == names
+        assert found["compile_fortran"][0] == compiler
+        assert "%P" in found["compile_fortran"]
+        assert {"-free", "/free", "-ffree-form"} & set(found["compile_fortran"])
+        assert found["link_sl"][0] == (link[0] if link[0] == "LINK" and compiler != "gfortran" else compiler)
+        assert not any(word.startswith("-mP2OPT") for word in found["compile_fortran"]) or compiler == "ifort"
+    # older releases have texts instead of lists
+    monkeypatch.setitem(SITES, platform, tuple(" ".join(words) for words in SITES[platform]))
+    assert settings("ifx", platform, monkeypatch)["compile_fortran"].startswith("ifx ")
+    assert settings("gfortran", platform, monkeypatch)["compile_fortran"][0] == "gfortran"
+    with pytest.raises(ValueError, match="expected 'ifort', 'ifx', 'gfortran' or ''"):
+        settings("g77", platform, monkeypatch)
+
+
+def test_environment_is_also_python_2() -> None:
+    """No syntax that Python 2 does not have: older releases of Abaqus read the file with it.
+
+    Nor comprehensions outside of functions, whose names Python 2 leaves behind.
+    """
+    newer = (ast.JoinedStr, ast.AnnAssign, ast.NamedExpr, ast.Nonlocal, ast.Starred, ast.Await)
+    tree = ast.parse(ENVIRONMENT)
+    assert not [node for node in ast.walk(tree) if isinstance(node, newer)]
+    assert ENVIRONMENT.isascii()
+    inside = {
+        id(node) for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) for node in ast.walk(one)
+    }
+    comprehensions = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+    assert not [
+        node for node in ast.walk(tree) if isinstance(node, comprehensions) and id(node) not in inside
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran")
+def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The commands of the environment file make a library, also under the suffix of fixed form; it runs."""
+    (tmp_path / "user.f").write_bytes((installed.abaqus() / "asperity_abaqus.f90").read_bytes())
+    words = {"%I": str(tmp_path), "%P": "user.f", "%U": "libuser.so", "%F": "user.o"}
+    found = settings("gfortran", "linux", monkeypatch)
+    for setting in ("compile_fortran", "link_sl"):
+        command = []
+        for word in found[setting]:
+            for mark, text in words.items():
+                word = word.replace(mark, text)
+            # what is left is a list of Abaqus' own files
+            command += [] if "%" in word else [word]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+    # Abaqus provides these
+    (tmp_path / "abaqus.c").write_text(
+        "".join(f"void {name}_(void) {{}}\n" for name in ("stdb_abqerr", "xit", "xplb_abqerr", "xplb_exit"))
+    )
+    command = [os.environ.get("CC", "cc"), "-shared", "-fPIC", "abaqus.c", "-o", "libabaqus.so"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    ctypes.CDLL(str(tmp_path / "libabaqus.so"), mode=ctypes.RTLD_GLOBAL)
+    host = StandIn(model(WRITTEN["single_standard.inp"])).run(tmp_path / "libuser.so")
+    assert abs(host.total(host.rows[-1], "TOP", 1) - residual(MU, THETA)) < 1.0e-8

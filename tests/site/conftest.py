@@ -1,0 +1,74 @@
+"""The built site: its pages as text, a server, and Chromium."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from links import Page, read_pages
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+SITE = Path(__file__).parents[2] / "build" / "site"
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="session")
+def newest() -> Path:
+    """Return the folder of the newest version."""
+    folders = [folder for folder in SITE.iterdir() if folder.is_dir()] if SITE.is_dir() else []
+    assert folders, f"{SITE}: expected a site, which tools/site/build.sh builds"
+    return max(folders, key=lambda folder: [int(part) for part in folder.name.split(".")])
+
+
+@pytest.fixture(scope="session")
+def pages(newest: Path) -> dict[Path, Page]:
+    """Return what links and names the pages of the newest version have."""
+    return read_pages(newest)
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    """Files, without a line for each request."""
+
+    def log_message(self, *_: object) -> None:
+        """Print nothing."""
+
+
+@pytest.fixture(scope="session")
+def address() -> Iterator[str]:
+    """Serve the site on this machine."""
+    handler = functools.partial(Quiet, directory=str(SITE))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
+    """Start Chromium with an empty profile."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or "chromium"
+    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(
+        options=options, service=Service(shutil.which("chromedriver") or "chromedriver")
+    )
+    driver.set_page_load_timeout(60)
+    yield driver
+    driver.quit()

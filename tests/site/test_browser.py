@@ -1,0 +1,158 @@
+"""The pages in Chromium: formulas, pictures, console, light and dark, narrow screens, search, versions."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from links import Page
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+
+ROOT = Path(__file__).parents[2]
+NARROW, WIDE = 360, 1280
+"""Widths of a small phone and of a desktop window, in pixels."""
+MOST_SECONDS = 10
+"""A page that is not ready by then has failed."""
+
+FOUND = """
+const wide = [...document.querySelectorAll("article *")].filter(e => {
+  if (e.getBoundingClientRect().right <= innerWidth + 1) return false;
+  for (let p = e; p; p = p.parentElement) if (getComputedStyle(p).overflowX != "visible") return false;
+  return true;
+});
+return {
+  formulas: document.querySelectorAll(".arithmatex").length,
+  rendered: document.querySelectorAll(".arithmatex > :is(.katex, .katex-display)").length,
+  errors: document.querySelectorAll(".katex-error").length,
+  pictures: [...document.images].filter(i => !i.complete || !i.naturalWidth).map(i => i.src),
+  wide: wide.map(e => e.outerHTML.slice(0, 200)),
+  text: getComputedStyle(document.querySelector("article h1")).color,
+  page: getComputedStyle(document.body).backgroundColor,
+};
+"""
+
+
+def names() -> list[str]:
+    """Return the pages that the browser opens: all but those of single source files."""
+    site = ROOT / "build" / "site"
+    return sorted(
+        str(file.relative_to(site).parent)
+        for file in site.glob("*/**/index.html")
+        if "files" not in file.relative_to(site).parts
+    )
+
+
+def look(browser: webdriver.Chrome, url: str, dark: bool, width: int) -> dict[str, object]:
+    """Open a page and return what the browser found on it."""
+    scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})
+    metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    # forget the colours that the page before has chosen; a page that is still open would store them again
+    browser.get("about:blank")
+    origin = "{0.scheme}://{0.netloc}".format(urlsplit(url))
+    browser.execute_cdp_cmd("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "local_storage"})
+    browser.get_log("browser")
+    browser.get(url)
+    # the script of the theme chooses the colours after the page has loaded
+    wanted = "slate" if dark else "default"
+    themed = "return (document.body.dataset.mdColorScheme || arguments[0]) == arguments[0]"
+    WebDriverWait(browser, MOST_SECONDS, poll_frequency=0.02).until(
+        lambda b: b.execute_script(themed, wanted)
+    )
+    found: dict[str, object] = browser.execute_script(FOUND)
+    found["console"] = [entry["message"] for entry in browser.get_log("browser")]
+    return found
+
+
+def brightness(color: str) -> float:
+    """Return the mean of red, green and blue of an opaque colour of a style, 0 to 255."""
+    return sum(float(value) for value in re.findall(r"[\d.]+", color)[:3]) / 3
+
+
+def check(found: dict[str, object]) -> None:
+    """Assert that all formulas and pictures are there, nothing is too wide, and the console is empty."""
+    assert (found["console"], found["pictures"], found["wide"]) == ([], [], [])
+    assert (found["rendered"], found["errors"]) == (found["formulas"], 0)
+
+
+@pytest.mark.parametrize("name", names())
+def test_page(browser: webdriver.Chrome, address: str, name: str) -> None:
+    """A page on a phone in dark colours and in a window in light ones; modules on a phone only."""
+    dark = look(browser, f"{address}/{name}/", dark=True, width=NARROW)
+    check(dark)
+    assert brightness(dark["page"]) < 60 < 100 < brightness(dark["text"])
+    if "api/fortran" not in name:
+        light = look(browser, f"{address}/{name}/", dark=False, width=WIDE)
+        check(light)
+        assert brightness(light["page"]) > 200 > 130 > brightness(light["text"])
+
+
+def test_every_formula_of_the_sources_is_there(newest: Path, pages: dict[Path, Page]) -> None:
+    """A page of the site has as many formulas as its source."""
+    total = 0
+    for source in (ROOT / "docs").rglob("*.md"):
+        text = source.read_text(encoding="utf-8")
+        blocks = len(re.findall(r"^```math$", text, re.MULTILINE))
+        prose = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+        inline = re.sub(r"`[^`]*`", "", prose).count("$") // 2
+        name = source.relative_to(ROOT).with_suffix("")
+        page = newest / (name.parent if name.name == "README" else name) / "index.html"
+        assert pages[page].formulas == blocks + inline, name
+        total += blocks + inline
+    assert total > 300
+
+
+def test_bad_page_is_found(browser: webdriver.Chrome, address: str, newest: Path) -> None:
+    """A formula that KaTeX rejects, a missing picture, a wide table and a failing script are reported."""
+    scripts = "".join(
+        f'<script src="{name}"></script>' for name in ("assets/katex/katex.min.js", "assets/maths.js")
+    )
+    page = newest / "bad.html"
+    page.write_text(
+        f'<!doctype html>{scripts}<article><h1>x</h1><span class="arithmatex">\\(\\frac{{\\)</span>'
+        '<img src="no.png"><div style="width: 3000px">x</div><script>missing()</script></article>',
+        encoding="utf-8",
+    )
+    try:
+        found = look(browser, f"{address}/{newest.name}/bad.html", dark=False, width=WIDE)
+    finally:
+        page.unlink()
+    assert (found["formulas"], found["rendered"]) == (1, 0)
+    assert len(found["pictures"]) == 1 and len(found["wide"]) == 1
+    console = "\n".join(found["console"])
+    assert "KaTeX" in console and "no.png" in console and "missing is not defined" in console
+
+
+def wait_for(browser: webdriver.Chrome, selector: str) -> list[str]:
+    """Wait until a selector finds something, and return the texts."""
+    WebDriverWait(browser, MOST_SECONDS).until(lambda b: b.find_elements(By.CSS_SELECTOR, selector))
+    return [element.text for element in browser.find_elements(By.CSS_SELECTOR, selector)]
+
+
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("snap", "docs/solver"),
+        ("new_interface", "api/fortran/asperity_interface"),
+        ("OOFEM", "docs/how-to/oofem"),
+    ],
+)
+def test_search(browser: webdriver.Chrome, address: str, newest: Path, words: str, page: str) -> None:
+    """The search finds a word of a page."""
+    look(browser, f"{address}/{newest.name}/", dark=False, width=WIDE)
+    browser.find_element(By.CSS_SELECTOR, "input.md-search__input").send_keys(words)
+    wait_for(browser, ".md-search-result__link")
+    links = browser.find_elements(By.CSS_SELECTOR, ".md-search-result__link")
+    assert any(f"/{page}/" in (link.get_attribute("href") or "") for link in links)
+
+
+def test_selector_of_versions(browser: webdriver.Chrome, address: str, newest: Path) -> None:
+    """The address of the site leads to the newest version, whose header shows it."""
+    look(browser, f"{address}/", dark=False, width=WIDE)
+    WebDriverWait(browser, MOST_SECONDS).until(lambda b: f"/{newest.name}/" in b.current_url)
+    assert newest.name in wait_for(browser, ".md-version__current")[0]

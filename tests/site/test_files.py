@@ -1,0 +1,113 @@
+"""The files of the site: links, anchors, pictures, pages, search index; nothing is loaded from elsewhere."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from links import Page, broken, from_elsewhere, reachable, read_pages
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_links_and_anchors(pages: dict[Path, Page]) -> None:
+    """Every link, anchor, picture, script and style sheet of every page is there."""
+    assert sum(len(page.links) for page in pages.values()) > 1000
+    assert broken(pages) == []
+
+
+def test_nothing_is_loaded_from_elsewhere(newest: Path, pages: dict[Path, Page]) -> None:
+    """Pages and style sheets load files of the site only."""
+    assert from_elsewhere(newest, pages) == []
+
+
+def test_every_page_of_the_repository_is_there(newest: Path, pages: dict[Path, Page]) -> None:
+    """Each Markdown page has a page of the site, and each module a page of the reference."""
+    sources = [*ROOT.glob("[A-Z]*.md"), *(ROOT / "docs").rglob("*.md")]
+    names = [re.sub(r"(^|/)README$", r"\1index", str(s.relative_to(ROOT).with_suffix(""))) for s in sources]
+    modules = [file.stem for file in (ROOT / "src").rglob("*.f90") if "abaqus" not in file.parts]
+    names += [f"api/fortran/{name}" for name in modules if name != "write_symbols"] + ["api/c", "api/python"]
+    wanted = {newest / (f"{name}.html" if name.endswith("index") else f"{name}/index.html") for name in names}
+    assert len(wanted) > 50 and wanted - set(pages) == set()
+
+
+def test_every_page_is_reachable(newest: Path, pages: dict[Path, Page]) -> None:
+    """Links lead from the first page to every other."""
+    assert set(pages) - reachable(newest / "index.html", pages) == set()
+
+
+def test_search_knows_every_page(newest: Path, pages: dict[Path, Page]) -> None:
+    """The index of the search has an entry of each page."""
+    entries = json.loads((newest / "search" / "search_index.json").read_text(encoding="utf-8"))["docs"]
+    found = {entry["location"].partition("#")[0] for entry in entries}
+    assert {str(file.relative_to(newest).parent).rstrip(".") for file in pages} == {
+        name.rstrip("/") for name in found
+    }
+
+
+def test_versions(newest: Path) -> None:
+    """The first page of the site leads to the newest version, which is that of the library."""
+    contract = (ROOT / "src" / "law" / "asperity_contract.f90").read_text(encoding="utf-8")
+    assert f'version = "{newest.name}"' in contract
+    versions = json.loads((newest.parent / "versions.json").read_text(encoding="utf-8"))
+    assert versions[0]["version"] == newest.name
+    assert f"url={newest.name}/" in (newest.parent / "index.html").read_text(encoding="utf-8")
+
+
+def test_gallery_has_small_pictures(newest: Path, pages: dict[Path, Page]) -> None:
+    """The gallery has a small picture of each entry."""
+    headings = re.findall(
+        r"^## ", (ROOT / "docs" / "gallery" / "README.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    text = (newest / "docs" / "gallery" / "index.html").read_text(encoding="utf-8")
+    grid = re.findall(r'<div class="gallery">(.*?)</div>', text, re.DOTALL)
+    assert len(grid) == 1 and grid[0].count("<img") == len(re.findall(r"<h2 ", text)) <= len(headings)
+
+
+def test_api_has_comments(newest: Path) -> None:
+    """Comments of Fortran, C and Python are in the reference; no bracket of Markdown is left."""
+    for name, words in {
+        "fortran/asperity_points": [
+            "Checked entry to the law",
+            "number of the first bad point",
+            "pure function",
+        ],
+        "c": ["Update n points over one increment", "tangent", "asperity_update"],
+        "python": ["Take n points over one increment", "EquilibriumLost", "confined_slip"],
+    }.items():
+        text = (newest / "api" / name / "index.html").read_text(encoding="utf-8")
+        assert [word for word in words if word not in text] == [], name
+
+
+@pytest.mark.parametrize(
+    ("html", "found"),
+    [
+        ('<a href="no.html">', "no such file"),
+        ('<a href="#no">', "no such anchor"),
+        ('<a href="other.html#no">', "no such anchor"),
+        ('<img src="no.png">', "no such file"),
+        ('<link href="no.css">', "no such file"),
+    ],
+)
+def test_broken_links_are_found(tmp_path: Path, html: str, found: str) -> None:
+    """Each example is reported; a page with good links is not."""
+    (tmp_path / "other.html").write_text(
+        '<h1 id="yes"><a href="#yes"><a href="index.html"></h1>', encoding="utf-8"
+    )
+    (tmp_path / "index.html").write_text(html, encoding="utf-8")
+    bad = broken(read_pages(tmp_path))
+    assert len(bad) == 1 and bad[0].endswith(found)
+
+
+def test_what_is_loaded_from_elsewhere_is_found(tmp_path: Path) -> None:
+    """Scripts, fonts and pages that no link leads to."""
+    (tmp_path / "index.html").write_text('<script src="https://a.example/x.js">', encoding="utf-8")
+    (tmp_path / "alone.html").write_text('<a href="index.html">', encoding="utf-8")
+    (tmp_path / "a.css").write_text(
+        "@font-face {src: url(//a.example/x.woff)} b {src: url(no.woff)}", encoding="utf-8"
+    )
+    pages = read_pages(tmp_path)
+    assert len(from_elsewhere(tmp_path, pages)) == 3
+    assert reachable(tmp_path / "index.html", pages) == {tmp_path / "index.html"}

@@ -1,0 +1,34 @@
+#!/bin/sh
+# release.sh: what a release consists of, in build/release-VERSION, made from a clean clone of the last commit: sdist,
+# wheel, single-file sources for Abaqus and checksums. Then the sdist is tested in a bare Debian root with compilers.
+set -eu
+cd "$(dirname "$0")/.."
+top=$PWD
+version=$(sed -n 's/.*public :: version = "\(.*\)"/\1/p' src/law/asperity_contract.f90)
+out=$top/build/release-$version
+clone=$out/clone
+stop() {
+  echo "$1" >&2
+  exit 1
+}
+[ -z "$(git status --porcelain)" ] || stop "the tree has changes that are not committed: expected a clean tree"
+grep -q "^## $version ([0-9]*-[0-9]*-[0-9]*)$" CHANGELOG.md ||
+  stop "CHANGELOG.md: expected the heading '## $version (YYYY-MM-DD)', the version with the date of the release"
+tag=$(git describe --exact-match --tags --match 'v*' 2>/dev/null || echo "v$version")
+[ "$tag" = "v$version" ] || stop "tag $tag: expected v$version, the version of the library"
+
+rm -rf "$out"
+git clone --quiet --no-local . "$clone"
+export PATH="$top/.venv/bin:$PATH"
+(cd "$clone" && tools/wheel.sh)
+cp "$clone"/build/wheel/*.whl "$clone"/build/wheel/*.tar.gz "$out"
+
+abaqus=asperity-abaqus-$version
+mkdir "$out/$abaqus"
+python -m zipfile -e "$out"/*.whl "$out/open"
+cp "$out"/open/asperity/abaqus/* LICENSE CITATION.cff docs/how-to/abaqus.md "$out/$abaqus"
+tar -C "$out" --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$(git log -1 --format=%ct)" -cf - "$abaqus" |
+  gzip -n >"$out/$abaqus.tar.gz"
+rm -rf "$out/$abaqus" "$out/open" "$clone"
+(cd "$out" && sha256sum ./*.whl ./*.tar.gz >SHA256SUMS && cat SHA256SUMS)
+echo "$out"

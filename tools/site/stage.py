@@ -1,0 +1,195 @@
+"""stage.py WORK: gather what the site is made of in WORK/pages, and write WORK/mkdocs.yml.
+
+The pages of the repository keep their paths, so that links hold. Navigation comes from docs/README.md. A
+source file that a page links to becomes a page of its own, a linked folder a list of its files. The gallery
+starts with small pictures. The Python reference has the public names of the package, the C reference is made
+from the header.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import yaml
+from citations import with_references
+from headers import c_page
+
+ROOT = Path(__file__).resolve().parents[2]
+TOP_PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "CODE_OF_CONDUCT.md", "SECURITY.md")
+LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
+HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
+PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
+LANGUAGES = {
+    ".f90": "fortran",
+    ".inc": "fortran",
+    ".nml": "fortran",
+    ".py": "python",
+    ".h": "c",
+    ".xml": "xml",
+}
+KEPT = {".md", ".png", ".csv"}
+"""Files that the site has as they are."""
+
+
+class Stage:
+    """Pages and files of the site."""
+
+    def __init__(self, pages: Path) -> None:
+        """Start with an empty folder."""
+        self.pages = pages
+        shutil.rmtree(pages, ignore_errors=True)
+        self.linked: set[Path] = set()
+
+    def write(self, name: str | Path, text: str) -> None:
+        """Write one page."""
+        target = self.pages / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+
+    def page(self, source: Path) -> None:
+        """Stage a page of the repository; its links to source files lead to the pages of these."""
+        text = source.read_text(encoding="utf-8")
+        if source.parent.name == "gallery":
+            text = with_thumbnails(text)
+        if source.with_suffix(".bib").exists():
+            text = with_references(text, source.with_suffix(".bib").read_text(encoding="utf-8"))
+
+        def follow(m: re.Match[str]) -> str:
+            target = Path(os.path.normpath(source.parent / m[2]))
+            if "://" in m[2] or not target.is_relative_to(ROOT) or not target.exists():
+                return m[0]
+            if target.suffix in KEPT:
+                return m[0]
+            self.linked.add(target)
+            path = os.path.relpath(ROOT / page_of(target), source.parent)
+            return f"{m[1]}{path}{m[3] or ''}{m[4]}"
+
+        self.write(source.relative_to(ROOT), LINK.sub(follow, text))
+
+    def follow_links(self) -> None:
+        """Stage the files and folders that pages link to."""
+        for target in sorted(self.linked):
+            if target.is_dir():
+                names = sorted(f for f in target.rglob("*") if f.is_file() and "__pycache__" not in f.parts)
+                here = (ROOT / page_of(target)).parent
+                lines = [f"# {target.relative_to(ROOT)}", ""]
+                for name in names:
+                    self.source(name)
+                    lines.append(
+                        f"- [{name.relative_to(target)}]({os.path.relpath(ROOT / page_of(name), here)})"
+                    )
+                self.write(page_of(target), "\n".join(lines) + "\n")
+            else:
+                self.source(target)
+
+    def source(self, file: Path) -> None:
+        """Stage a source file as a page."""
+        text = file.read_text(encoding="utf-8").rstrip()
+        language = LANGUAGES.get(file.suffix, "text")
+        self.write(page_of(file), f"# {file.relative_to(ROOT)}\n\n````{language}\n{text}\n````\n")
+
+
+def page_of(target: Path) -> Path:
+    """Page that shows a file or a folder of the repository."""
+    name = target.relative_to(ROOT)
+    return Path("files") / name / "index.md" if target.is_dir() else Path("files") / f"{name}.md"
+
+
+def with_thumbnails(text: str) -> str:
+    """Put small pictures that lead to the entries before the first entry of a gallery."""
+    first = HEADING.search(text)
+    if not first:
+        return text
+    cards = []
+    for entry in re.split(r"(?=^## )", text[first.start() :], flags=re.MULTILINE):
+        heading, picture = HEADING.search(entry), PICTURE.search(entry)
+        if heading and picture:
+            name = re.sub(r"[^\w\- ]", "", heading[1].lower()).replace(" ", "-")
+            cards.append(f"[![]({picture[2]}) {heading[1]}](#{name})")
+    grid = '<div class="gallery" markdown="span">\n' + "\n".join(cards) + "\n</div>\n\n"
+    return text[: first.start()] + grid + text[first.start() :]
+
+
+def navigation(text: str) -> list[dict[str, object]]:
+    """Navigation from docs/README.md: links of the first lines, then a section for each table."""
+    nav: list[dict[str, object]] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
+    entries = nav
+    for line in text.splitlines():
+        section = re.match(r"\*\*(\w[\w -]*):", line)
+        if section:
+            entries = []
+            nav.append({section[1]: entries})
+        row = re.match(r"\| \[([^\]]+)\]\(([^)#]+)\)", line)
+        link = row or (entries is nav and re.search(r"\[([^\]]+)\]\(([^)#]+)\)", line))
+        if link:
+            name = link[1].removesuffix(".md")
+            entries.append({name[0].upper() + name[1:]: os.path.normpath(f"docs/{link[2]}")})
+    return nav
+
+
+def python_page() -> str:
+    """Python reference: the public names, in the order of the package."""
+    source = (ROOT / "python" / "asperity" / "__init__.py").read_text(encoding="utf-8")
+    homes = next(
+        ast.literal_eval(node.value)
+        for node in ast.parse(source).body
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "_HOMES"
+    )
+    lines = ["# Python", "", "The public names of the package, from the comments in its source.", ""]
+    for name, home in homes.items():
+        path = f"asperity.{home}" if name == home else f"asperity.{home}.{name}"
+        lines += [f"::: {path}", ""]
+    return "\n".join(lines)
+
+
+def version() -> str:
+    """Version of the library, from its owner."""
+    text = (ROOT / "src" / "law" / "asperity_contract.f90").read_text(encoding="utf-8")
+    return re.findall(r'public :: version = "([0-9.]+)"', text)[0]
+
+
+def main() -> None:
+    """Run the command."""
+    work = Path(sys.argv[1]).resolve()
+    stage = Stage(work / "pages")
+    sources = [ROOT / name for name in TOP_PAGES if (ROOT / name).exists()]
+    sources += [f for f in sorted((ROOT / "docs").rglob("*")) if f.is_file()]
+    for source in sources:
+        if source.suffix == ".md":
+            stage.page(source)
+        elif source.suffix in KEPT:
+            target = stage.pages / source.relative_to(ROOT)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, target)
+    stage.follow_links()
+    stage.write("api/python.md", python_page())
+    stage.write("api/c.md", c_page((ROOT / "src" / "asperity.h").read_text(encoding="utf-8")))
+    modules = sorted((work / "fortran").glob("*.md"))
+    shutil.copytree(work / "fortran", stage.pages / "api" / "fortran")
+    shutil.copytree(Path(__file__).parent / "assets", stage.pages / "assets", dirs_exist_ok=True)
+    shutil.copytree(work / "katex", stage.pages / "assets" / "katex")
+
+    nav = navigation((ROOT / "docs" / "README.md").read_text(encoding="utf-8"))
+    fortran = [f"api/fortran/{page.name}" for page in modules]
+    nav.append({"API": [{"Python": "api/python.md"}, {"C": "api/c.md"}, {"Fortran": fortran}]})
+    listed = yaml.safe_dump(nav)
+    about = [{name.removesuffix(".md").capitalize().replace("_", " "): name} for name in TOP_PAGES[2:]]
+    nav.append({"Project": [entry for entry in about if (stage.pages / next(iter(entry.values()))).exists()]})
+    assert "CONTRIBUTING.md" in listed, "docs/README.md: expected a link to CONTRIBUTING.md"
+
+    config = (Path(__file__).parent / "mkdocs.yml").read_text(encoding="utf-8")
+    config = config.replace("PYTHON_PACKAGE", str(ROOT / "python"))
+    config += yaml.safe_dump(
+        {"nav": nav, "docs_dir": str(stage.pages), "copyright": f"asperity {version()}, BSD-3-Clause"}
+    )
+    (work / "mkdocs.yml").write_text(config, encoding="utf-8")
+    print(version())
+
+
+if __name__ == "__main__":
+    main()
