@@ -23,7 +23,7 @@ program rie_driver
   !> Elastic energy of the friction on the facing planes, as a multiple of W0, above which the driver warns.
   real(wp), parameter :: runaway = 0.01_wp
 
-  character(len=*), parameter :: usage(10) = [character(len=78) :: &
+  character(len=*), parameter :: usage(10) = [character(len=80) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &

@@ -188,7 +188,7 @@ def main() -> None:
     angle = turn * result.time
     opening = np.linalg.norm(result.separation, axis=1)
     point = "material point (work of the law)"
-    mark = f"rotation {angle[shown]:.3f}, drawn above"
+    mark = f"rotation {angle[shown]:.3f}, drawn"
     structure_picture.draw(
         options.output,
         f"CalculiX: end moments {ratio:g} to 1 on a beam with a rough joint, five planes",

@@ -133,7 +133,7 @@ def main() -> None:
     mesh = structure_picture.Mesh(
         s.coordinates(), result.displacement[row], np.array(s.solids) - 1, joints, damage[row].reshape(-1, 2)
     )
-    mark = f"slip {slip[shown]:.2g} mm, drawn above"
+    mark = f"slip {slip[shown]:.2g} mm, drawn"
     label = "slip of the middle brick [mm]"
     structure_picture.draw(
         options.output,

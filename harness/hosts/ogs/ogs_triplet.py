@@ -129,7 +129,7 @@ def draw(result: Result, ny: int, pressure: float, png: Path) -> None:
         fields["damage"][joints[:, :2]].clip(0.0, 1.0),
     )  # fmt: skip
     force, rise = prediction(result.slip, pressure)
-    label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn above"
+    label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn"
     name = "OpenGeoSys"
     curves = [
         structure_picture.Curves(

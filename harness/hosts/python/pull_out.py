@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.style import TWO, new_figure, printed, save
 from joint import Floats, Joint, Newton, NotConverged, progress
+from matplotlib.figure import Figure
 from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -122,9 +124,12 @@ def _nearest(basis: Basis, x: float, y: float) -> int:
 
 def draw(curve: Curve, path: Path) -> None:
     """Force and rise over the slip."""
-    import matplotlib.pyplot as plt
+    with printed():
+        save(_figure(curve), path)
 
-    figure, (force, rise) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+
+def _figure(curve: Curve) -> Figure:
+    figure, (force, rise) = new_figure(TWO, 2.8, ncols=2)
     force.plot(curve.slip, curve.force, color="#0072B2", label="block in scikit-fem")
     slips = np.linspace(0, curve.slip[-1], 201)[1:]
     force.plot(slips, material_point(slips), "--", color="#D55E00", label="material point")
@@ -133,8 +138,9 @@ def draw(curve: Curve, path: Path) -> None:
     force.legend()
     rise.plot(curve.slip, curve.rise, color="#0072B2")
     rise.set(xlabel="displacement of the pulled face [mm]", ylabel="rise of the block [mm]")
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    for ax in (force, rise):
+        ax.grid(alpha=0.3)
+    return figure
 
 
 def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
