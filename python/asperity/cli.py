@@ -12,10 +12,10 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import cases, driver, named_case
-from .results import read_rows, results_of
+from .results import NO_EQUILIBRIUM, read_rows, results_of
 
-DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
-"""Exit codes; the last one is the exit code of the driver after a lost equilibrium."""
+DIFFERS, BAD_INPUT = 1, 1
+"""Exit codes."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
