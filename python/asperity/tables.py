@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import Decimal
 from pathlib import Path
 
 from . import contract
@@ -13,6 +14,11 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool =
     """Table in Markdown; with `numbers` the columns after the first are aligned to the right."""
     lines = [head, ["---", *["--:" if numbers else "---"] * (len(head) - 1)], *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
+
+
+def percent(value: float) -> str:
+    """Fraction as a number of percent with two significant digits, never with an exponent."""
+    return f"{Decimal(f'{100.0 * value:.2g}'):f}"
 
 
 def props() -> str:

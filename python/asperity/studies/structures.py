@@ -15,7 +15,7 @@ from ..interface import Interface
 from ..material import Material
 from ..pattern import Pattern
 from ..selection.search import LoadCase, NoPatternError, select
-from ..tables import markdown, refresh
+from ..tables import markdown, percent, refresh
 
 MATERIAL = Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0)
 """Bed joint, mm, N, MPa."""
@@ -164,8 +164,8 @@ def table(rows: Sequence[Row]) -> str:
     head = ["structure", "pattern", "planes", "force, %", "rise, %", "time, s", "law in it, %"]
     cells = [
         [
-            row.structure, row.name, str(row.planes), f"{100.0 * row.force:.2g}", f"{100.0 * row.rise:.2g}",
-            f"{row.seconds:.2f}", f"{100.0 * row.law / row.seconds:.2g}",
+            row.structure, row.name, str(row.planes), percent(row.force), percent(row.rise),
+            f"{row.seconds:.2f}", percent(row.law / row.seconds),
         ]
         for row in rows
     ]  # fmt: skip
@@ -184,9 +184,8 @@ def check_of_select(rows: Sequence[Row]) -> str:
             worst = max(row.force, row.rise)
             verdict = "yes" if worst <= tolerance else "no"
             cells.append(
-                [name, f"{100.0 * tolerance:g}", row.name, f"{100.0 * row.force:.2g}",
-                 f"{100.0 * row.rise:.2g}", verdict]
-            )  # fmt: skip
+                [name, f"{100.0 * tolerance:g}", row.name, percent(row.force), percent(row.rise), verdict]
+            )
     head = ["structure", "tolerance, %", "select", "force, %", "rise, %", "holds"]
     return markdown(head, cells, numbers=True)
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ...style import COLOURS, LINES, TWO, new_figure
+from ...tables import percent
 from .chart_axes import AIMS, log_axes, signed, table
 from .common import (
     SIGMA_N,
@@ -154,7 +155,7 @@ def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> s
         here = [e for (_, s), e in sorted(regular.items()) if s == sigma_N]
         for e in here:
             if e.sides in SHOWN:
-                numbers = [_percent(getattr(e, name)) for name in _measures(sigma_N)]
+                numbers = [percent(getattr(e, name)) for name in _measures(sigma_N)]
                 shown.append(_filled([signed(sigma_N), str(e.sides), *numbers], len(names) + 2))
         for aim in AIMS[:2]:
             cells = [_fewest(here, [e for e in here if getattr(e, n) <= aim]) for n in _measures(sigma_N)]
@@ -201,10 +202,6 @@ def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> s
 def _gain(regular: Mapping[tuple[int, float], PlaneError], m: int, sigma_N: float, name: str) -> str:
     before, here, after = (getattr(regular[k, sigma_N], name) for k in (m - 1, m, m + 1))
     return f"{np.sqrt(before * after) / here:.2g}"
-
-
-def _percent(value: float) -> str:
-    return f"{100.0 * value:.2g}"
 
 
 def _filled(row: Sequence[str], length: int) -> list[str]:
