@@ -180,6 +180,7 @@ def test_values_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
         (["nu=1"], "nu=1: expected one of sigma0"),
         (["mu=x"], "mu=x: expected a number"),
         (["kc=0"], "kc=0: expected a number > 0"),
+        (["sides=4.5"], "sides=4.5: expected a whole number"),
         (["--port", "70000"], "--port 70000: expected 0 to 65535"),
     ):
         assert main(["explore", "--no-browser", *values]) == 1

@@ -83,5 +83,7 @@ def _values(texts: list[str]) -> dict[str, float]:
             value = math.nan
         if not math.isfinite(value) or (name == "kc" and value <= 0.0):
             raise ValueError(f"{name}={text}: expected a number{' > 0' if name == 'kc' else ''}")
+        if name == "sides" and not value.is_integer():
+            raise ValueError(f"{name}={text}: expected a whole number")
         values[name] = value
     return values
