@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -206,6 +207,10 @@ def cluster(address: str) -> Iterator[Executor]:
         ) from None
     from . import contract
 
+    # distributed itself needs 20 seconds and a traceback to refuse another text
+    parts = re.fullmatch(r"(?:(?:tcp|tls|ws|wss|ucx)://)?[^/\s]+:(\d{1,5})", address)
+    if parts is None or not 0 < int(parts[1]) < 65536:
+        raise ValueError(f"--scheduler {address}: expected the address of a Dask scheduler, tcp://HOST:PORT")
     try:
         client = Client(address, timeout=CONNECTING, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -213,7 +213,9 @@ def test_sweep_by_several_drivers(tmp_path: Path, capfd: pytest.CaptureFixture[s
     [
         (["--jobs", "0"], "--jobs 0: expected at least 1"),
         (["--scheduler", "tcp://127.0.0.1:1"], "expected the address of a Dask scheduler"),
-        (["--scheduler", "nonsense"], "expected the address of a Dask scheduler"),
+        (["--scheduler", "nonsense"], "expected the address of a Dask scheduler, tcp://HOST:PORT"),
+        (["--scheduler", "http://127.0.0.1:8786"], "expected the address of a Dask scheduler, tcp://"),
+        (["--scheduler", "tcp://127.0.0.1:99999"], "expected the address of a Dask scheduler, tcp://"),
     ],
 )
 def test_wrong_workers(
