@@ -75,6 +75,18 @@ def test_correlations_of_the_samples() -> None:
     assert not np.array_equal(drawn, asked.draw(20000, 8))
 
 
+def test_units_do_not_change_samples() -> None:
+    """Samples in other units are the same ones, also of constants of other units beside them."""
+    drawn = []
+    for unit in (1.0, 1e6):
+        values = {"sigma0": 3.0 * unit, "mu": 0.5, "theta": 30.0}
+        sizes = {"sigma0": 0.3 * unit, "mu": 0.05, "theta": 1.0}
+        asked = of_deviations(values, sizes, {("mu", "theta"): -0.8, ("sigma0", "mu"): 0.5})
+        drawn.append(asked.draw(20000, 7) / [unit, 1.0, 1.0])
+    np.testing.assert_allclose(drawn[1], drawn[0], rtol=1e-12)
+    assert np.corrcoef(drawn[1].T)[1, 2] == pytest.approx(-0.8, abs=0.02)
+
+
 @pytest.mark.slow
 def test_samples_of_a_fit_have_its_intervals(tmp_path: Path) -> None:
     """The file of a fit gives samples whose intervals are those of the fit, also of the residual ratio."""
@@ -208,6 +220,18 @@ REFUSED = [
         ["--sd", "mu=0.1 theta=2 eta=0.01", "--correlation", "mu,theta=0.9 theta,eta=0.9 mu,eta=-0.9"],
         "contradict each other",
     ),
+    (
+        # in N and m the variance of the strength is 1e13 times that of the friction
+        (ROUGH + CYCLE).replace("= 3.0, Gc = 0.3", "= 3.0e6, Gc = 300.0").replace("-1.0", "-1.0e6"),
+        ["--sd", "sigma0=3e5 mu=0.05 theta=1 flat=0.01",
+         "--correlation", "mu,theta=0.9 theta,flat=0.9 mu,flat=-0.9"],
+        "contradict each other",
+    ),
+    (
+        ROUGH + CYCLE,
+        ["--sd", "mu=0.1 theta=2", "--correlation", "mu,theta=0.5 theta,mu=-0.5"],
+        "--correlation theta,mu=-0.5: given twice: expected one value",
+    ),
     (FLAT, ["--sd", "theta=1"], "theta: expected inclined planes"),
     (
         LAW + "&pattern normals = 1, 0, 0, weights = 1 /\n" + CYCLE,
@@ -242,9 +266,31 @@ def test_refusals(
 
 
 @pytest.mark.parametrize(
+    "outputs",
+    [
+        ["-o", "case.nml"],
+        ["--plot", "case.fit.json.png", "-o", "case.fit.json"],
+        ["--plot", "a.png", "-o", "a.png"],
+    ],
+)
+def test_outputs_that_would_replace_other_files(
+    outputs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The case, the file of the fit and the other output are not replaced."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.nml").write_text(ROUGH + CYCLE)
+    assert main(["uncertainty", "case.nml", "--sd", "mu=0.1", "--samples", "2", *outputs]) == 1
+    assert "is read or written by the same command" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
+    assert Path("case.nml").read_text() == ROUGH + CYCLE
+
+
+@pytest.mark.parametrize(
     "content", ["{", "{}", '{"parameters": ["nu"], "values": [1], "transforms": [""], '
     '"covariance of the transformed values": [[1]]}', '{"parameters": ["mu"], "values": [1], "transforms": '
-    '["log mu"], "covariance of the transformed values": [[1, 2]]}'],
+    '["log mu"], "covariance of the transformed values": [[1, 2]]}', '{"parameters": ["mu"], "values": [1], '
+    '"transforms": ["log mu"], "covariance of the transformed values": [[-1]]}', '{"parameters": ["mu"], '
+    '"values": [NaN], "transforms": ["log mu"], "covariance of the transformed values": [[1]]}'],
 )  # fmt: skip
 def test_file_that_is_none_of_a_fit(content: str, tmp_path: Path) -> None:
     """Another file than that of a fit is refused by its name."""

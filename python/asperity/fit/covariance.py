@@ -58,4 +58,7 @@ def read(path: Path) -> Covariance:
         raise ValueError(
             f"{path}: expected a value and a row of the covariance for each of {', '.join(names)}"
         )
+    finite = np.isfinite(values).all() and np.isfinite(covariance).all()
+    if not finite or (np.diag(covariance) < 0.0).any() or not np.allclose(covariance, covariance.T, atol=0.0):
+        raise ValueError(f"{path}: expected finite values, and a symmetric covariance with variances >= 0")
     return Covariance(names, values, covariance)

@@ -110,6 +110,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
     check_output("--plot", options.plot)
     check_output("-o", options.output)
+    _check_outputs(options)
     with shown_warnings():
         case = read_case(options.case)
     paths = load_paths(case)
@@ -143,6 +144,17 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _check_outputs(options: argparse.Namespace) -> None:
+    """Raise ValueError for an output that would replace what the command reads, or its other output."""
+    taken = [options.case, options.fit or covariance.file_of(options.case)]
+    for option, path in (("-o", options.output), ("--plot", options.plot)):
+        if path is not None and path.resolve() in [other.resolve() for other in taken]:
+            raise ValueError(
+                f"{option} {path}: this file is read or written by the same command: expected another name"
+            )
+        taken += [] if path is None else [path]
+
+
 def _levels(text: str) -> list[float]:
     try:
         levels = [float(level) for level in text.split(",")]
@@ -162,7 +174,10 @@ def _distribution(options: argparse.Namespace, case: Case) -> tuple[Distribution
         first, comma, second = name.partition(",")
         if not comma:
             raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
-        correlations[first.strip(), second.strip()] = value
+        pair = first.strip(), second.strip()
+        if pair[::-1] in correlations:
+            raise ValueError(f"--correlation {name}={value:g}: given twice: expected one value")
+        correlations[pair] = value
     if deviations:
         if options.fit is not None:
             raise ValueError(f"--fit {options.fit}: expected without --sd")

@@ -16,7 +16,7 @@ CONSTANTS = tuple(SCALES)
 """Constants that may be uncertain."""
 
 LEAST_EIGENVALUE = -1.0e-9
-"""Smallest eigenvalue of a covariance, over the largest one, that counts as a rounding error of zero."""
+"""Smallest eigenvalue of a matrix of correlations that counts as a rounding error of zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +33,19 @@ class Distribution:
 
     def draw(self, samples: int, seed: int) -> Floats:
         """Values of the constants, (samples, p); the same for the same seed."""
-        sizes, vectors = np.linalg.eigh(self.covariance)
-        if sizes[0] < LEAST_EIGENVALUE * sizes[-1]:
+        deviations = np.sqrt(np.diag(self.covariance))
+        scales = np.where(deviations > 0.0, deviations, 1.0)
+        # The eigenvalues are those of the correlations, which have no units: beside the variance of a
+        # strength in Pa that of a friction coefficient would be a rounding error.
+        sizes, vectors = np.linalg.eigh(self.covariance / np.outer(scales, scales))
+        if sizes[0] < LEAST_EIGENVALUE:
             raise ValueError(
                 f"the correlations of {', '.join(self.names)} contradict each other: expected a covariance "
                 "without negative eigenvalues"
             )
-        root = vectors * np.sqrt(np.maximum(sizes, 0.0))
+        root = vectors * np.sqrt(np.maximum(sizes, 0.0)) @ vectors.T
         normal = np.random.default_rng(seed).standard_normal((samples, len(self.names)))
-        x = self.mean + normal @ root.T
+        x = self.mean + scales * (normal @ root)
         if not self.transformed:
             return x
         tops = np.array([SCALES[name].top for name in self.names])
