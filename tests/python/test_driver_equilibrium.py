@@ -120,7 +120,8 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
     [
         (
             "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
-            "exists: the joint carries at most t_N = 1.97433, the step asks for 2; tension is positive; proved",
+            "exists: the joint carries at most t_N = 1.97433, the step asks for 2; tension is positive; "
+            "proved",
         ),
         (
             "&step t_N = 3.5, increments = 70 /\n",
