@@ -77,7 +77,6 @@ release: .venv/installed
 
 site:
 	@$(step) "System packages" build/logs/site-packages.log tools/install-dependencies.sh site
-	@$(step) "Chromium" build/logs/browser.log tools/browser.sh
 	@$(step) "Site" $(log) tools/site/build.sh
 	@$(step) "Tests of the site" build/logs/site-tests.log build/site-tools/site/bin/python -m pytest -q \
 	  --junitxml=build/site-tools/junit.xml tests/site

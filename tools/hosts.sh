@@ -34,8 +34,6 @@ tests() {
 
 rm -f build/hosts/*.xml
 tests abaqus
-step "Chromium" hosts-browser tools/browser.sh
-tests browser -m browser tests/python/test_explore.py
 step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiphysics.GeoMechanicsApplication
 tests kratos
 step "OpenGeoSys" hosts-ogs "$python" tools/install_extra.py ogs ogs
@@ -46,6 +44,9 @@ step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
 tests akantu
 step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
 tests python
+tests structures
+step "Chromium" hosts-browser tools/browser.sh
+tests browser -m browser tests/python/test_explore.py
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
 tests calculix
 step "Pictures" hosts-pictures harness/hosts/pictures.sh "$python" build/hosts

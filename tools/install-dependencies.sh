@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs the packages of Debian or Ubuntu that are missing here, as root or with sudo; else names them and exits 1.
-# The only list of them; Python packages are listed in pyproject.toml. With the argument `site` also npm.
+# The only list of them; Python packages are listed in pyproject.toml. With the argument `browser` also Chromium, with
+# `site` also what the site needs.
 set -u
 extra=${1:-}
 here=$(dirname "$0")
@@ -32,7 +33,10 @@ look() {
   need ninja-build command -v ninja
   need liblapack-dev links_lapack
   need "python3 python3-venv python3-dev" "$here/python.sh"
-  [ "$extra" != site ] || need npm command -v npm
+  if [ "$extra" = site ]; then need npm command -v npm; fi
+  if [ -n "$extra" ]; then
+    need "chromium chromium-driver" eval "command -v chromium && command -v chromedriver"
+  fi
   rm -r "$probes"
 }
 

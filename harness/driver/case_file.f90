@@ -64,7 +64,7 @@ module case_file
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, Newton iterations (of a replay:", &
-    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, cut, lost; joined by +", &
+    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, coarse, cut, lost; joined by +", &
     "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
     "  turn: the prescribed values turn; substeps: sub-increments; cut: umat requested a smaller one;", &
     "  lost: no equilibrium beyond it"]

@@ -6,6 +6,7 @@
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
 !>   turn      the branch had a fold, where the prescribed values turned back or forward again
 !>   substeps  the increment was solved in sub-increments
+!>   coarse    an adaptive increment of the smallest length has a larger error than the tolerance
 !>   cut       the UMAT requested a smaller increment in a replay
 !>   lost      no equilibrium was found beyond this row
 module history
@@ -37,7 +38,7 @@ module history
     integer :: snaps = 0
     real(wp) :: released = 0.0_wp        !! energy released by them, stress*length
     logical :: turn = .false.            !! the prescribed values turn back, or forward again
-    logical :: substeps = .false., cut = .false., lost = .false.
+    logical :: substeps = .false., coarse = .false., cut = .false., lost = .false.
   end type row_type
 
   !> The file, its last row and totals over its rows.
@@ -117,6 +118,7 @@ contains
     call name_event(event, "snap", row%snaps > 0)
     call name_event(event, "turn", row%turn)
     call name_event(event, "substeps", row%substeps)
+    call name_event(event, "coarse", row%coarse)
     call name_event(event, "cut", row%cut)
     call name_event(event, "lost", row%lost)
     line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)

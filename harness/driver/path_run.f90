@@ -218,6 +218,7 @@ contains
       row%released = report%released
       row%updates = report%updates
       row%substeps = report%parts > 1
+      row%coarse = walk%coarse .and. .not. row%lost
       if (row%snaps > 0) call tell_snap(label, row, report, table%snaps, progress)
       call add_row(table, joint, row)
     end subroutine add

@@ -12,10 +12,10 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import cases, driver, named_case
-from .results import read_rows, results_of
+from .results import NO_EQUILIBRIUM, read_rows, results_of
 
-DIFFERS, BAD_INPUT, NO_EQUILIBRIUM = 1, 1, 2
-"""Exit codes; the last one is the exit code of the driver after a lost equilibrium."""
+DIFFERS, BAD_INPUT = 1, 1
+"""Exit codes."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -25,6 +25,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # pictures are written to files, on machines without a display, too
     os.environ.setdefault("MPLBACKEND", "Agg")
+    if "_ARGCOMPLETE" in os.environ:
+        _complete()
     options = _parser(next((text for text in arguments if text in COMMANDS), "")).parse_args(arguments)
     options.arguments = list(arguments)
     try:
@@ -41,6 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except KeyboardInterrupt:
         return 130
+
+
+def _complete() -> None:
+    """Answer the shell, which asks how the words on its command line go on, and exit."""
+    import argcomplete
+
+    words = os.environ.get("COMP_LINE", "").split()
+    argcomplete.autocomplete(_parser(next((text for text in words if text in COMMANDS), "")))
 
 
 class _Version(argparse.Action):
@@ -146,6 +156,8 @@ def _chart_arguments(chart: argparse.ArgumentParser) -> None:
     speed.set_defaults(action=_speed)
     accuracy = "error against measured cost: increments, planes, precision, tangents (a minute)"
     _imported("studies.accuracy.command")(charts.add_parser("accuracy", help=accuracy))
+    structures = "error and time of whole structures against the number of planes"
+    _imported("studies.structures")(charts.add_parser("structure", help=structures))
     explain = "pictures that explain the law and the solver"
     _imported("studies.concepts")(charts.add_parser("concepts", help=explain))
 
@@ -201,6 +213,10 @@ def _run(options: argparse.Namespace) -> int:
     units = (options.units or "mm,MPa").split(",")
     if len(units) != 2:
         raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
+    if options.plot not in (None, Path()):
+        from .style import check
+
+        check(options.plot)
     path = Path(options.case)
     path = path if path.is_file() or path.suffix else named_case(options.case)
     output = options.output or Path(path.stem + ".csv")
@@ -215,7 +231,9 @@ def _run(options: argparse.Namespace) -> int:
         png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
         case = read_case(path)
-        draw(results, png, case.title, case.sweep, *units)
+        joints = {(run.material, run.pattern): run.interface for run in case.runs}
+        joint = next(iter(joints.values())) if len(joints) == 1 else None
+        draw(results, png, case.title, case.sweep, *units, joint)
         print(png)
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
@@ -248,7 +266,9 @@ def _compare(options: argparse.Namespace) -> int:
     head = ("traction", "s_N", "damage", "energies")
     print(f"{'case':<20}{'curves':>7}{'rows':>7}  {'against':<10}" + "".join(f"{name:>10}" for name in head))
     agree = True
-    for path in dict.fromkeys(wanted):
+    from tqdm import tqdm
+
+    for path in tqdm(dict.fromkeys(wanted), unit="case", disable=None, delay=2.0, leave=False):
         result = compare(path)
         start = f"{result.case:<20}{result.curves:>7}{result.rows:>7}"
         for name, found in result.differences.items():
@@ -256,7 +276,7 @@ def _compare(options: argparse.Namespace) -> int:
             texts = ("-" if name.startswith("law") and i == 1 else f"{v:.1e}" for i, v in enumerate(found))
             verdict = "agrees" if within(name, found) else "DIFFERS"
             line = f"{start}  {name:<10}" + "".join(f"{text:>10}" for text in texts)
-            print(f"{line}  {verdict}", flush=True)
+            tqdm.write(f"{line}  {verdict}")
         agree = agree and result.agrees
     return 0 if agree else DIFFERS
 

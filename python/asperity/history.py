@@ -195,12 +195,14 @@ class History(_Named):
         path: file to write, too.  units: of length and stress, for the labels.
         """
         from .plots import figure_of
+        from .style import printed, save
 
         if len(self) == 0:
             raise ValueError("plot: expected a history with rows")
         figure = figure_of({None: self.rows()}, title, "", *units)
         if path is not None:
-            figure.savefig(path, dpi=200)
+            with printed():
+                save(figure, Path(path))
         return figure
 
     def rows(self) -> Rows:

@@ -16,6 +16,9 @@ from .installed import driver
 if TYPE_CHECKING:
     from .contract import Floats
 
+NO_EQUILIBRIUM = 2
+"""Exit code of the driver after a lost equilibrium."""
+
 ENERGIES = ("stored", "rupture", "friction", "work")
 """Energies per unit area, in the order of the columns."""
 

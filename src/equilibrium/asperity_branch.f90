@@ -146,9 +146,10 @@ contains
   !> at its start: the work of the increments before wears the facets at once, which moves the equilibrium before the
   !> given values change. They are approached from the values that the worn facets carry at the separation of the start.
   !> The point does not change if this branch ends before.
-  pure subroutine settle(joint, balance, here, iterations, updates)
+  pure subroutine settle(joint, balance, most, here, iterations, updates)
     type(interface_type), intent(in) :: joint       !! the interface
     type(balance_type), intent(in) :: balance       !! equations at the start of the sub-increment
+    integer, intent(in) :: most                     !! largest number of updates
     type(point_type), intent(inout) :: here         !! separation and tangent at the start -> with the wear
     integer, intent(inout) :: iterations            !! tangent solves, increased
     integer, intent(inout) :: updates               !! of the law, increased
@@ -168,7 +169,7 @@ contains
     between = balance
     share = 0.0_wp
     step = 1.0_wp
-    do while (share < 1.0_wp .and. step >= smallest_share)
+    do while (share < 1.0_wp .and. step >= smallest_share .and. updates < most)
       next = min(1.0_wp, share + step)
       between%given = carried + next*change
       if (next >= 1.0_wp) between%given = balance%given

@@ -69,12 +69,13 @@ contains
     real(wp), intent(in) :: given(3)                !! its values
     type(point_type), intent(in) :: point           !! the point
     real(wp) :: leap
-    !> Distance, relative to s0; stiffness of a continuous law, relative to that of the stiffest plane.
-    real(wp), parameter :: distance = 1.0e-9_wp, steepest = 100.0_wp
+    !> Distances, relative to s0, the motion stops about there before the discontinuity; stiffness of a continuous law,
+    !> relative to that of the stiffest plane.
+    real(wp), parameter :: distances(2) = [1.0e-9_wp, 1.0e-7_wp], steepest = 100.0_wp
     type(balance_type) :: balance
     type(point_type) :: at
     real(wp) :: ahead(3), back(3), scale, step(3)
-    integer :: i
+    integer :: i, j
     logical :: good
     leap = 0.0_wp
     call set_balance(joint, control, given, balance)
@@ -83,14 +84,28 @@ contains
       call evaluate(joint, balance, free_part(balance, point%s), at, ahead, scale, good)
       if (good) leap = maxval(abs(at%traction - point%traction), mask=control%traction)
     end if
-    do i = 1, balance%n
-      step = 0.0_wp
-      step(i) = distance*joint%material%s0
-      call evaluate(joint, balance, free_part(balance, point%s) + step, at, ahead, scale, good)
-      if (good) call evaluate(joint, balance, free_part(balance, point%s) - step, at, back, scale, good)
-      if (good) leap = max(leap, maxval(abs(ahead - back)))
+    if (leap <= least(distances(1))) leap = 0.0_wp
+    do j = 1, size(distances)
+      if (leap > 0.0_wp) exit
+      do i = 1, balance%n
+        step = 0.0_wp
+        step(i) = distances(j)*joint%material%s0
+        call evaluate(joint, balance, free_part(balance, point%s) + step, at, ahead, scale, good)
+        if (good) call evaluate(joint, balance, free_part(balance, point%s) - step, at, back, scale, good)
+        if (good) leap = max(leap, maxval(abs(ahead - back)))
+      end do
+      if (leap <= least(distances(j))) leap = 0.0_wp
     end do
-    if (leap <= steepest*stiffest(joint)*distance*joint%material%s0) leap = 0.0_wp
+
+  contains
+
+    !> Smallest change over a distance that no stiffness explains.
+    pure function least(distance) result(change)
+      real(wp), intent(in) :: distance   !! relative to s0
+      real(wp) :: change
+      change = steepest*stiffest(joint)*distance*joint%material%s0
+    end function least
+
   end function discontinuity
 
 end module asperity_loss

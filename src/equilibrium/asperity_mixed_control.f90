@@ -150,7 +150,7 @@ contains
     share = reached
     if (joint%material%wears) then
       call set_share(joint, path, share, reached, balance)
-      call settle(joint, balance, here, what%iterations, what%updates)
+      call settle(joint, balance, most_updates, here, what%iterations, what%updates)
     end if
     step = 1.0_wp
     do while (share < 1.0_wp .and. step >= smallest_share .and. what%updates < most_updates)

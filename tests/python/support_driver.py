@@ -28,7 +28,7 @@ RP_4 = "&pattern sides = 4, theta = 30.0 /\n"
 # The tolerance is ten times that.
 TRACTION_TOLERANCE = 1.1e-10
 
-EVENTS = "onset damaged open close slip snap substeps cut lost".split()
+EVENTS = "onset damaged open close slip snap substeps coarse cut lost".split()
 
 # Sub-increments of the load path to an initial traction, as in docs/solver.md.
 PARTS = 32

@@ -146,7 +146,7 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     """The command draws the pictures of a study and writes its tables between the markers of a page."""
     page = tmp_path / "page.md"
     page.write_text(f"before\n<!-- accuracy-{study} -->\nold\n<!-- /accuracy-{study} -->\nafter\n")
-    arguments = ["--only", study, "--quick", "--page", str(page), "-o", str(tmp_path / "new")]
+    arguments = ["--only", study, "--quick", "--page", str(page), "--folder", str(tmp_path / "new")]
     assert main(["chart", "accuracy", *arguments]) == 0
     names = [f"accuracy_{stem}.png" for stem in PICTURES[study]]
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
@@ -161,7 +161,8 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 
 def test_chart_without_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Without a page the tables are printed; with --pdf the pictures are vector graphics."""
-    assert main(["chart", "accuracy", "--only", "tangents", "--quick", "--pdf", "-o", str(tmp_path)]) == 0
+    options = ["--only", "tangents", "--quick", "--pdf", "--folder", str(tmp_path)]
+    assert main(["chart", "accuracy", *options]) == 0
     assert "| consistent |" in capsys.readouterr().out
     assert (tmp_path / "accuracy_tangents.pdf").read_bytes().startswith(b"%PDF")
 
@@ -170,7 +171,7 @@ def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     """The error message names a page that has no markers."""
     page = tmp_path / "page.md"
     page.write_text("text\n")
-    assert main(["chart", "accuracy", "--page", str(page), "-o", str(tmp_path)]) == 1
+    assert main(["chart", "accuracy", "--page", str(page), "--folder", str(tmp_path)]) == 1
     assert "page.md: expected markers such as <!-- accuracy-planes -->" in capsys.readouterr().err
 
 

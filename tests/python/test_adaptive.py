@@ -37,11 +37,24 @@ def travelled(history: asperity.History, direction: float) -> np.ndarray:
 
 
 def dense(
-    interface: asperity.Interface, direction: float, turns: list[float], sigma_N: float
+    interface: asperity.Interface,
+    direction: float,
+    turns: list[float],
+    sigma_N: float,
+    times: np.ndarray | None = None,
 ) -> asperity.History:
-    """The same path in 4000 increments between reversals and 1000 in the preload."""
-    ways = [np.linspace(a, b, 4001)[1:] for a, b in zip([0.0, *turns], turns, strict=False)]
-    return interface.confined_slip(direction, np.concatenate(ways), sigma_N, preload=1000)
+    """The same path in 4000 increments (viscous: 16,000) between reversals and 1000 in the preload."""
+
+    def divided(ends) -> np.ndarray:
+        n = 4000 if times is None else 16000
+        return np.concatenate(
+            [np.linspace(a, b, n + 1)[1:] for a, b in zip([0.0, *ends], ends, strict=False)]
+        )
+
+    every = None if times is None else divided(times)
+    return interface.confined_slip(
+        direction, divided(turns), sigma_N, preload=1000, times=every, preload_time=1.0
+    )
 
 
 def curve_error(
@@ -76,6 +89,40 @@ def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
             place = asperity.contract.statev_index(name)
             assert abs(rows.state[-1, place] - reference.state[-1, place]) < tolerance * work, name
     assert curve_error(rows, reference, direction, every=2) > tolerance
+
+
+def error_over_tolerance(material, pattern, direction, turns, sigma_N, tolerance) -> float:
+    """Error of the curve relative to the tolerance; the time between two reversals is 1."""
+    interface = asperity.Interface(material, pattern)
+    times = np.arange(1.0, len(turns) + 1.0) if material.tau_v > 0.0 else None
+    rows = interface.confined_slip(
+        direction, turns, sigma_N, tolerance=tolerance, times=times, preload_time=1.0
+    )
+    return curve_error(rows, dense(interface, direction, turns, sigma_N, times), direction) / tolerance
+
+
+def test_what_happens_within_an_increment():
+    """Transients where a reversed slip passes zero, and viscous damage that stops growing."""
+    facets = (
+        asperity.Material(SIGMA0, GC, 0.98, 0.93, kc=1000.0, height=0.0853),
+        asperity.Pattern.regular(6, 5.76, 0.329),
+    )
+    assert error_over_tolerance(*facets, 44.07, [0.164, -0.383], -0.134, 5e-3) < ESTIMATE
+    straight = asperity.Material(SIGMA0, GC, 0.9, 0.9, kc=1000.0), asperity.Pattern.regular(6, 6.0, 0.33)
+    assert error_over_tolerance(*straight, 44.0, [0.16, -0.38], -0.13, 5e-3) < ESTIMATE
+    flat = asperity.Pattern.regular(0, 0.0)
+    viscous = asperity.Material(SIGMA0, GC, 0.9, 0.5, tau_v=0.05)
+    assert error_over_tolerance(viscous, flat, 0.0, [0.1, -0.3, 0.2], -3.0, 1e-3) < ESTIMATE
+    stiff = asperity.Material(SIGMA0, GC, 0.7194, 0.8608, kc=1000.0, tau_v=0.0673)
+    assert error_over_tolerance(stiff, flat, -57.0, [0.0817, -0.4012, 0.0565], -0.8137, 1e-3) < ESTIMATE
+
+
+def test_slips_do_not_accumulate_errors():
+    """Planes that slide in a direction that turns slowly, up to the peak of a traction."""
+    material = asperity.Material(SIGMA0, GC, 0.97, 1.2, kc=5.0)
+    assert (
+        error_over_tolerance(material, asperity.Pattern.regular(2, 50.0), 60.0, [0.3], -1.0, 1e-3) < ESTIMATE
+    )
 
 
 @pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])

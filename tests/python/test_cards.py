@@ -199,8 +199,24 @@ def test_patterns_that_ogs_refuses(pattern: Pattern, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Interface(TABLE_2, pattern).card("ogs")
     assert "AsperityLayer33" in Interface(TABLE_2, Pattern.regular(32, 30.0)).card("ogs")
-    with pytest.raises(ValueError, match="23 state variables: expected 17 for ogs, those of AsperityLayer3"):
+    with pytest.raises(ValueError, match=r"W0 = 1: expected 0 \(no wear\) for ogs"):
         Interface(replace(TABLE_2, W0=1.0), RT.pattern).card("ogs")
+
+
+def test_akantu_section() -> None:
+    """A section of the input file with every constant of the law and the pattern."""
+    joint = Interface(replace(TABLE_2, kc=20.0, height=2.0, W0=1.0), Pattern.regular(5, 30.0, turn=10.0))
+    card = joint.card("akantu", name="JOINT")
+    lines = [line for line in card.splitlines() if not line.startswith("#")]
+    assert lines[:2] == ["material asperity [", "  name = JOINT"] and lines[-1] == "]"
+    values = dict(line.strip().split(" = ") for line in lines[2:-1])
+    props = joint.props()
+    assert list(values) == [row.name for row in contract.owned("law", "pattern")]
+    assert all(float(value) == props[contract.index(name)] for name, value in values.items())
+    with pytest.raises(ValueError, match=r"h = 0.1: expected 1 for akantu"):
+        joint.card("akantu", h=0.1)
+    with pytest.raises(ValueError, match=r"m = -1: expected a regular pattern for akantu"):
+        Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0])).card("akantu")
 
 
 # --- checks ---------------------------------------------------------------

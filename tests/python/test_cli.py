@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import asperity
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, case_files, contract, plots, results, tables
+from asperity import Interface, Material, Pattern, case_files, contract, plots, results, style, tables
 from asperity.cli import main
 from asperity.installed import cases, driver
 from asperity.oracle import compare
@@ -123,7 +124,7 @@ def test_run_into_a_file_with_a_picture(folder: Path, capsys: pytest.CaptureFixt
     assert main(["run", "case.nml", "-o", "out.csv", "--plot", "other.png"]) == 0
     assert sorted(path.name for path in folder.iterdir()) == ["case.nml", "other.png", "out.csv", "out.png"]
     picture = matplotlib.image.imread(folder / "out.png")
-    assert picture.shape[0] > 500 and picture.shape[1] > 1500
+    assert picture.shape[1] == round(style.TWO * style.DPI)
     assert np.array_equal(picture, matplotlib.image.imread(folder / "other.png"))
 
 
@@ -226,7 +227,7 @@ def test_slip_direction(angle: float) -> None:
 
 
 def test_picture_shows_the_rows() -> None:
-    """Curves show columns over the slip, with units, a legend of a sweep, a cross at a lost equilibrium."""
+    """Curves show columns over the slip, with units, labels of a sweep, a cross at a lost equilibrium."""
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
     figure = plots.figure_of(
@@ -238,9 +239,7 @@ def test_picture_shows_the_rows() -> None:
     assert shown[2][0] == [[0, 0.5], [1, 0.5], [2, 0.5]]
     assert [ax.get_xlabel()[-3:] for ax in figure.axes] == ["[m]"] * 3
     assert [ax.get_ylabel().split("[")[1] for ax in figure.axes] == ["Pa]", "m]", "-]"]
-    legend = figure.legends[0]
-    assert legend.get_title().get_text() == "theta"
-    assert [text.get_text() for text in legend.get_texts()] == ["1", "2.5"]
+    assert [text.get_text() for text in figure.axes[0].texts] == ["1", "2.5", "theta"]
     colours = [line.get_color() for line in figure.axes[0].lines[:2]]
     assert len(set(colours)) == 2
     assert figure.axes[0].lines[0].get_linestyle() != figure.axes[0].lines[1].get_linestyle()
@@ -475,3 +474,21 @@ def test_case_in_another_encoding(folder: Path) -> None:
     case = case_files.read_case(Path("latin.nml"))
     assert case.title == "Schlupf in D\N{REPLACEMENT CHARACTER}sen and back"
     assert case.before.endswith(b"mu = 0.5 /\n") and case.after.startswith(b"\n&step t_N")
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("asperity sel", {"select"}),
+        ("asperity paper --fo", {"--folder"}),
+        ("asperity card --host aba", {"abaqus"}),
+    ],
+)
+def test_completion(line: str, expected: set[str], tmp_path: Path) -> None:
+    """The shell gets commands, options of the command on its line, and values of an option."""
+    pytest.importorskip("argcomplete")
+    answer = tmp_path / "answer"
+    asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_STDOUT_FILENAME": str(answer), "_ARGCOMPLETE_IFS": "\n"}
+    asked |= {"COMP_LINE": line, "COMP_POINT": str(len(line))}
+    subprocess.run([sys.executable, "-m", "asperity"], env=os.environ | asked, check=True)
+    assert set(answer.read_text(encoding="utf-8").split()) == expected

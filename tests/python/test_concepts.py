@@ -17,7 +17,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 @pytest.mark.slow
 def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command draws every picture; each is committed and shown on a page."""
-    assert main(["chart", "concepts", "-o", str(tmp_path)]) == 0
+    assert main(["chart", "concepts", "--folder", str(tmp_path)]) == 0
     drawn = [Path(line) for line in capsys.readouterr().out.splitlines()]
     assert [path.stem for path in drawn] == list(concepts.PICTURES)
     names = ("concepts.md", "solver.md", "extensions.md")

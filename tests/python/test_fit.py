@@ -558,7 +558,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert main(["fit", "record.csv", *options, "--card", "abaqus"]) == 0
     printed = capsys.readouterr().out
     assert "*User Material" in printed and "MPa mm" in printed
-    assert printed.endswith("fit.png\nfit.nml\n")
+    assert printed.endswith("fit.png\nfit.nml\nfit.fit.json\n")
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
     line = re.search(r"^PROPS\(19\)   (.*)$", printed, re.MULTILINE)
     assert line

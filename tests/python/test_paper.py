@@ -193,7 +193,7 @@ def table(path: Path) -> tuple[str, list[list[str]]]:
 def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run the command for the gallery; return the folder of its output."""
     folder = tmp_path_factory.mktemp("gallery")
-    assert main(["paper", "-o", str(folder)]) == 0
+    assert main(["paper", "--folder", str(folder)]) == 0
     return folder
 
 
@@ -241,7 +241,7 @@ def test_page_is_the_committed_one(again: Path) -> None:
 @pytest.mark.slow
 def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """With --figure the other figures and the page are not written; --pdf adds vector pictures."""
-    assert main(["paper", "-o", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
+    assert main(["paper", "--folder", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
     assert capsys.readouterr().out == f"{tmp_path / 'new'}\n"
     names = [f"figure{number}.{kind}" for number in ("02", "04a") for kind in ("csv", "pdf", "png")]
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names

@@ -53,7 +53,7 @@ def test_failure_and_survival(name: str) -> None:
 
 def test_a_snap_is_drawn(tmp_path, capsys) -> None:
     """Jump and whole branch are drawn; without friction the area between both is the released energy."""
-    assert main(["stability", "run", "snap", "-o", str(tmp_path)]) == 0
+    assert main(["stability", "run", "snap", "--folder", str(tmp_path)]) == 0
     assert f"{tmp_path / 'stability_snap.png'}" in capsys.readouterr().out
     assert (tmp_path / "stability_snap.png").stat().st_size > 20_000
     snap = steep_snap(0.0)
@@ -149,7 +149,7 @@ def test_vumat_is_the_law(single: bool) -> None:
 @pytest.mark.slow
 def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Pictures and CSV are written; cells agree with closed forms; the solver finds existing solutions."""
-    assert main(["stability", "map", "-o", str(tmp_path), "--size", "4", "--pdf"]) == 0
+    assert main(["stability", "map", "--folder", str(tmp_path), "--size", "4", "--pdf"]) == 0
     names = {
         f"map_{name}{suffix}" for name in ("tangents", "steps", "law") for suffix in (".csv", ".png", ".pdf")
     }
@@ -175,7 +175,7 @@ def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for row in _read(tmp_path / "map_steps.csv"):
         assert (row["solver"] == "lost") == (float(row["sigma_N/sigma0"]) > 0.0)
         assert row["solver"] == "lost" or float(row["solver_iterations"]) > 0.0
-    assert main(["stability", "map", "-o", str(tmp_path), "--size", "1"]) == 1
+    assert main(["stability", "map", "--folder", str(tmp_path), "--size", "1"]) == 1
 
 
 def _written(path: str) -> tuple[int, int]:

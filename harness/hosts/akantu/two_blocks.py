@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -14,6 +15,7 @@ from pathlib import Path
 import akantu as aka
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.hosts import paraview
 from asperity.hosts.akantu import register
 from numpy.typing import NDArray
 
@@ -49,23 +51,31 @@ model solid_mechanics_model_cohesive [
 CELL = {2: aka._cohesive_2d_4, 3: aka._cohesive_3d_8}
 """Type of the elements of the joint, by dimension."""
 
+SOLID = {2: aka._quadrangle_4, 3: aka._hexahedron_8}
+"""Type of the elements of the blocks, by dimension."""
+
 
 @dataclass(frozen=True)
 class Result:
-    """Slip and rise of the top, force (T, dimension) and points of the joint of each step; iterations."""
+    """Slip and rise of the top, force (T, dimension) and points of the joint of each step; iterations.
+
+    structure, displacement (T, n, dimension): for ParaView.
+    """
 
     slip: Floats
     rise: Floats
     force: Floats
     separation: Floats
     traction: Floats
+    state: Floats
+    displacement: Floats
     iterations: list[int]
+    structure: paraview.Structure
 
 
-def write_mesh(path: Path, dimension: int, n: int) -> None:
-    """Write two blocks with an edge of 1 mm, of n elements in each horizontal direction."""
-    axis = np.linspace(0.0, 1.0, n + 1)
-    axes = [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])]
+def write_mesh(path: Path, axes: Sequence[Floats]) -> None:
+    """Write a mesh of quadrilaterals or hexahedra between the lines of the axes, the vertical axis last."""
+    dimension = len(axes)
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:-1])
     # nodes of an element: around its lower face, then its upper face; in 2D around it
@@ -85,14 +95,23 @@ def write_mesh(path: Path, dimension: int, n: int) -> None:
     path.write_text("\n".join([*lines, "$EndElements"]) + "\n", encoding="utf-8")
 
 
-def run(folder: Path, dimension: int, interface: Interface = JOINT, n: int = 2) -> Result:
-    """Press the blocks by PRESSURE, then move the top by SLIP along x; the top stays horizontal."""
+def run(
+    folder: Path, dimension: int, interface: Interface = JOINT, n: int = 2, of_card: bool = False
+) -> Result:
+    """Press the blocks by PRESSURE, then move the top by SLIP along x; the top stays horizontal.
+
+    of_card: the input file has the constants, by `asperity card`.
+    """
     name = f"asperity_{next(RUNS)}"  # a name can be registered once
-    made = register(interface, name)
+    made = register(None if of_card else interface, name)
     wide = "[-1, 2], " * (dimension - 1)
     text = INPUT.format(box=f"{wide}[0.9, 1.1]", young=YOUNG, poisson=POISSON, law=name)
+    if of_card:
+        card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
+        text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
     (folder / "material.dat").write_text(text, encoding="utf-8")
-    write_mesh(folder / "blocks.msh", dimension, n)
+    axis = np.linspace(0.0, 1.0, n + 1)
+    write_mesh(folder / "blocks.msh", [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])])
     aka.parseInput(str(folder / "material.dat"))
     mesh = aka.Mesh(dimension)
     mesh.read(str(folder / "blocks.msh"))
@@ -115,10 +134,28 @@ def run(folder: Path, dimension: int, interface: Interface = JOINT, n: int = 2) 
                 -force[top].sum(axis=0),
                 points.separation.copy(),
                 points.traction.copy(),
+                points.state.copy(),
+                u,
             )
         )
-    slips, rise, force, separation, traction = (np.array(column) for column in zip(*rows, strict=True))
-    return Result(slips, rise, force, separation, traction, iterations)
+    columns = (np.array(column) for column in zip(*rows, strict=True))
+    return Result(*columns, iterations, structure_of(mesh))
+
+
+def structure_of(mesh: aka.Mesh) -> paraview.Structure:
+    """Structure for ParaView; the two sides of a joint have the same direction in Akantu."""
+    dimension = np.array(mesh.getNodes()).shape[1]
+    solids = np.array(mesh.getConnectivity(SOLID[dimension]))
+    joints = np.array(mesh.getConnectivity(CELL[dimension]))
+    if dimension == 2:
+        return paraview.Structure(np.array(mesh.getNodes()), solids, joints[:, [0, 1, 3, 2]], (2, 1))
+    return paraview.Structure(np.array(mesh.getNodes()), solids, joints, (2, 2, 1), (0, 2, 1, 3))
+
+
+def write_paraview(pvd: Path, result: Result) -> None:
+    """Write all steps for ParaView."""
+    rows = zip(result.displacement, result.separation, result.traction, result.state, strict=True)
+    paraview.write(pvd, result.structure, (paraview.Step(float(k), *row) for k, row in enumerate(rows)))
 
 
 def solve(model: aka.SolidMechanicsModelCohesive, slip: float, pressure: float) -> int:
@@ -156,9 +193,13 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Two blocks with a joint in Akantu.")
     parser.add_argument("--dimension", type=int, default=2, choices=(2, 3))
+    parser.add_argument("--elements", type=int, default=2, help="along each side (default: %(default)s)")
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
     options = parser.parse_args()
+    if options.elements < 1:
+        parser.error(f"--elements {options.elements}: expected at least 1")
     with tempfile.TemporaryDirectory() as name:
-        result = run(Path(name), options.dimension)
+        result = run(Path(name), options.dimension, JOINT, options.elements)
     point = JOINT.confined_slip(0.0, result.slip[PRELOAD_STEPS - 1 :], -PRESSURE)
     counts = result.iterations
     print(f"{len(counts)} steps, {sum(counts)} iterations, at most {max(counts)}")
@@ -170,6 +211,9 @@ def main() -> None:
     rise = result.rise[-1] - result.rise[PRELOAD_STEPS - 1]
     dilation = point.separation[-1, 0] - point.separation[0, 0]
     print(f"rise at the end {rise:.6f} mm, of the material point {dilation:.6f} mm")
+    if options.pvd is not None:
+        write_paraview(options.pvd, result)
+        print(options.pvd)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
+from asperity.hosts import paraview
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import calculix_run
@@ -35,6 +36,12 @@ ROUGH = Interface(Material(sigma0=20.0, Gc=0.3, eta=0.95, mu=0.5), Pattern.regul
 STIFFNESS = YOUNG / (1.0 - POISSON**2) * WIDTH**2 * HEIGHT**3
 """Twelve times the bending stiffness of an arm, times its width."""
 
+POINTS = 8
+"""Integration points of C3D8."""
+
+ORDER = (0, 4, 2, 6, 1, 5, 3, 7)
+"""These points in the order of paraview.Structure."""
+
 ROWS = 2
 """Elements over the height of an arm."""
 
@@ -43,19 +50,24 @@ ROWS = 2
 class Result:
     """Histories with one row for each increment.
 
-    time (T,); moments (T, 2) of the upper and the lower arm; separation (T, 3) of the joint's first point;
-    damage of the joint (T, elements); displacement (T, nodes, 3); the run; nodes; corners of the elements.
+    time (T,); moments (T, 2) of the upper and the lower arm; separation, traction and state of the points of
+    the joint (T, points, ...); displacement (T, nodes, 3); the run; structure.
     """
 
     time: Floats
     moments: Floats
     separation: Floats
-    damage: Floats
+    traction: Floats
+    state: Floats
     displacement: Floats
     run: Run
-    points: Floats
-    solids: structure_picture.Integers
-    joints: structure_picture.Integers
+    structure: paraview.Structure
+
+    @property
+    def damage(self) -> Floats:
+        """Damage of the joint (T, elements)."""
+        damage = self.state[:, :, contract.statev_index("damage")]
+        return damage.reshape(len(damage), -1, POINTS).mean(axis=2)
 
     @property
     def release(self) -> Floats:
@@ -123,7 +135,7 @@ def deck(
     text += f"*STEP, INC=1000\n*STATIC\n{1.0 / increments!r}, 1., 1e-5, {1.0 / increments!r}\n"
     text += f"*BOUNDARY\n{turns[0]}, 1, 1, {turn!r}\n"
     text += "*NODE PRINT, NSET=ENDS\nRF\n*NODE PRINT, NSET=SHOWN\nU\n"
-    text += "*EL PRINT, ELSET=ROUGH\nE, SDV\n*END STEP\n"
+    text += "*EL PRINT, ELSET=ROUGH\nE, S, SDV\n*END STEP\n"
     return text, points, arms, layer
 
 
@@ -140,19 +152,23 @@ def run(
     _, u = done.table("SHOWN displacements")
     _, strain = done.table("ROUGH strains")
     _, state = done.table("ROUGH internal")
-    steps = len(forces)
-    # Each element has eight points. CalculiX prints tensor shears.
-    strain = strain[:, :, 2:].reshape(steps, len(layer), 8, 6)
-    separation = THICKNESS * strain[..., [N, TX, TY]] * [1.0, 2.0, 2.0]
-    state = state[:, :, 2:].reshape(steps, len(layer), 8, -1)
+    _, stress = done.table("ROUGH stresses")
+    # the first two columns are element and point; CalculiX prints tensor shears
+    separation = THICKNESS * strain[:, :, 2:][..., [N, TX, TY]] * [1.0, 2.0, 2.0]
     height = points[forces[0, :, 0].astype(int) - 1, 2]
     lever = height - np.sign(height) * 0.5 * (THICKNESS + HEIGHT)
     moments = [(forces[:, arm, 1] * lever[arm]).sum(axis=1) for arm in (height > 0.0, height < 0.0)]
     return Result(
-        time, np.stack(moments, axis=1), separation[:, 0, 0],
-        state[..., contract.statev_index("damage")].mean(axis=2), u[:, :, 1:], done, points,
-        np.array(arms) - 1, np.array(layer) - 1,
+        time, np.stack(moments, axis=1), separation, stress[:, :, 2:][..., [N, TX, TY]], state[:, :, 2:],
+        u[:, :, 1:], done,
+        paraview.Structure(points, np.array(arms) - 1, np.array(layer) - 1, (2, 2, 2), ORDER),
     )  # fmt: skip
+
+
+def write_paraview(pvd: Path, result: Result) -> None:
+    """Write all increments for ParaView."""
+    rows = zip(result.displacement, result.separation, result.traction, result.state, strict=True)
+    paraview.write(pvd, result.structure, (paraview.Step(float(k), *row) for k, row in enumerate(rows)))
 
 
 def main() -> None:
@@ -160,12 +176,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Mixed-mode beam in CalculiX, drawn.")
     parser.add_argument("program", type=calculix_run.program_file, help="ccx linked with libasperity")
     parser.add_argument("-o", "--output", type=Path, default=Path("calculix-dcb.png"), metavar="FILE.png")
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all increments for ParaView")
     options = parser.parse_args()
     ratio, turn = 0.5, 0.06
     with tempfile.TemporaryDirectory() as folder:
         result = run(options.program, Path(folder), ROUGH, ratio, turn)
     # the law of one point, by the library, on the separations that CalculiX found
-    law = ROUGH.replay(result.separation)
+    first = result.separation[:, 0]
+    law = ROUGH.replay(first)
     work, friction = law.work, law.state[-1, contract.statev_index("friction")]
     bent = np.sqrt(work * 4.0 * STIFFNESS / (21.0 * (1.0 + ratio**2) - 6.0 * ratio))
     grown = np.abs(result.damage - 0.5).argmin(axis=1)
@@ -178,17 +196,17 @@ def main() -> None:
     print(f"work of the law at the first point {work[-1]:.4f} N/mm, friction in it {friction:.4f}")
     plane = [0, 2]
     mesh = structure_picture.Mesh(
-        result.points[:, plane],
+        result.structure.nodes[:, plane],
         result.displacement[shown][:, plane],
-        result.solids[:, [0, 1, 5, 4]],
-        result.joints[:, [0, 1, 4, 5]],
+        result.structure.solids[:, [0, 1, 5, 4]],
+        result.structure.joints[:, [0, 1, 4, 5]],
         np.repeat(result.damage[shown][:, None], 2, axis=1),
         "z",
     )
     angle = turn * result.time
-    opening = np.linalg.norm(result.separation, axis=1)
+    opening = np.linalg.norm(first, axis=1)
     point = "material point (work of the law)"
-    mark = f"rotation {angle[shown]:.3f}, drawn above"
+    mark = f"rotation {angle[shown]:.3f}, drawn"
     structure_picture.draw(
         options.output,
         f"CalculiX: end moments {ratio:g} to 1 on a beam with a rough joint, five planes",
@@ -210,6 +228,9 @@ def main() -> None:
         ],
     )
     print(options.output)
+    if options.pvd is not None:
+        write_paraview(options.pvd, result)
+        print(options.pvd)
 
 
 if __name__ == "__main__":

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent.parent))
 import calculix_run
 import dcb
 import numpy as np
+import paraview_check
 import pytest
 from asperity import Interface, Material, Pattern, contract
 from asperity.installed import driver
@@ -76,6 +79,11 @@ def test_energy_release_in_mode_1(ccx: Path, tmp_path: Path) -> None:
     print(f"energy release rate {steady.min():.4f} to {steady.max():.4f} N/mm, Gc 0.3")
     assert result.damage[-1].max() == 1.0 and result.damage[-1].min() == 0.0
     assert steady == pytest.approx(dcb.ROUGH.material.Gc, rel=1e-2)
+    dcb.write_paraview(tmp_path / "beam.pvd", result)
+    material = dcb.ROUGH.material
+    printed = DIGITS * material.K * np.abs(result.separation).max() / material.sigma0
+    paraview_check.against_the_law(tmp_path / "beam.pvd", dcb.ROUGH, printed)
+    paraview_check.places(tmp_path / "beam.pvd", dcb.POINTS, up=2, layers=2)
 
 
 def test_mixed_mode_and_the_symmetric_solver(ccx: Path, tmp_path: Path) -> None:

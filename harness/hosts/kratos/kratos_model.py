@@ -227,6 +227,10 @@ class Structure:
         """Return the positions of all nodes (n, dimension) before the deformation."""
         return np.array([[node.X0, node.Y0, node.Z0] for node in self.part.Nodes])[:, : self.dimension]
 
+    def interface_nodes(self) -> NDArray[np.int64]:
+        """Return the numbers of the nodes of all interfaces (interfaces, nodes), side 1 first."""
+        return np.array([[node.Id for node in element.GetGeometry()] for element in self.interfaces])
+
     def reaction(self, nodes: Sequence[int]) -> Floats:
         """Return the sum of the reactions of nodes (dimension,)."""
         found = (self.part.Nodes[node] for node in np.ravel(nodes).tolist())

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from asperity.style import TWO, new_figure, printed, save
 from kratos_model import Floats, Structure
+from matplotlib.figure import Figure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
@@ -110,21 +112,25 @@ def travelled(slip: Floats) -> Floats:
 
 def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
     """Draw the force over the slip in both codes, and their differences over the accumulated slip."""
-    import matplotlib.pyplot as plt
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with printed():
+        save(_figure(both, fine), path)
 
+
+def _figure(both: Comparison, fine: pull_out.Curve) -> Figure:
     (blue, *_), (red, *_), (black, *_) = structure_picture.STYLES
     slip, way = both.python.slip, travelled(both.python.slip)
-    figure, (force, apart) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    force.plot(slip, both.kratos.force, color=blue, linewidth=3.5, alpha=0.5, label="Kratos")
+    figure, (force, apart) = new_figure(TWO, 3.0, ncols=2)
+    force.plot(slip, both.kratos.force, color=blue, linewidth=3.0, alpha=0.5, label="Kratos")
     force.plot(slip, both.python.force, "--", color=red, label="scikit-fem, same mesh and points")
     force.plot(fine.slip, fine.force, ":", color=black, label="scikit-fem, quadratic, Gauss points")
     force.set(xlabel="displacement of the pulled face [mm]", ylabel="force per width [N/mm]")
     force.legend()
     apart.semilogy(
-        way, both.force, "o-", color=blue, markersize=4, label="force difference over the peak [-]"
+        way, both.force, "o-", color=blue, markersize=2.5, label="force difference over the peak [-]"
     )
     apart.semilogy(
-        way, both.separation, "s--", color=red, markersize=4, label="largest separation difference [mm]"
+        way, both.separation, "s--", color=red, markersize=2.5, label="largest separation difference [mm]"
     )
     apart.axhline(FORCE_BOUND, color=blue, linestyle=":", label="tolerance of the test, force")
     apart.axhline(SEPARATION_BOUND, color=red, linestyle="-.", label="tolerance of the test, separation")
@@ -132,10 +138,10 @@ def draw(both: Comparison, fine: pull_out.Curve, path: Path) -> None:
         xlabel="accumulated slip of the pulled face [mm]", ylabel="difference between Kratos and scikit-fem"
     )
     apart.set(ylim=(1e-18, 1e-4))
-    apart.legend(fontsize="small", loc="upper right")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    apart.legend(loc="upper right")
+    for ax in (force, apart):
+        ax.grid(alpha=0.3)
+    return figure
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,8 +16,10 @@ from asperity.results import read_rows
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
+sys.path.insert(0, str(Path(__file__).parent.parent))
 import blocks
 import KratosMultiphysics
+import paraview_check
 import triplet
 from kratos_model import Floats, Structure
 
@@ -264,8 +267,11 @@ def test_two_threads() -> None:
     assert np.allclose(separation, expected, rtol=0, atol=1e-10)
 
 
-def test_triplet() -> None:
-    """In the cyclic shear of a triplet every point follows the law; strength and dilation are predicted."""
+def test_triplet(tmp_path: Path) -> None:
+    """In the cyclic shear of a triplet every point follows the law; strength and dilation are predicted.
+
+    The files for ParaView have the tractions of Kratos and the damage and energies of the law.
+    """
     result = triplet.run([0.3, -0.3, 0.3], 0.01, nx=12, ny=3)
     assert_law_is_kept(triplet.JOINT, result.separation, result.traction, 1e-11)
     assert max(map(len, result.norms)) <= 10
@@ -280,3 +286,9 @@ def test_triplet() -> None:
     # The joint does not break everywhere at once, so its peak is below that of one material point.
     force, _ = triplet.prediction(result.slip[triplet.PRELOAD_STEPS :])
     assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
+
+    triplet.write_paraview(tmp_path / "triplet.pvd", result)
+    found = paraview_check.against_the_law(tmp_path / "triplet.pvd", triplet.JOINT, ROUNDING)
+    assert np.array_equal(found["separation"], result.separation)
+    assert np.array_equal(found["traction"], result.traction)
+    paraview_check.places(tmp_path / "triplet.pvd", 2, up=1, away=0.25 + 1e-9)  # points at the nodes

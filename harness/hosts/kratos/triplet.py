@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -49,13 +50,20 @@ class Result:
     structure: Structure
 
 
-def run(turns: list[float], increment: float, nx: int = 21, ny: int = 5, law: Interface = JOINT) -> Result:
+def run(
+    turns: Sequence[float],
+    increment: float,
+    nx: int = 21,
+    ny: int = 5,
+    law: Interface = JOINT,
+    **umat: object,
+) -> Result:
     """Apply the pressure, then move the middle brick to each reversal (`turns`, mm) in turn.
 
-    The steps have about the size `increment`, mm.
+    The steps have about the size `increment`, mm.  umat: see Structure.umat.
     """
     s = Structure(2)
-    brick, joint = s.elastic(YOUNG, POISSON), s.umat(law)
+    brick, joint = s.elastic(YOUNG, POISSON), s.umat(law, **umat)
     x, y = np.linspace(0.0, LENGTH, nx + 1), np.linspace(0.0, HEIGHT, ny + 1)
     bricks = []
     for k in range(3):
@@ -102,6 +110,26 @@ def prediction(slips: Floats, law: Interface = JOINT) -> tuple[Floats, Floats]:
     return 2.0 * LENGTH * history.traction[:, 1], 2.0 * (history.separation[:, 0] - pressed)
 
 
+def write_paraview(pvd: Path, result: Result, law: Interface = JOINT) -> None:
+    """Write all steps for ParaView.
+
+    Kratos does not give the state variables of its interface elements: they are those of the library on the
+    separations of Kratos.
+    """
+    from asperity.hosts import paraview
+
+    s = result.structure
+    around = [0, 1, 3, 2]  # both sides of an element have the same direction
+    structure = paraview.Structure(
+        s.coordinates(), np.array(s.solids) - 1, s.interface_nodes()[:, around] - 1, (2, 1)
+    )
+    states = np.array([law.replay(path).state for path in result.separation.transpose(1, 0, 2)])
+    rows = zip(
+        result.displacement, result.separation, result.traction, states.transpose(1, 0, 2), strict=True
+    )
+    paraview.write(pvd, structure, (paraview.Step(float(k), *row) for k, row in enumerate(rows)))
+
+
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Masonry triplet in Kratos, drawn.")
@@ -109,6 +137,7 @@ def main() -> None:
     parser.add_argument("--case", type=Path, metavar="CASE.nml", help="interface of the joints")
     parser.add_argument("--value", help="of the sweep of the case")
     parser.add_argument("--turns", type=float, nargs="+", default=[0.6, -0.6, 0.6], help="slips in turn, mm")
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
     parser.add_argument("--csv", type=Path, help="write slip, force and rise there")
     options = parser.parse_args()
     law = JOINT if options.case is None else read_run(options.case, options.value).interface
@@ -129,11 +158,11 @@ def main() -> None:
     row = int(np.ptp(damage, axis=1).argmax())  # the step at which the damage varies most along the joints
     shown = row - PRELOAD_STEPS
     s = result.structure
-    joints = np.array([[node.Id - 1 for node in element.GetGeometry()] for element in s.interfaces])
+    joints = s.interface_nodes() - 1
     mesh = structure_picture.Mesh(
         s.coordinates(), result.displacement[row], np.array(s.solids) - 1, joints, damage[row].reshape(-1, 2)
     )
-    mark = f"slip {slip[shown]:.2g} mm, drawn above"
+    mark = f"slip {slip[shown]:.2g} mm, drawn"
     label = "slip of the middle brick [mm]"
     structure_picture.draw(
         options.output,
@@ -156,6 +185,9 @@ def main() -> None:
         ],
     )
     print(options.output)
+    if options.pvd is not None:
+        write_paraview(options.pvd, result, law)
+        print(options.pvd)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import ogs_run
 from asperity import Interface, Material, Pattern
+from asperity.installed import generic_library
 from ogs_run import Floats, changed
 from ogs_triplet import PRELOAD_STEPS, PRESSURE, PROJECT
 
@@ -109,10 +110,19 @@ def constant(name: str, value: float) -> str:
     return f"<parameter><name>{name}</name><type>Constant</type><value>{float(value)!r}</value></parameter>"
 
 
-def run(folder: Path, nx: int = 8, ny: int = 4, nz: int = 1) -> Result:
-    """Apply the pressure, then move the ends of the middle part; parts of nx x ny x nz elements."""
+def run(
+    folder: Path, nx: int = 8, ny: int = 4, nz: int = 1, law: Interface = JOINT, *patches: str,
+    library: Path | None = None,
+) -> Result:
+    """Apply the pressure, then move the ends of the middle part; parts of nx x ny x nz elements.
+
+    Patches of the project come before the card of the law; library replaces that of the card.
+    """
     n = write_meshes(folder, nx, ny, nz)
-    done = ogs_run.run(PROJECT, folder, in_space(), JOINT.card("ogs", h=THICKNESS))
+    card = law.card("ogs", h=THICKNESS)
+    if library is not None:
+        card = card.replace(f">{generic_library()}<", f">{library}<")
+    done = ogs_run.run(PROJECT, folder, in_space(), *patches, card)
     if done.code != 0:
         raise RuntimeError(done.output)
     _, fields = done.steps()
@@ -210,12 +220,14 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Block with two rough joints in OpenGeoSys, drawn.")
     parser.add_argument("-o", "--output", type=Path, default=Path("ogs-block.png"), metavar="FILE.png")
-    parser.add_argument("--folder", type=Path, help="keep meshes, patches and output (VTU, PVD) there")
+    parser.add_argument("--folder", type=Path, help="keep meshes, patches and output of OpenGeoSys there")
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = options.folder or Path(name)
         folder.mkdir(parents=True, exist_ok=True)
-        result = run(folder)
+        patches = [] if options.pvd is None else [ogs_run.with_points(JOINT)]
+        result = run(folder, 8, 4, 1, JOINT, *patches)
         force, rise = prediction(result.slip)
         law = of_the_law(result)
         found = result.run.iterations
@@ -228,6 +240,9 @@ def main() -> None:
             )
         print(f"rise at the end {result.rise[-1]:.4f} mm, of material points {rise[-1]:.4f} mm")
         draw(result, options.output)
+        if options.pvd is not None:
+            ogs_run.write_paraview(options.pvd, folder / "triplet.vtu", result.run, JOINT, THICKNESS)
+            print(options.pvd)
 
 
 if __name__ == "__main__":

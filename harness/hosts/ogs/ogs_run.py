@@ -11,16 +11,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import meshio
 import numpy as np
+from asperity import Interface, contract
+from asperity.hosts import paraview
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 
-POINT, LINE, QUADRILATERAL, HEXAHEDRON = 1, 3, 9, 12
-"""Cell types of VTK."""
+POINT, LINE, QUADRILATERAL, HEXAHEDRON = "vertex", "line", "quad", "hexahedron"
+"""Names of cells in meshio."""
 
-TYPES = {"i4": "Int32", "i8": "Int64", "u8": "UInt64", "f8": "Float64", "u1": "UInt8"}
-"""Names of VTK by those of NumPy."""
+STATE = "material_state_variable_"
+"""Beginning of the names of state variables at integration points."""
+
+ORDER = {2: (0, 1, 2, 3), 3: (6, 7, 4, 5, 2, 3, 0, 1)}
+"""Integration points of a cell in the order of paraview.Structure; hexahedra have x and y reversed."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ def write_mesh(
     path: Path,
     points: ArrayLike,
     cells: ArrayLike,
-    kind: int,
+    kind: str,
     of_points: Mapping[str, ArrayLike] | None = None,
     of_cells: Mapping[str, ArrayLike] | None = None,
 ) -> None:
@@ -67,32 +73,12 @@ def write_mesh(
     """
     xyz = np.zeros((len(np.asarray(points)), 3))
     xyz[:, : np.shape(points)[1]] = points
-    nodes = np.asarray(cells, dtype="i8")
-    arrays = {
-        "PointData": {name: np.asarray(field) for name, field in (of_points or {}).items()},
-        "CellData": {name: np.asarray(field) for name, field in (of_cells or {}).items()},
-        "Points": {"Points": xyz},
-        "Cells": {
-            "connectivity": nodes.ravel(),
-            "offsets": nodes.shape[1] * np.arange(1, len(nodes) + 1, dtype="i8"),
-            "types": np.full(len(nodes), kind, dtype="u1"),
-        },
-    }
-    root = ET.Element("VTKFile", type="UnstructuredGrid", version="1.0", byte_order="LittleEndian")
-    piece = ET.SubElement(ET.SubElement(root, "UnstructuredGrid"), "Piece")
-    piece.attrib |= {"NumberOfPoints": str(len(xyz)), "NumberOfCells": str(len(nodes))}
-    for group, members in arrays.items():
-        parent = ET.SubElement(piece, group)
-        for name, field in members.items():
-            kind_name = TYPES[field.dtype.str[1:]]
-            array = ET.SubElement(parent, "DataArray", type=kind_name, Name=name, format="ascii")
-            if field.ndim > 1:
-                array.attrib["NumberOfComponents"] = str(field.shape[1])
-            array.text = " ".join(map(repr, field.ravel().tolist()))
-    ET.ElementTree(root).write(path)
+    of_points = {name: np.asarray(field) for name, field in (of_points or {}).items()}
+    of_cells = {name: [np.asarray(field)] for name, field in (of_cells or {}).items()}
+    meshio.Mesh(xyz, [(kind, np.asarray(cells, dtype="i8"))], of_points, of_cells).write(path)
 
 
-def write_part(path: Path, points: Floats, cells: ArrayLike, kind: int) -> None:
+def write_part(path: Path, points: Floats, cells: ArrayLike, kind: str) -> None:
     """Write a part of the boundary, its cells given by nodes of the whole mesh, from 0."""
     nodes = np.asarray(cells)
     used, local = np.unique(nodes, return_inverse=True)
@@ -101,15 +87,50 @@ def write_part(path: Path, points: Floats, cells: ArrayLike, kind: int) -> None:
 
 
 def fields(path: Path) -> dict[str, Floats]:
-    """Fields at the nodes of an output in ASCII, (n,) or (n, components), and `Points` (n, 3)."""
-    found = {}
-    piece = ET.parse(path).getroot().find(".//Piece")
-    assert piece is not None, path
-    for array in [*piece.iterfind("PointData/DataArray"), *piece.iterfind("Points/DataArray")]:
-        values = np.array((array.text or "").split(), dtype=float)
-        n = int(array.attrib.get("NumberOfComponents", 1))
-        found[array.attrib["Name"]] = values if n == 1 else values.reshape(-1, n)
-    return found
+    """Fields of an output: those at the nodes, `Points` (n, 3), and those of integration points (NAME_ip)."""
+    mesh = meshio.read(path)
+    of_points = {name: field for name, field in mesh.field_data.items() if name.endswith("_ip")}
+    return mesh.point_data | of_points | {"Points": mesh.points}
+
+
+def with_points(interface: Interface) -> str:
+    """Patch that adds the integration points of the joint to the output: strain, stress, state variables."""
+    names = ["sigma", "epsilon", *(f"{STATE}{name}" for name in contract.statev_names(interface.n_planes))]
+    lines = "".join(f"<variable>{name}_ip</variable>" for name in names)
+    return changed(("add", "/*/time_loop/output/variables", lines))
+
+
+def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: float) -> None:
+    """Write the steps of a run on a mesh, whose joints are horizontal layers (material 1), for ParaView.
+
+    The run needs the patch `with_points`.
+    """
+    whole = meshio.read(mesh)
+    (kind, cells), *_ = whole.cells_dict.items()
+    layer = whole.cell_data["MaterialIDs"][0] == 1
+    dimension = 2 if kind == QUADRILATERAL else 3
+    # components of OpenGeoSys: xx, yy, zz, xy, yz, xz; of the layer in 2D Tx is -x
+    at, sign = ([2, 5, 4], [1.0, 1.0, 1.0]) if dimension == 3 else ([1, 3, 2], [1.0, -1.0, 0.0])
+    of_layer = np.repeat(layer, 2**dimension)
+    structure = paraview.Structure(
+        whole.points[:, :dimension], cells[~layer], cells[layer], (2,) * dimension, ORDER[dimension]
+    )
+    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes)]
+    times, steps = run.steps()
+    paraview.write(
+        pvd,
+        structure,
+        (
+            paraview.Step(
+                time,
+                step["displacement"],
+                h * step["epsilon_ip"][of_layer][:, at] * sign * [1.0, 2.0, 2.0],
+                step["sigma_ip"][of_layer][:, at] * sign,
+                np.stack([step[name] for name in names], axis=1),
+            )
+            for time, step in zip(times.tolist(), steps, strict=True)
+        ),
+    )
 
 
 def program() -> Path:

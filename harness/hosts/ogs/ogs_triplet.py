@@ -129,7 +129,7 @@ def draw(result: Result, ny: int, pressure: float, png: Path) -> None:
         fields["damage"][joints[:, :2]].clip(0.0, 1.0),
     )  # fmt: skip
     force, rise = prediction(result.slip, pressure)
-    label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn above"
+    label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn"
     name = "OpenGeoSys"
     curves = [
         structure_picture.Curves(
@@ -151,7 +151,8 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Masonry triplet in OpenGeoSys, drawn.")
     parser.add_argument("-o", "--output", type=Path, default=Path("ogs-triplet.png"), metavar="FILE.png")
-    parser.add_argument("--folder", type=Path, help="keep meshes, patches and output (VTU, PVD) there")
+    parser.add_argument("--folder", type=Path, help="keep meshes, patches and output of OpenGeoSys there")
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
     parser.add_argument("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
     parser.add_argument(
         "--water", type=float, metavar="K", help="permeability, mm2, > 0, of joints with water; without: dry"
@@ -162,6 +163,7 @@ def main() -> None:
     if options.water is not None and not 0.0 < options.water < float("inf"):
         parser.error(f"--water {options.water:g}: expected a permeability > 0")
     patches = [] if options.water is None else with_water(options.water)
+    patches += [] if options.pvd is None else [ogs_run.with_points(JOINT)]
     pressure = PRESSURE if options.water is None else PRESSURE - WATER
     with tempfile.TemporaryDirectory() as name:
         folder = options.folder or Path(name)
@@ -173,10 +175,14 @@ def main() -> None:
         print(f"largest force {result.force.max():.2f} N, of the material point {force.max():.2f} N")
         print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
         print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")
-        if patches:
+        if options.water is not None:
             lowest = result.fields[-1]["pressure"][result.nodes[:, [5, 6, 11, 12]]].min()
             print(f"lowest water pressure in the joints {lowest:.4f} MPa, at their ends {WATER:g} MPa")
         draw(result, 5, pressure, options.output)
+        if options.pvd is not None:
+            mesh = folder / "triplet.vtu"
+            ogs_run.write_paraview(options.pvd, mesh, result.run, JOINT, options.thickness)
+            print(options.pvd)
 
 
 if __name__ == "__main__":

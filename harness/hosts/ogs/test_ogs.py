@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 import sysconfig
 from pathlib import Path
 
@@ -16,9 +17,11 @@ from asperity.installed import generic_library
 
 pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
 
+sys.path.insert(0, str(Path(__file__).parent.parent))
 import ogs_block
 import ogs_run
 import ogs_triplet
+import paraview_check
 from ogs_run import Floats, Run, changed, values
 
 LAYER = Path(__file__).parent / "layer.prj"
@@ -32,6 +35,9 @@ THIN = 1.0e-4
 
 EXACT = 1.0e-8
 """Difference from the driver over strength and s_f: tolerances of both programs, and the layer."""
+
+OF_STRAINS = 1.0e-9
+"""Difference of the law on separations from that on strains: the rounding of the strains."""
 
 STEPS = "/*/time_loop/processes/process/time_stepping"
 
@@ -282,7 +288,8 @@ def test_another_behaviour_is_refused(tmp_path: Path) -> None:
 
 def test_triplet(tmp_path: Path) -> None:
     """Two joints between bricks: residual force and dilation of the closed form, a peak below the point's."""
-    result = ogs_triplet.run(tmp_path, nx=12, ny=3)
+    points = ogs_run.with_points(ogs_triplet.JOINT)
+    result = ogs_triplet.run(tmp_path, 12, 3, ogs_triplet.THICKNESS, points)
     force, _ = ogs_triplet.prediction(result.slip)
     print(f"residual force {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
     # the closed form of a facing plane
@@ -293,6 +300,12 @@ def test_triplet(tmp_path: Path) -> None:
     assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
     assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
     assert max(result.run.iterations) <= 8
+    pvd = tmp_path / "fields.pvd"
+    ogs_run.write_paraview(
+        pvd, tmp_path / "triplet.vtu", result.run, ogs_triplet.JOINT, ogs_triplet.THICKNESS
+    )
+    paraview_check.against_the_law(pvd, ogs_triplet.JOINT, OF_STRAINS)
+    paraview_check.places(pvd, 4, up=1, layers=2)
 
 
 def test_water_in_the_joints(tmp_path: Path) -> None:
@@ -334,7 +347,7 @@ def test_tight_joints_that_open_suck_water(tmp_path: Path) -> None:
 def test_block_in_space(tmp_path: Path) -> None:
     """3D, slip oblique to the planes: the force is that of the law on the separations of every point."""
     columns = 4
-    result = ogs_block.run(tmp_path, columns, 2, 1)
+    result = ogs_block.run(tmp_path, columns, 2, 1, ogs_block.JOINT, ogs_run.with_points(ogs_block.JOINT))
     force = ogs_block.of_the_law(result)
     largest = result.force.max()
     worst = np.abs(result.force - force).max() / largest
@@ -344,3 +357,7 @@ def test_block_in_space(tmp_path: Path) -> None:
     # both joints and both directions count, and all planes are broken at the end
     assert result.force[-1, 1] > 0.02 * largest
     assert result.fields[-1]["damage"][result.nodes[:, :, 1:5]].min() == pytest.approx(1.0)
+    pvd = tmp_path / "fields.pvd"
+    ogs_run.write_paraview(pvd, tmp_path / "triplet.vtu", result.run, ogs_block.JOINT, ogs_block.THICKNESS)
+    paraview_check.against_the_law(pvd, ogs_block.JOINT, OF_STRAINS)
+    paraview_check.places(pvd, 8, up=2, layers=2)

@@ -1,8 +1,8 @@
 """Runs an input of OOFEM step by step: oofem_run.py INPUT.in OUTPUT.npz.
 
-Writes strain, stress (T, points, 6) and state (T, points, nstatv) of all integration points after every step,
-and the messages of OOFEM to OUTPUT.log.  The exit code is 1 if a step has not converged, or is not finite:
-OOFEM reports equilibrium then, and goes on.
+Writes strain, stress (T, points, 6) and state (T, points, nstatv) of all integration points and displacement
+(T, nodes, 3) after every step, and the messages of OOFEM to OUTPUT.log.  The exit code is 1 if a step has not
+converged, or is not finite: OOFEM reports equilibrium then, and goes on.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def solve(source: Path, n_statev: int) -> dict[str, np.ndarray]:
     problem.giveTimer().startTimer(oofem.EngngModelTimerType.EMTT_AnalysisTimer)
     meta_step = problem.giveMetaStep(1)
     problem.initMetaStepAttributes(meta_step)
-    rows: dict[str, list[list[list[float]]]] = {name: [] for name in KINDS}
+    rows: dict[str, list[list[list[float]]]] = {name: [] for name in (*KINDS, "displacement")}
     for _ in range(problem.giveNumberOfSteps(False)):
         problem.preInitializeNextStep()
         problem.giveNextStep()
@@ -46,13 +46,14 @@ def solve(source: Path, n_statev: int) -> dict[str, np.ndarray]:
         for name, kind in KINDS.items():
             size = n_statev if name == "state" else COMPONENTS
             rows[name].append(points(problem.giveDomain(1), kind, size, step))
+        rows["displacement"].append(displacements(problem.giveDomain(1), step))
     return {name: np.array(values) for name, values in rows.items()}
 
 
 def points(
     domain: oofem.Domain, kind: oofem.InternalStateType, size: int, step: oofem.TimeStep
 ) -> list[list[float]]:
-    """Values of all integration points, element by element; the arrays of OOFEM have no size in Python."""
+    """Values of all integration points, element by element; zeros where a material has no such values."""
     found = []
     for i in range(domain.giveNumberOfElements()):
         element = domain.giveElement(i + 1)
@@ -60,8 +61,16 @@ def points(
         for k in range(rule.giveNumberOfIntegrationPoints()):
             values = oofem.FloatArray()
             element.giveIPValue(values, rule.getIntegrationPoint(k), kind, step)
-            found.append([values[j] for j in range(size)])
+            found.append(list(values) or [0.0] * size)
     return found
+
+
+def displacements(domain: oofem.Domain, step: oofem.TimeStep) -> list[list[float]]:
+    """Displacements of all nodes."""
+    mode = oofem.ValueModeType.VM_Total
+    axes = (oofem.DofIDItem.D_u, oofem.DofIDItem.D_v, oofem.DofIDItem.D_w)
+    nodes = (domain.giveDofManager(i + 1) for i in range(domain.giveNumberOfDofManagers()))
+    return [[node.giveDofWithID(axis).giveUnknown(mode, step) for axis in axes] for node in nodes]
 
 
 def setting(text: str, name: str) -> int:

@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.style import TWO, printed, save
 from joint import Floats, Joint, Newton, NotConverged, progress
+from matplotlib.figure import Figure
 from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -129,9 +131,14 @@ def _elastic(basis: Basis) -> sparse.csr_array:
 
 def draw(curve: Curve, path: Path) -> None:
     """Force and J integral over the opening, and the deformed arms with the damage between them."""
-    import matplotlib.pyplot as plt
+    with printed():
+        save(_figure(curve), path)
 
-    figure, (force, energy, shape) = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
+
+def _figure(curve: Curve) -> Figure:
+    figure = Figure(figsize=(TWO, 4.4), layout="constrained")
+    axes = figure.subplot_mosaic([["shape", "shape"], ["force", "energy"]], height_ratios=(1.0, 1.2))
+    force, energy, shape = axes["force"], axes["energy"], axes["shape"]
     force.plot(curve.opening, curve.force, color="#0072B2", label="scikit-fem with asperity")
     force.plot(
         curve.opening,
@@ -155,16 +162,25 @@ def draw(curve: Curve, path: Path) -> None:
     energy.axhline(1.0, color="#D55E00", linestyle="--")
     energy.set(xlabel="opening of the ends [mm]", ylabel="J / Gc [-]")
     places, u, damage = curve.mesh
-    scale = 2.0
-    x, y = places[0][::2] + scale * u[::2], places[1][::2] + scale * u[1::2]
-    shape.scatter(x, y, s=1.0, color="grey")
-    points = shape.scatter(
-        damage[:, 0], np.zeros(len(damage)), c=damage[:, 1], s=6.0, cmap="viridis", vmin=0, vmax=1
-    )
-    figure.colorbar(points, ax=shape, label="damage [-]", orientation="horizontal")
-    shape.set(xlabel="x [mm]", ylabel="y [mm]", title=f"displacements times {scale:g}")
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    x, y = places[0][::2], places[1][::2]
+    ux, uy = u[::2], u[1::2]
+    moved_x, moved_y = x + ux, y + uy
+    half = len(x) // 2
+    for arm in (slice(0, half), slice(half, None)):
+        for level in np.unique(y[arm]):
+            line = np.flatnonzero(y[arm] == level) + arm.start
+            line = line[np.argsort(x[line])]
+            shape.plot(moved_x[line], moved_y[line], color="grey", linewidth=0.6)
+        # the damage on the deformed face of this arm
+        face = np.flatnonzero(np.abs(y[arm]) < 1e-9) + arm.start
+        face = face[np.argsort(x[face])]
+        at = [np.interp(damage[:, 0], x[face], values[face]) for values in (moved_x, moved_y)]
+        points = shape.scatter(*at, c=damage[:, 1], s=5.0, cmap="cividis", vmin=0, vmax=1, zorder=3)
+    figure.colorbar(points, cax=shape.inset_axes([1.02, 0.0, 0.015, 1.0]), label="damage [-]")
+    shape.set(xlabel="x [mm]", ylabel="y [mm]", title="deformed arms, displacements to scale", aspect="equal")
+    for ax in (force, energy):
+        ax.grid(alpha=0.3)
+    return figure
 
 
 def main() -> None:

@@ -45,6 +45,7 @@ class Joint:
         n = len(self.x)
         self.state = np.zeros((n, interface.nstatv))
         self.trial = self.state
+        self.traction = np.zeros((n, 3))
         self.separation = np.zeros((n, 3))
         self.seconds = 0.0
 
@@ -53,7 +54,7 @@ class Joint:
         started = time.perf_counter()
         result = self.interface.update(self._separation(u), self.state, self.separation)
         self.seconds += time.perf_counter() - started
-        self.trial = result.state
+        self.trial, self.traction = result.state, result.traction
         traction = result.traction[:, :COMPONENTS] * self.weights[:, None]
         tangent = result.tangent[:, :COMPONENTS, :COMPONENTS] * self.weights[:, None, None]
         n = len(self.x)
@@ -66,6 +67,10 @@ class Joint:
         """Accept the last trial state."""
         self.state = self.trial
         self.separation = self._separation(u)
+
+    def points(self) -> tuple[Floats, Floats, Floats]:
+        """Separation, traction and state of all points after the last accepted step."""
+        return self.separation, self.traction, self.state
 
     def _separation(self, u: Floats) -> Floats:
         s = np.zeros((len(self.x), 3))

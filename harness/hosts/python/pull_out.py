@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.style import TWO, new_figure, printed, save
 from joint import Floats, Joint, Newton, NotConverged, progress
+from matplotlib.figure import Figure
 from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -33,7 +35,8 @@ ENDS = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
 class Curve:
     """Rows of a run: displacement of the pulled face, force, rise of the block, and the cost.
 
-    separation: of the points of the base (rows, points, 3), the first row after pressing.
+    separation, traction, state: of the points of the base (rows, points, ...), the first row after pressing.
+    nodes: positions of the corners of the elements (n, 2), their displacements (rows, n, 2), elements (k, 4).
     """
 
     slip: Floats
@@ -44,6 +47,9 @@ class Curve:
     cuts: int
     norms: list[list[float]]
     separation: Floats
+    traction: Floats
+    state: Floats
+    nodes: tuple[Floats, Floats, np.ndarray]
 
 
 def residual_strength() -> float:
@@ -74,8 +80,8 @@ def run(
     mesh = MeshQuad.init_tensor(*axes(n))
     basis = Basis(mesh, element)
     facets = mesh.facets_satisfying(lambda p: p[1] < 1e-9)
-    points = {"quadrature": ENDS} if nodal else {"intorder": 4}
-    base = FacetBasis(mesh, element, facets=facets, **points)
+    rule = {"quadrature": ENDS} if nodal else {"intorder": 4}
+    base = FacetBasis(mesh, element, facets=facets, **rule)
     top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: p[1] > HEIGHT - 1e-9))
     right = np.flatnonzero(basis.doflocs[0] > LENGTH - 1e-9)
     pulled = right[::2]  # unknowns come in pairs x, y
@@ -90,7 +96,8 @@ def run(
     for k in range(PRESS_STEPS):
         u, out = newton.step(u, np.zeros(len(pulled)), (k + 1) / PRESS_STEPS * load)
     # the fixed face prevents the pressed block from widening
-    rows, separation = [(0.0, float(out[pulled].sum()), 0.0)], [newton.joint.separation]
+    rows = [(0.0, float(out[pulled].sum()), 0.0)]
+    points, moves = [newton.joint.points()], [u[basis.nodal_dofs.T]]
     pressed = u[middle + 1]
     for start, end in pairwise((0.0, slip) if back is None else (0.0, slip, back)):
         done, part = 0.0, 1.0 / steps
@@ -106,12 +113,15 @@ def run(
                 continue
             done, part = target, min(1.0 / steps, 2 * part)
             norms.append(newton.norms)
-            separation.append(newton.joint.separation)
+            points.append(newton.joint.points())
+            moves.append(u[basis.nodal_dofs.T])
             rows.append((moved, float(out[pulled].sum()), float(u[middle + 1] - pressed)))
             progress(f"pull_out: slip {moved:.3f} of {end:g} mm, {len(newton.norms)} iterations")
     progress("")
     damage = (newton.joint.x, newton.joint.state[:, 0])
-    return Curve(*np.array(rows).T, damage, newton.iterations, cuts, norms, np.array(separation))
+    nodes = (mesh.p.T, np.array(moves), mesh.t.T)
+    histories = (np.array(values) for values in zip(*points, strict=True))
+    return Curve(*np.array(rows).T, damage, newton.iterations, cuts, norms, *histories, nodes)
 
 
 def _nearest(basis: Basis, x: float, y: float) -> int:
@@ -122,9 +132,12 @@ def _nearest(basis: Basis, x: float, y: float) -> int:
 
 def draw(curve: Curve, path: Path) -> None:
     """Force and rise over the slip."""
-    import matplotlib.pyplot as plt
+    with printed():
+        save(_figure(curve), path)
 
-    figure, (force, rise) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+
+def _figure(curve: Curve) -> Figure:
+    figure, (force, rise) = new_figure(TWO, 2.8, ncols=2)
     force.plot(curve.slip, curve.force, color="#0072B2", label="block in scikit-fem")
     slips = np.linspace(0, curve.slip[-1], 201)[1:]
     force.plot(slips, material_point(slips), "--", color="#D55E00", label="material point")
@@ -133,8 +146,26 @@ def draw(curve: Curve, path: Path) -> None:
     force.legend()
     rise.plot(curve.slip, curve.rise, color="#0072B2")
     rise.set(xlabel="displacement of the pulled face [mm]", ylabel="rise of the block [mm]")
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    for ax in (force, rise):
+        ax.grid(alpha=0.3)
+    return figure
+
+
+def write_paraview(pvd: Path, curve: Curve) -> None:
+    """Write all rows for ParaView; the rigid base has nodes below those of the block, which do not move."""
+    from asperity.hosts import paraview
+
+    block, moves, cells = curve.nodes
+    base = np.flatnonzero(block[:, 1] < 1e-9)
+    base = base[np.argsort(block[base, 0])]
+    below = len(block) + np.arange(len(base))
+    joints = np.stack([below[:-1], below[1:], base[1:], base[:-1]], axis=-1)
+    points = curve.separation.shape[1] // len(joints)
+    structure = paraview.Structure(np.vstack([block, block[base]]), cells, joints, (points, 1))
+    still = np.zeros((len(moves), len(base), 2))
+    moved = np.concatenate([moves, still], axis=1)
+    rows = zip(moved, curve.separation, curve.traction, curve.state, strict=True)
+    paraview.write(pvd, structure, (paraview.Step(float(k), *row) for k, row in enumerate(rows)))
 
 
 def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
@@ -156,6 +187,7 @@ def main() -> None:
     parser.add_argument(
         "-o", "--output", type=Path, default=Path("pull_out.png"), help="default: %(default)s"
     )
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
     options = parser.parse_args()
     check(parser, options)
     curve = run(options.slip, options.steps, options.elements)
@@ -178,6 +210,9 @@ def main() -> None:
         print(f"symmetric part of the tangent: a step is not done after 60 iterations, residual {last}")
     draw(curve, options.output)
     print(options.output)
+    if options.pvd is not None:
+        write_paraview(options.pvd, curve)
+        print(options.pvd)
 
 
 if __name__ == "__main__":

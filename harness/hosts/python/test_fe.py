@@ -9,17 +9,23 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
+from asperity import contract
 
 pytest.importorskip("skfem", reason="asperity[fe] is not installed")
 
+sys.path.insert(0, str(Path(__file__).parent.parent))
 import dcb
 import joint
+import paraview_check
 import pull_out
 import snap_back
 
 
-def test_pull_out() -> None:
-    """The force ends at the residual strength, the rise at tan(theta) times the slip; Newton is quadratic."""
+def test_pull_out(tmp_path: Path) -> None:
+    """The force ends at the residual strength, the rise at tan(theta) times the slip; Newton is quadratic.
+
+    The files for ParaView have the tractions and states of the last accepted steps.
+    """
     curve = pull_out.run(0.4, 16, 8)
     # Newton's tolerance is 1e-10 of the largest nodal force
     assert curve.force[-1] == pytest.approx(pull_out.residual_strength(), rel=1e-8)
@@ -32,6 +38,17 @@ def test_pull_out() -> None:
         if before < 1e-3 and after > 1e-12
     ]
     assert len(squared) >= 3 and max(squared) < 1e3
+    pull_out.write_paraview(tmp_path / "block.pvd", curve)
+    found = paraview_check.fields(tmp_path / "block.pvd")
+    assert np.array_equal(found["separation"], curve.separation)
+    assert np.array_equal(found["traction"], curve.traction)
+    for name in ("damage", "stored", "rupture", "friction"):
+        assert np.array_equal(found[name], curve.state[:, :, contract.statev_index(name)])
+    again = pull_out.INTERFACE.update(curve.separation[-1], curve.state[-2], curve.separation[-2])
+    assert np.abs(again.traction - found["traction"][-1]).max() <= 1e-12 * pull_out.MATERIAL.sigma0
+    assert np.abs(again.friction - found["friction"][-1]).max() <= 1e-12 * pull_out.MATERIAL.Gc
+    # the files have the corners of the quadratic elements only, so that their middles are a little off
+    paraview_check.places(tmp_path / "block.pvd", curve.separation.shape[1] // 8, up=1, away=0.3)
 
 
 def test_pull_out_without_the_unsymmetric_part() -> None:

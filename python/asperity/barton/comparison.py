@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ..fit.fitting import Fit
 from ..fit.records import ShearTest
 from ..fit.report import WIDTH
 from .joint import MOBILISED, Joint
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ROWS = 100
 """Rows of a curve, equally spaced in the slip."""
@@ -141,9 +145,17 @@ def nature() -> str:
 
 def draw(joint: Joint, found: Fit, path: Path) -> None:
     """Draw shear traction and dilation of both laws over the slip."""
-    from ..plots import COLOURS, plt
+    from ..style import printed, save
 
-    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.0), layout="constrained")
+    with printed():
+        save(_figure(joint, found), path)
+
+
+def _figure(joint: Joint, found: Fit) -> Figure:
+    """Figure of `draw`."""
+    from ..style import COLOURS, TWO, new_figure
+
+    figure, axes = new_figure(TWO, 3.0, ncols=2)
     problem = found.problem
     models = problem.curves(found.values)
     for i, (test, track, (tau, s_N, done)) in enumerate(
@@ -154,7 +166,7 @@ def draw(joint: Joint, found: Fit, path: Path) -> None:
         fine = np.linspace(0.0, float(test.slip[-1]), 2001)
         wanted = joint.shear(fine, sigma_n), joint.dilation(fine, sigma_n)
         for ax, barton, model in zip(axes, wanted, (tau, s_N), strict=True):
-            ax.plot(fine, barton, "--", color=colour, linewidth=1.2)
+            ax.plot(fine, barton, "--", color=colour)
             ax.plot(track.slips[:done], model[:done], "-", color=colour, label=f"{sigma_n:g} MPa")
     for ax, name in zip(axes, (r"shear traction $\tau$ [MPa]", "dilation $s_N$ [mm]"), strict=True):
         ax.axvline(joint.peak_slip, color="black", linewidth=0.6, linestyle=":")
@@ -165,7 +177,5 @@ def draw(joint: Joint, found: Fit, path: Path) -> None:
     title = (
         f"normal stress; dashed: Barton, JRC {joint.jrc:g}; lines: the closest RIE; dotted: slip at the peak"
     )
-    figure.legend(handles, texts, loc="outside upper center", ncols=min(6, len(texts)), fontsize="small",
-                  title=title, title_fontsize="small")  # fmt: skip
-    figure.savefig(path, dpi=150, metadata={"Software": None} if path.suffix == ".png" else None)
-    plt.close(figure)
+    figure.legend(handles, texts, loc="outside upper center", ncols=min(6, len(texts)), title=title)
+    return figure

@@ -168,9 +168,14 @@ def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
     if block.prop("m") < 0:
         raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for ogs, not listed planes")
+    if block.prop("W0") > 0:
+        raise ValueError(
+            f"W0 = {block.prop('W0'):g}: expected 0 (no wear) for ogs, whose behaviours have no state "
+            "variables of wear"
+        )
     _only("ogs, whose axes are those of the layer", "map", block.prop("map"), 0.0)
     _only("ogs, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
-    law = opengeosys.behaviour(contract.check(block.props), len(block.statev))
+    law = opengeosys.behaviour(contract.check(block.props))
     comments = [
         *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
         f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
@@ -198,6 +203,27 @@ def _oofem(block: Block) -> str:
         *(f"# {line}" for line in comments),
         f"AbaqusUserMaterial 1 d 0.0 numstate {len(block.statev)} properties {len(block.props)} {props} "
         f'umat "{library()}" name "{block.name}"',
+    )
+
+
+def _akantu(block: Block) -> str:
+    """Akantu: the section of a material that `asperity.hosts.akantu` reads."""
+    if block.prop("m") < 0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for akantu, not listed planes")
+    _only("akantu, whose cohesive elements pass separations", "h", block.thickness(), 1.0)
+    _only("akantu, whose axes are those of register(tx=...)", "map", block.prop("map"), 0.0)
+    _only("akantu, whose steps are those of the script", "dalpha", block.prop("dalpha"), 0.0)
+    comments = [
+        *_remarks(block, "in Python before aka.parseInput: joints = asperity.hosts.akantu.register()"),
+        "at the end of every step: joints[0].commit()",
+    ]
+    constants = (row.name for row in contract.owned("law", "pattern"))
+    return _text(
+        *(f"# {line}" for line in comments),
+        "material asperity [",
+        f"  name = {block.name}",
+        *(f"  {name} = {block.prop(name)!r}" for name in constants),
+        "]",
     )
 
 
@@ -235,5 +261,8 @@ def _constants(props: contract.Floats) -> list[str]:
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
 
 
-HOSTS = {"abaqus": _abaqus, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs, "oofem": _oofem}
+HOSTS = {
+    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs,
+    "oofem": _oofem,
+}  # fmt: skip
 """Writers of the blocks by host."""

@@ -12,15 +12,13 @@ AXES = {2: ("0 1", "-1 0"), 3: ("0 0 1", "1 0 0", "0 1 0")}
 """N, Tx, Ty of a horizontal layer, by dimension.  In two dimensions they are right-handed, too."""
 
 
-def behaviour(n_planes: int, n_statev: int) -> str:
-    """Name of the layer with these planes and state variables; raises ValueError if the library has none."""
+def behaviour(n_planes: int) -> str:
+    """Name of the layer with these planes; raises ValueError if the library has none."""
     name = f"AsperityLayer{n_planes}"
     try:
-        held = _number(f"{name}_nInternalStateVariables")
+        _number(f"{name}_nInternalStateVariables")
     except ValueError:
         raise ValueError(f"{n_planes} planes: expected fewer for ogs, whose library has no {name}") from None
-    if n_statev != held:
-        raise ValueError(f"{n_statev} state variables: expected {held} for ogs, those of {name}")
     return name
 
 

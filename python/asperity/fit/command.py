@@ -14,7 +14,7 @@ from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
 
 NO_RESULT = 3
-"""Exit code of a fit whose parameters must not be used."""
+"""Exit code where numbers must not be used: of a fit, or of too few samples."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -24,7 +24,7 @@ class Covariance:
 
 def file_of(case: Path) -> Path:
     """File beside a case, where `asperity fit` writes the covariance."""
-    return case.with_name(f"{case.stem}.fit.json")
+    return case.parent / f"{case.stem}.fit.json"
 
 
 def covariance_text(found: Fit) -> str:

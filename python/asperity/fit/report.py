@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, deriv
 from .model import FINER, MATERIAL, STEP, transformed
 from .records import ShearTest
 from .units import NONE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
@@ -260,13 +264,19 @@ def _combination(names: Sequence[str], weights: Floats) -> str:
 
 def draw(found: Fit, path: Path, units: tuple[str, str] = NONE) -> None:
     """Draw tests (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
-    from ..plots import COLOURS, LINES, plt
+    from ..style import printed, save
+
+    with printed():
+        save(_figure(found, units), path)
+
+
+def _figure(found: Fit, units: tuple[str, str]) -> Figure:
+    """Figure of `draw`."""
+    from ..style import COLOURS, LINES, ONE, TWO, new_figure
 
     problem = found.problem
     has_dilation = any(test.s_N is not None for test in problem.tests)
-    figure, axes = plt.subplots(
-        1, 1 + has_dilation, figsize=(4.5 * (1 + has_dilation), 3.6), layout="constrained", squeeze=False
-    )
+    figure, axes = new_figure(TWO if has_dilation else ONE, 3.0, ncols=1 + has_dilation)
     length, stress = units
     for i, (test, track, (tau, s_N, done)) in enumerate(
         zip(problem.tests, problem.paths, found.problem.curves(found.values), strict=True)
@@ -275,28 +285,25 @@ def draw(found: Fit, path: Path, units: tuple[str, str] = NONE) -> None:
         label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−") + (
             f", $k_N$ = {test.k_N:g}" if test.k_N else ""
         )
-        for ax, measured, model in zip(axes[0], (test.tau, test.s_N), (tau, s_N), strict=False):
+        for ax, measured, model in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
             if measured is not None:
-                ax.plot(test.slip, measured, "osD^v"[i % 5], color=colour, markersize=2.5, alpha=0.5)
-            ax.plot(track.slips[:done], model[:done], line, color=colour, linewidth=1.4, label=label)
+                ax.plot(test.slip, measured, "osD^v"[i % 5], color=colour, markersize=2.0, alpha=0.5)
+            ax.plot(track.slips[:done], model[:done], line, color=colour, label=label)
     labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
-    for ax, name in zip(axes[0], labels, strict=False):
+    for ax, name in zip(axes, labels, strict=False):
         ax.set_xlabel(f"slip [{length}]")
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)
-    handles, texts = axes[0, 0].get_legend_handles_labels()
+    handles, texts = axes[0].get_legend_handles_labels()
     title = f"points: test data, lines: fit; stresses in {stress}"
     figure.legend(
         handles,
         texts,
         loc="outside upper center",
         ncols=min(4, len(texts)),
-        fontsize="small",
         title=title,
-        title_fontsize="small",
     )
-    figure.savefig(path, dpi=150, metadata={"Software": None} if path.suffix == ".png" else None)
-    plt.close(figure)
+    return figure
 
 
 def case_text(found: Fit) -> str:

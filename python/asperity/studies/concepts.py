@@ -13,20 +13,21 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from tqdm import tqdm
 
 from .. import contract
 from ..contract import Floats
 from ..interface import History, Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern
+from ..style import TWO, new_figure, printed, save
 from . import extensions
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, arrow, joint, patterns
 from .extensions_draw import facet
-from .gallery_draw import DILATION, SLIP, TRACTION, new_figure
+from .gallery_draw import DILATION, SLIP, TRACTION
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 """Table 2, with a contact 20 times as stiff as the bond."""
@@ -35,10 +36,11 @@ S_F = 2.0 * MATERIAL.Gc / MATERIAL.sigma0
 S_0 = (1.0 - MATERIAL.eta) * S_F
 K = MATERIAL.sigma0 / S_0
 
+PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
+"""Background of a text on curves."""
+
 PRESSURE = -1.0
 """Normal traction of the slip tests."""
-
-DPI = 110
 
 
 # --- curves -------------------------------------------------------------------------------------------------
@@ -64,7 +66,7 @@ def parts(history: History, interface: Interface) -> tuple[Floats, Floats]:
 
 def plane() -> Figure:
     """Draw bond and contact of one plane: opening and closing, damage, cyclic shear under pressure."""
-    figure, (normal, damage, shear) = new_figure(12.0, 3.9, ncols=3)
+    figure, (normal, damage, shear) = new_figure(TWO, 2.7, ncols=3)
     opening = ramp(0.0, 0.07, 0.0, 1.15 * S_F, steps=400)
     flat = Interface(replace(MATERIAL, kc=1.0), Pattern.regular(0, 0.0))
     pulled = flat.replay(np.column_stack([opening, 0.0 * opening, 0.0 * opening]))
@@ -85,7 +87,7 @@ def plane() -> Figure:
     normal.set_xlim(-0.055, 0.235)
     normal.set_xlabel("normal separation $s_n$ [mm]")
     normal.set_ylabel("normal traction [MPa]")
-    normal.legend(fontsize="x-small", loc="lower right")
+    normal.legend(loc="lower right")
     normal.set_title("(a) opening and closing", **NOTE)
 
     size = ramp(0.0, 1.15 * S_F)
@@ -102,7 +104,7 @@ def plane() -> Figure:
     damage.text(S_F, 0.1, " $s_f$")
     damage.set_xlabel("separation [mm]")
     damage.set_ylabel(r"damage $\alpha$ [-]")
-    damage.set_title(r"(b) damage: 0 up to $s_0 = (1 - \eta)\,s_f$, 1 from $s_f$ on", **NOTE)
+    damage.set_title(r"(b) damage from $s_0 = (1 - \eta)\,s_f$ to $s_f$", **NOTE)
 
     flat = Interface(MATERIAL, Pattern.regular(0, 0.0))
     slips = ramp(0.0, 0.26, 0.12, steps=400)
@@ -120,7 +122,7 @@ def plane() -> Figure:
     shear.set_ylim(-1.5, 3.6)
     shear.set_xlabel("slip $s_{Tx}$ [mm]")
     shear.set_ylabel("shear traction $t_{Tx}$ [MPa]")
-    shear.set_title(rf"(c) slip of a flat joint, $\sigma_N$ = {PRESSURE:g} MPa", **NOTE)
+    shear.set_title(rf"(c) flat joint, $\sigma_N$ = {PRESSURE:g} MPa", **NOTE)
     for ax in (normal, damage, shear):
         ax.grid(alpha=0.3)
         ax.axhline(0.0, color=BLACK, linewidth=0.6)
@@ -129,7 +131,7 @@ def plane() -> Figure:
 
 def slip_test_with_names() -> Figure:
     """Draw a slip test of a rough joint with a reversal, and label its stages."""
-    figure, (tau, dilation, energy) = new_figure(12.0, 3.9, ncols=3)
+    figure, (tau, dilation, energy) = new_figure(TWO, 2.7, ncols=3)
     rough = Interface(MATERIAL, Pattern.regular(2, 30.0))
     slips = ramp(0.0, 0.4, 0.22, steps=800)
     history = rough.confined_slip(0.0, slips, PRESSURE)
@@ -150,7 +152,7 @@ def slip_test_with_names() -> Figure:
         (down, down + 0.1, GREEN, r"down: $|\sigma_N|\,(\tan\theta - \mu)/(1 + \mu\tan\theta)$"),
     ):
         tau.axhline(level, linestyle=":", color=colour)
-        tau.text(0.37, place, text, color=colour, ha="right", fontsize="small")
+        tau.text(0.37, place, text, color=colour, ha="right", fontsize=6.0, bbox=PAPER)
     tau.text(0.375, 0.75, "reversal", ha="right", fontsize="small")
     tau.set_ylim(-0.2, 5.3)
     dilation.plot([0.22, 0.34], [0.05, 0.05 + 0.12 * slope], color=ORANGE)
@@ -163,11 +165,11 @@ def slip_test_with_names() -> Figure:
         slips[there], *history.state[there, columns].T, colors=(GREEN, BLUE, ORANGE), alpha=0.35,
         labels=("stored", "rupture", "friction"),
     )  # fmt: skip
-    energy.legend(fontsize="small", loc="upper left")
+    energy.legend(loc="upper left")
     for ax, label, title in (
         (tau, TRACTION, "(a) shear traction"),
         (dilation, DILATION, "(b) dilation"),
-        (energy, "energy [N/mm]", "(c) energies, stacked: their sum is the work"),
+        (energy, "energy [N/mm]", "(c) energies, their sum: work"),
     ):
         ax.set_xlabel(SLIP)
         ax.set_ylabel(label)
@@ -211,12 +213,12 @@ def slip_test(name: str, value: float) -> History:
 
 def constants() -> Figure:
     """Draw the effect of each constant on the shear traction of a slip test."""
-    figure, axes = new_figure(15.0, 8.5, nrows=3, ncols=5, sharex=True)
+    figure, axes = new_figure(TWO, 8.2, nrows=5, ncols=3, sharex=True)
     for ax, (name, title, values) in zip(axes, CONSTANTS, strict=True):
         _compare(ax, name, title, values, lambda history: history.traction[:, 1])
-    for ax in axes[::5]:
+    for ax in axes[::3]:
         ax.set_ylabel(TRACTION)
-    for ax in axes[10:]:
+    for ax in axes[12:]:
         ax.set_xlabel(SLIP)
     return figure
 
@@ -224,11 +226,13 @@ def constants() -> Figure:
 def dilation() -> Figure:
     """Draw the effect of the constants that change the dilation."""
     shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N", "height", "W0")]
-    figure, axes = new_figure(15.0, 3.0, ncols=len(shown), sharex=True)
+    figure, axes = new_figure(TWO, 3.8, nrows=2, ncols=3, sharex=True)
     for ax, (name, title, values) in zip(axes, shown, strict=True):
         _compare(ax, name, title, values, lambda history: history.separation[:, 0])
+    for ax in axes[::3]:
+        ax.set_ylabel(DILATION)
+    for ax in axes[3:]:
         ax.set_xlabel(SLIP)
-    axes[0].set_ylabel(DILATION)
     return figure
 
 
@@ -239,14 +243,14 @@ def _compare(
     for value, colour, style in zip(values, (GREEN, BLACK, ORANGE), ("--", "-", "-."), strict=True):
         history = slip_test(name, value)
         ax.plot(history.separation[:, 1], column(history), style, color=colour, label=f"{value:.3g}")
-    ax.legend(fontsize="x-small")
+    ax.legend()
     ax.set_title(title, **NOTE)
     ax.grid(alpha=0.3)
 
 
 def snap() -> Figure:
     """Draw the fold of a fine pattern without pressure: path, and traction over the opening."""
-    figure, (path, traction) = new_figure(10.0, 3.9, ncols=2)
+    figure, (path, traction) = new_figure(TWO, 2.7, ncols=2)
     rough = Interface(replace(MATERIAL, kc=1.0), Pattern.regular(16, 30.0))
     slips = np.linspace(0.0, 0.2, 2001)
     history = rough.confined_slip(0.0, slips, 0.0)
@@ -277,7 +281,7 @@ def snap() -> Figure:
     traction.set_xticks(np.arange(0.085, 0.106, 0.005))
     traction.set_xlabel("opening $s_N$ [mm]")
     traction.set_ylabel("normal traction $t_N$ [kPa]")
-    traction.legend(fontsize="x-small")
+    traction.legend()
     traction.set_title("(b) normal traction over the opening at three slips", **NOTE)
     for ax in (path, traction):
         ax.grid(alpha=0.3)
@@ -301,8 +305,7 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
 def add_arguments(chart: argparse.ArgumentParser) -> None:
     """Add the arguments of the chart."""
     chart.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path("concepts"),
         metavar="DIR",
@@ -313,13 +316,12 @@ def add_arguments(chart: argparse.ArgumentParser) -> None:
 
 def _action(options: argparse.Namespace) -> int:
     """Draw all pictures and print their names."""
-    options.output.mkdir(parents=True, exist_ok=True)
-    for name, draw in PICTURES.items():
-        path = options.output / f"{name}.png"
+    options.folder.mkdir(parents=True, exist_ok=True)
+    for name, draw in tqdm(PICTURES.items(), unit="picture", disable=None, delay=2.0, leave=False):
+        path = options.folder / f"{name}.png"
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ModelWarning)  # both boundaries are shown
-            figure = draw()
-        figure.savefig(path, dpi=DPI, metadata={"Software": None})
-        plt.close(figure)
-        print(path)
+            with printed():
+                save(draw(), path)
+        tqdm.write(str(path))
     return 0

@@ -4,24 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..contract import Floats
 from ..pattern import Pattern
-from ..plots import COLOURS
-from .gallery_draw import GREYS, new_figure, plan, space
+from ..pattern_pictures import GREYS, STONE, plan, space
+from ..style import COLOURS, TWO, new_figure
 
 BLUE, ORANGE, GREEN, BLACK = COLOURS[:4]
-STONE = ("#E8E4DC", "#D8DEE6")
-"""Fills of the lower and of the upper side of a joint."""
-
 FACING = "#F6C7A5"
 """Fill of a plane that faces the slip."""
 
@@ -62,7 +54,7 @@ def arrow(ax: Axes, start: Sequence[float], step: Sequence[float], colour: str, 
 
 def joint() -> Figure:
     """The two sides, the axes and the separation; the plane that faces a slip; the planes of the RIE."""
-    figure, axes = new_figure(11.0, 5.6, nrows=2, ncols=2)
+    figure, axes = new_figure(TWO, 3.9, nrows=2, ncols=2)
     apart, climbing, traction, planes = axes
     s = (0.75, 0.55)
     bodies(apart, s)
@@ -150,7 +142,7 @@ def _planes_of(ax: Axes, pattern: Pattern) -> None:
 
 def patterns() -> Figure:
     """Patterns in plan, the planes that face a slip along Tx, and one of them in space."""
-    figure = plt.figure(figsize=(11.0, 2.4), layout="constrained")
+    figure = Figure(figsize=(TWO, 1.8), layout="constrained")
     drawn = {"RT: m = 2": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-16": 16}
     for i, (name, m) in enumerate(drawn.items()):
         ax = figure.add_subplot(1, len(drawn) + 1, i + 1)
@@ -159,7 +151,7 @@ def patterns() -> Figure:
             faces = patch.get_xy()[:-1, 0].mean() < -1e-6
             patch.set_facecolor(FACING if faces else GREYS[1])
         arrow(ax, (-0.2, -0.8), (0.4, 0.0), BLACK)
-        ax.text(0.0, -0.98, "slip along $T_x$", ha="center", fontsize="x-small")
+        ax.text(0.0, -0.98, "slip along $T_x$", ha="center", fontsize=6.0)
         ax.set_xlim(-0.75, 0.75)
         ax.set_ylim(-1.0, 0.75)
     space(

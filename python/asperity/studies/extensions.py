@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from .. import contract
@@ -18,9 +19,9 @@ from ..contract import Floats
 from ..interface import History, Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern
-from ..plots import plt
+from ..style import TWO, new_figure
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
-from .gallery_draw import DILATION, SLIP, TRACTION, curves, new_figure
+from .gallery_draw import DILATION, SLIP, TRACTION, curves
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 
@@ -58,7 +59,7 @@ def path(*turns: float, step: float = 0.001) -> Floats:
 
 def paper_figures() -> Figure:
     """Draw Figures 8(a) and 9(a) of the paper without end, with a height, and with wear."""
-    figure, axes = new_figure(12.0, 6.6, nrows=2, ncols=3, sharex="row", sharey="row")
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex="row", sharey="row")
     for ax, (name, extra) in zip(axes[:3], VARIANTS, strict=True):
         rough = Interface(replace(TABLE_2, eta=0.99, kc=20.0, **extra), FIVE)
         lines = []
@@ -141,22 +142,22 @@ def wear_out(share: Floats, slips: Floats) -> float:
 
 def wear() -> Figure:
     """Draw cycles of a worn joint, and its wear beside that of Plesha's law."""
-    figure, (tau, dilation, left) = new_figure(13.0, 3.9, ncols=3)
+    figure, (tau, dilation, left) = new_figure(TWO, 2.7, ncols=3)
     history = cycles(WORN, 5)
     slips = history.separation[:, 1]
     ends = [0, *turning_rows(slips)]
     for i in range(0, len(ends) - 1, 2):
         part = slice(ends[i], ends[min(i + 2, len(ends) - 1)] + 1)
-        shade = plt.cm.viridis(0.2 * i / 2)
-        tau.plot(slips[part], history.traction[part, 1], color=shade, linewidth=1.2, label=f"{i // 2 + 1}")
-        dilation.plot(slips[part], history.separation[part, 0], color=shade, linewidth=1.2)
-    tau.legend(title="cycle", fontsize="x-small", title_fontsize="x-small", loc="upper left")
+        shade = colormaps["viridis"](0.2 * i / 2)
+        tau.plot(slips[part], history.traction[part, 1], color=shade, label=f"{i // 2 + 1}")
+        dilation.plot(slips[part], history.separation[part, 0], color=shade)
+    tau.legend(title="cycle", loc="upper left")
     for level in (-1.0, 1.0):
         tau.axhline(level * WORN.mu * PRESSURE, linestyle=":", color=BLACK, linewidth=0.8)
     for ax, name in ((tau, TRACTION), (dilation, DILATION)):
         ax.set_xlabel(SLIP)
         ax.set_ylabel(name)
-    tau.set_title(r"(a) RT, $\sigma_N$ = −1 MPa, $H$ = 0.5 mm, $W_0$ = 1 N/mm", **NOTE)
+    tau.set_title(r"(a) RT, −1 MPa, $H$ = 0.5 mm, $W_0$ = 1 N/mm", **NOTE)
     dilation.set_title("(b) the worn joint closes again", **NOTE)
     for pressure, colour in zip(PRESSURES, (GREEN, BLUE, ORANGE), strict=True):
         path_, share, share_plesha = shares(pressure)
@@ -167,8 +168,8 @@ def wear() -> Figure:
     left.set_ylim(0.01, 1.1)
     left.set_xlabel("cycles")
     left.set_ylabel("share of the slope that is left")
-    left.legend(title=r"$\sigma_N$; dashed: Plesha", fontsize="x-small", title_fontsize="x-small")
-    left.set_title(rf"(c) wear of both facets, no height, $W_0$ = {SLOW:g} N/mm", **NOTE)
+    left.legend(title=r"$\sigma_N$; dashed: Plesha")
+    left.set_title(rf"(c) both facets, no height, $W_0$ = {SLOW:g} N/mm", **NOTE)
     for ax in (tau, dilation, left):
         ax.grid(alpha=0.3)
     return figure
@@ -227,7 +228,7 @@ def snap(height: float) -> History:
 
 def ends() -> Figure:
     """Draw how a height ends locking, and what it does to the snap of a fine pattern."""
-    figure, (tau, fold) = new_figure(10.0, 3.9, ncols=2)
+    figure, (tau, fold) = new_figure(TWO, 2.7, ncols=2)
     for height, colour, style in ((0.0, BLACK, "-"), (0.5, BLUE, "-."), (0.2, ORANGE, "--")):
         history = locked(height)
         slips = history.separation[:, 1]
@@ -243,7 +244,7 @@ def ends() -> Figure:
     tau.axhline(-LOCKING.mu * PRESSURE, color=BLACK, linewidth=0.6, linestyle=":")
     tau.set_xlabel(SLIP)
     tau.set_ylabel(TRACTION)
-    tau.legend(fontsize="x-small")
+    tau.legend()
     tau.set_title(r"(a) RT of 60°, $\mu$ = 0.8: locks up to the thin lines", **NOTE)
     for height, colour, style in ((0.0, BLACK, "-"), (0.5, BLUE, "-."), (0.2, ORANGE, "--")):
         history = snap(height)
@@ -253,7 +254,7 @@ def ends() -> Figure:
     fold.set_ylim(0.05, 0.12)
     fold.set_xlabel(SLIP)
     fold.set_ylabel(DILATION)
-    fold.legend(fontsize="x-small")
+    fold.legend()
     fold.set_title(r"(b) RP-16 without pressure: the jump", **NOTE)
     for ax in (tau, fold):
         ax.grid(alpha=0.3)

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from ..barton.joint import MOBILISED
 from ..contract import Floats
+from ..style import TWO, new_figure
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, STONE, arrow
-from .gallery_draw import new_figure
 
 SLOPE = float(np.tan(np.radians(35.0)))
 HEIGHT = 0.6
@@ -27,7 +27,7 @@ def profile(u: Floats, height: float = HEIGHT) -> Floats:
 
 def facet() -> Figure:
     """Draw the profile of a facet with the local separation, profiles, and the mobilised slope."""
-    figure, (sketch, shapes, laws) = new_figure(13.0, 3.9, ncols=3)
+    figure, (sketch, shapes, laws) = new_figure(TWO, 2.6, ncols=3)
     _profile_with_gap(sketch)
     u = np.linspace(-0.6, 2.4, 301)
     for height, omega, style, colour in (
@@ -43,8 +43,8 @@ def facet() -> Figure:
     shapes.text(1.1, 1.06, "plane of the paper", ha="right", fontsize="x-small")
     shapes.set_xlabel("slip $u$ up the plane")
     shapes.set_ylabel("profile $z$")
-    shapes.legend(fontsize="x-small", loc="lower right")
-    shapes.set_title(r"(b) profiles of one slope at the foot, and worn by $\omega$", **NOTE)
+    shapes.legend(loc="lower right")
+    shapes.set_title(r"(b) one slope at the foot; worn by $\omega$", **NOTE)
     _laws(laws)
     for ax in (shapes, laws):
         ax.grid(alpha=0.3)
@@ -89,7 +89,7 @@ def _profile_with_gap(ax: Axes) -> None:
     ax.set_ylim(-0.6, 1.35)
     ax.set_aspect("equal")
     ax.set_axis_off()
-    ax.set_title(r"(a) facet: gap $g$ and $s_t = A + (w - z)\,\sin\phi$", **NOTE)
+    ax.set_title(r"(a) gap $g$, $s_t = A + (w - z)\,\sin\phi$", **NOTE)
 
 
 def _laws(ax: Axes) -> None:
@@ -104,5 +104,5 @@ def _laws(ax: Axes) -> None:
     ax.set_ylim(-0.02, 1.05)
     ax.set_xlabel(r"slip over the slip at the peak, $\delta/\delta_p$")
     ax.set_ylabel("dilation: share of its largest value")
-    ax.legend(fontsize="x-small")
-    ax.set_title(r"(c) $\tan\phi/\tan\theta$ after the peak, and mobilised JRC", **NOTE)
+    ax.legend()
+    ax.set_title(r"(c) $\tan\phi/\tan\theta$, and mobilised JRC", **NOTE)

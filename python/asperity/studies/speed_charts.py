@@ -11,31 +11,32 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..installed import bench
+from ..style import COLOURS, TWO, label_ends, new_figure, printed, save
 from ..tables import markdown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 CURVES = (
-    ("textbook", "double", True, "textbook, tangent", 3, "x--"),
-    ("point", "double", True, "point, tangent", 1, "s-"),
-    ("block", "double", True, "block, tangent", 0, "^-"),
-    ("block", "double", False, "block, stress", 0, "o-"),
-    ("block", "single", False, "block, stress, single", 2, "o-"),
-    ("roots", "double", False, "limit: roots and divisions", 3, ":"),
-    ("roots", "single", False, "limit: the same, single", 2, ":"),
-    ("vumat", "double", False, "VUMAT from memory", 4, "D-"),
-    ("stream", "double", False, "limit: streaming", 4, ":"),
+    ("textbook", "double", True, "textbook", 3, "x--"),
+    ("point", "double", True, "point", 1, "s-"),
+    ("block", "double", True, "block", 0, "^-"),
+    ("vumat", "double", False, "VUMAT", 4, "D-"),
+    ("stream", "double", False, "streaming", 4, ":"),
+    ("block", "double", False, "block, double", 0, "o-"),
+    ("roots", "double", False, "limit, double", 0, ":"),
+    ("block", "single", False, "block, single", 2, "o-"),
+    ("roots", "single", False, "limit, single", 2, ":"),
 )
 """Kernel, precision, tangent, label, colour number, marker and line style of the curves."""
 
 BARS = (
-    ("textbook / point, tangent", "textbook", "point", "double", True),
-    ("textbook / block, tangent", "textbook", "block", "double", True),
-    ("textbook / block, stress", "textbook", "block", "double", False),
-    ("block / roots, stress", "block", "roots", "double", False),
-    ("single: block / roots", "block", "roots", "single", False),
-    ("VUMAT / streaming", "vumat", "stream", "double", False),
+    ("textbook / point,\ntangent", "textbook", "point", "double", True),
+    ("textbook / block,\ntangent", "textbook", "block", "double", True),
+    ("textbook / block,\nstress", "textbook", "block", "double", False),
+    ("block / limit,\nstress", "block", "roots", "double", False),
+    ("block / limit,\nsingle", "block", "roots", "single", False),
+    ("VUMAT /\nstreaming", "vumat", "stream", "double", False),
 )
 """Label, kernel above, kernel below, precision and tangent of the ratios."""
 
@@ -91,17 +92,20 @@ def measure(*options: str, quiet: bool = False) -> list[Timing]:
 
 def draw_speed(timings: Sequence[Timing], path: Path) -> None:
     """Draw time per point against the number of planes, and ratios, into a file that ends in .png or .pdf."""
-    from ..plots import plt
-
-    if path.suffix not in (".png", ".pdf"):
-        raise ValueError(f"{path}: expected a name that ends in .png or .pdf")
-    figure, (growth, ratios) = plt.subplots(
-        1, 2, figsize=(11.0, 5.5), layout="constrained", width_ratios=(3, 2)
-    )
-    _growth(growth, timings)
-    _ratios(ratios, timings)
-    figure.savefig(path, dpi=200)
-    plt.close(figure)
+    with printed():
+        figure, (tangent, stress, ratios) = new_figure(TWO, 3.2, ncols=3, width_ratios=(1.0, 1.0, 1.0))
+        for ax, wanted, title in (
+            (tangent, True, "stress and tangent"),
+            (stress, False, "stress only; dotted: limits"),
+        ):
+            _growth(ax, timings, wanted)
+            ax.set_title(title)
+        _ratios(ratios, timings)
+        low, high = (f(f(ax.get_ylim()) for ax in (tangent, stress)) for f in (min, max))
+        for ax in (tangent, stress):
+            ax.set_ylim(low, high)
+            label_ends(ax)
+        save(figure, path)
 
 
 FACETS = ("RP-4 H", "RP-4 HW0")
@@ -135,27 +139,26 @@ def table(timings: Sequence[Timing]) -> str:
     return markdown(["pattern", "planes", *(column[0] for column in COLUMNS)], rows, numbers=True)
 
 
-def _growth(ax: Axes, timings: Sequence[Timing]) -> None:
-    from ..plots import COLOURS
+SHOWN_PLANES = (2, 4, 8, 16, 32, 64)
+"""Numbers of planes with a label on the axis; the axis is logarithmic."""
 
+
+def _growth(ax: Axes, timings: Sequence[Timing], with_tangent: bool) -> None:
+    """Draw the time over the number of planes, of kernels with the tangent or without it."""
     for kernel, precision, tangent, label, colour, style in CURVES:
         rows = _rows(timings, kernel, precision, tangent)
         points = sorted((t.planes, t.ns_per_point) for t in rows if t.pattern not in FACETS)
-        if points:
+        if points and tangent == with_tangent:
             x, y = zip(*points, strict=True)
-            ax.loglog(x, y, style, color=COLOURS[colour], label=label, markersize=4, linewidth=1.3)
-    planes = sorted({t.planes for t in timings})
-    ax.set_xticks(planes, [str(n) for n in planes])
+            ax.loglog(x, y, style, color=COLOURS[colour], label=label, markersize=3)
+    ax.set_xticks(SHOWN_PLANES, [str(n) for n in SHOWN_PLANES])
     ax.set_xticks([], minor=True)
     ax.set_xlabel("number of planes [-]")
-    ax.set_ylabel("time per point [ns]")
-    ax.grid(alpha=0.3, which="both")
-    ax.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
+    ax.set_ylabel("time per point [ns]" if with_tangent else "")
+    ax.grid(alpha=0.3)
 
 
 def _ratios(ax: Axes, timings: Sequence[Timing]) -> None:
-    from ..plots import COLOURS
-
     height = 0.8 / len(BAR_PATTERNS)
     hatches = ("", "//", "..")
     for i, pattern in enumerate(BAR_PATTERNS):
@@ -176,13 +179,13 @@ def _ratios(ax: Axes, timings: Sequence[Timing]) -> None:
                 edgecolor="white",
                 label=pattern if j == 0 else None,
             )
-            ax.text(ratio, j + (i - 1) * height, f" {ratio:.1f}", va="center", fontsize="x-small")
-    ax.set_yticks(range(len(BARS)), [bar[0] for bar in BARS], fontsize="small")
+            ax.text(ratio, j + (i - 1) * height, f" {ratio:.1f}", va="center", fontsize=6.0)
+    ax.set_yticks(range(len(BARS)), [bar[0] for bar in BARS])
     ax.invert_yaxis()
     ax.axvline(1.0, color="black", linewidth=0.8)
-    ax.set_xlim(0.0, 1.1 * ax.get_xlim()[1])
+    ax.set_xlim(0.0, 1.2 * ax.get_xlim()[1])
     ax.set_xlabel("ratio of times [-]")
-    ax.legend(fontsize="small")
+    ax.legend()
 
 
 def _rows(timings: Sequence[Timing], kernel: str, precision: str, tangent: bool) -> Iterator[Timing]:

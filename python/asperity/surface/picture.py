@@ -8,11 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..contract import Floats
 from ..pattern import Pattern, unit_vector
-from ..plots import COLOURS, plt
+from ..style import COLOURS, TWO, printed, save
 from .scan import Scan
 from .slopes import Facets, Planes, Slips
 
@@ -24,6 +25,9 @@ AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
 
 GREY = 0.85
 """Shade of a flat facet."""
+
+LONGEST = 12.0
+"""Length of the drawn part of a profile over its height: the picture is to scale."""
 
 
 def draw(
@@ -42,23 +46,38 @@ def draw(
     patterns: listed and regular; label: plane of the chosen pattern for every facet; scales (n, 3 or more):
     sampling length, mean and rms slope.
     """
+    with printed():
+        save(_figure(scan, found, patterns, chosen, label, slips, scales, title), png)
+
+
+def _figure(
+    scan: Scan,
+    found: Facets,
+    patterns: tuple[Pattern, Pattern],
+    chosen: Pattern,
+    label: np.ndarray,
+    slips: Slips,
+    scales: Floats,
+    title: str,
+) -> Figure:
+    """Figure of `draw`."""
     planes = Planes.of(chosen)
     listed, regular = map(Planes.of, patterns)
-    figure = plt.figure(figsize=(9.0, 6.5 if scan.is_profile else 7.5), layout="constrained")
+    name = "list" if chosen == patterns[0] else "nearest regular pattern"
+    figure = Figure(figsize=(TWO, 4.4 if scan.is_profile else 6.2), layout="constrained")
     if scan.is_profile:
-        grid = figure.add_gridspec(2, 2)
-        _profile(figure.add_subplot(grid[0, :]), scan, found, planes, label)
+        grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.6))
+        _profile(figure.add_subplot(grid[0, :]), scan, found, planes, label, name)
         _inclinations(figure.add_subplot(grid[1, 0]), found, listed, regular, slips.angles[0])
         _scales(figure.add_subplot(grid[1, 1]), scan, scales)
     else:
         grid = figure.add_gridspec(2, 2)
-        _map(figure.add_subplot(grid[0, 0]), scan, planes, label)
+        _map(figure.add_subplot(grid[0, 0]), scan, planes, label, name)
         _normals(figure.add_subplot(grid[0, 1], projection="polar"), found, listed, regular)
         _scales(figure.add_subplot(grid[1, 0]), scan, scales)
         _strengths(figure.add_subplot(grid[1, 1]), listed, regular, slips)
-    figure.suptitle(title, fontsize="medium")
-    figure.savefig(png, dpi=120, metadata={"Software": None})
-    plt.close(figure)
+    figure.suptitle(title)
+    return figure
 
 
 def _colours(planes: Planes) -> Floats:
@@ -73,26 +92,32 @@ def _colours(planes: Planes) -> Floats:
     return colours
 
 
-def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndarray) -> None:
+def _profile(ax: Axes, scan: Scan, found: Facets, planes: Planes, label: np.ndarray, name: str) -> None:
     """Draw heights above the average plane, each segment in the colour of its plane."""
     z = scan.heights()[0]
     points = np.column_stack([scan.x, z])
     segments = np.stack([points[:-1], points[1:]], axis=1)
     along = _signed(planes, _axis(found))
     steepest = max(np.abs(along).max(), 1.0e-12)
-    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=2.0, zorder=3)
+    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=1.6, zorder=3)
     lines.set_clim(-steepest, steepest)
-    ax.plot(scan.x, z, color=COLOURS[3], linewidth=3.0)  # The outline is needed because flat facets are pale.
+    ax.plot(scan.x, z, color=COLOURS[3], linewidth=2.4)  # The outline is needed because flat facets are pale.
     ax.add_collection(lines)
     ax.autoscale_view()
-    bar = ax.figure.colorbar(lines, ax=ax)
+    # angles are shown as they are, so a long profile is cut instead of compressed
+    length = float(np.ptp(scan.x))
+    shown = min(length, max(LONGEST * float(np.ptp(z)), length / 100.0))
+    ax.set_xlim(scan.x[0] - 0.01 * shown, scan.x[0] + 1.01 * shown)
+    ax.set_aspect("equal", adjustable="datalim" if np.ptp(z) == 0.0 else "box")
+    bar = ax.figure.colorbar(lines, ax=ax, orientation="horizontal", aspect=50, shrink=0.6)
     bar.set_label("inclination of the plane [degrees]")
     ax.set_xlabel(f"x [{scan.unit}]")
     ax.set_ylabel(f"height [{scan.unit}]")
-    ax.set_title(f"facets in {len(planes.gamma)} planes, heights not to scale", fontsize="medium")
+    part = "" if shown == length else f", the first {shown:.3g} of {length:.3g} {scan.unit}"
+    ax.set_title(f"facets in the {len(planes.gamma)} planes of the {name}, to scale{part}")
 
 
-def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
+def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray, name: str) -> None:
     """Draw cells in the colour of the plane of their first facet, with contours of the height."""
     z = scan.heights()
     cells = label.reshape(z.shape[0] - 1, z.shape[1] - 1, 4)[:, :, 0]
@@ -104,7 +129,7 @@ def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
         ax.contour(scan.x, y, z, 5, colors="black", linewidths=0.5)
     ax.set_xlabel(f"x [{scan.unit}]")
     ax.set_ylabel(f"y [{scan.unit}]")
-    ax.set_title(f"facets in {len(planes.gamma)} planes, heights as lines", fontsize="medium")
+    ax.set_title(f"facets in the {len(planes.gamma)} planes of\nthe {name}, heights as lines")
 
 
 def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
@@ -118,14 +143,14 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
     density /= np.diff(a)[:, None] * np.diff(r**2)  # the density is per area of the plot
     shown = np.ma.masked_where(density == 0.0, density).T
     ax.pcolormesh(a, r, shown, cmap="Greys", vmin=0.0, vmax=2.0 * np.percentile(density[density > 0.0], 90.0))
-    _marks(ax, planes, "o", COLOURS[3], "listed planes")
-    _marks(ax, regular, "s", COLOURS[0], "nearest regular")
+    _marks(ax, planes, "o", COLOURS[3], f"{len(planes.gamma)} listed planes")
+    _marks(ax, regular, "s", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes")
     ax.set_ylim(0.0, top)
     ax.set_rlabel_position(22.5)
     ax.yaxis.set_major_locator(MaxNLocator(4))
     ax.yaxis.set_major_formatter("{x:g}°")
-    ax.set_title("up-slope azimuth and inclination", fontsize="medium")
-    ax.legend(fontsize="small", loc="upper right", bbox_to_anchor=(1.25, 1.1))
+    ax.set_title("up-slope azimuth and inclination")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2)
 
 
 def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None:
@@ -157,7 +182,7 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, star
     )
     for one, mark, colour, label in (
         (planes, "o-", COLOURS[1], "listed planes"),
-        (regular, "s--", COLOURS[0], "nearest regular"),
+        (regular, "s--", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),
     ):
         for i, (at, share) in enumerate(zip(_signed(one, e), one.gamma, strict=True)):
             ax.plot(
@@ -172,7 +197,7 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, star
     ax.set_xlabel("inclination, + rises along the profile [degrees]")
     ax.set_ylabel("share of the true area [%]")
     ax.grid(alpha=0.3)
-    ax.legend(fontsize="small")
+    ax.legend()
 
 
 def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
@@ -186,7 +211,7 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
     ax.set_xlabel(f"sampling length [{scan.unit}]")
     ax.set_ylabel("slope, tangent [-]")
     ax.grid(alpha=0.3, which="both")
-    ax.legend(fontsize="small")
+    ax.legend()
 
 
 def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
@@ -196,7 +221,7 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
     for values, style, colour, label in (
         (slips.residual, "-", COLOURS[3], "facets"),
         (planes.residual(angles, mu), "-", COLOURS[1], "listed planes"),
-        (regular.residual(angles, mu), "--", COLOURS[0], "nearest regular"),
+        (regular.residual(angles, mu), "--", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),
     ):
         shown = np.where(np.isinf(values), np.nan, values)
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
@@ -204,9 +229,9 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
         ax.set_ylim(bottom=0.0)
     ax.set_xlabel("direction of slip, from Tx [degrees]")
     ax.set_ylabel(r"residual $\tau_L / |\sigma_N|$ [-]")
-    ax.set_title(f"$\\mu$ = {mu:g}", fontsize="medium")
+    ax.set_title(f"$\\mu$ = {mu:g}")
     ax.grid(alpha=0.3)
-    ax.legend(fontsize="small")
+    ax.legend()
 
 
 def _axis(found: Facets) -> Floats:

@@ -13,6 +13,7 @@ import numpy as np
 from .. import contract
 from ..case_files import Case, read_case
 from ..fit import covariance
+from ..fit.command import NO_RESULT
 from ..fit.search import check_output, numbers
 from ..parallel import add_workers, progress_bar, workers
 from ..remarks import shown_warnings
@@ -27,9 +28,6 @@ MOST_SAMPLES = 10_000_000
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
-
-NO_RESULT = 3
-"""Exit code in this case, as that of a fit."""
 
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""

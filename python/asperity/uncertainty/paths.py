@@ -14,7 +14,7 @@ from ..case_files import Case, Run, SlipTest, read_case, slip_test
 from ..contract import Floats
 from ..interface import work_along
 from ..pattern import direction_vector
-from ..results import driven, read_rows
+from ..results import NO_EQUILIBRIUM, driven, read_rows
 from ..slip_curves import ROW
 
 CURVES = ("traction", "dilation", "damage")
@@ -22,9 +22,6 @@ CURVES = ("traction", "dilation", "damage")
 
 COMPONENTS, TRACTIONS, SPRINGS = (tuple(f"{x}_{axis}" for axis in ("N", "Tx", "Ty")) for x in "stk")
 """Names of case files."""
-
-NO_EQUILIBRIUM = 2
-"""Exit code of the driver after a lost equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)

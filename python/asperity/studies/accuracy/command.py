@@ -9,6 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
+from ...style import printed, save
 from ...tables import fill
 from .common import Tick
 from .increments import draw_increments
@@ -33,8 +34,7 @@ MAKE: dict[str, Callable[[bool, Tick], tuple[dict[str, Figure], str]]] = {
 def add_arguments(chart: argparse.ArgumentParser) -> None:
     """Add the arguments of `asperity chart accuracy`."""
     chart.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path(),
         metavar="DIR",
@@ -55,19 +55,19 @@ def add_arguments(chart: argparse.ArgumentParser) -> None:
 
 
 def _action(options: argparse.Namespace) -> int:
-    options.output.mkdir(parents=True, exist_ok=True)
+    options.folder.mkdir(parents=True, exist_ok=True)
     page = options.page.read_text(encoding="utf-8") if options.page else None
     if page is not None and "<!-- accuracy-" not in page:
         raise ValueError(f"{options.page}: expected markers such as <!-- accuracy-planes -->")
     bar = tqdm(unit="run", disable=None)
     for name in options.only or STUDIES:
         bar.set_description(name)
-        figures, table = MAKE[name](options.quick, bar.update)
+        with printed():
+            figures, table = MAKE[name](options.quick, bar.update)
         for stem, figure in figures.items():
-            path = options.output / f"accuracy_{stem}.{'pdf' if options.pdf else 'png'}"
-            figure.savefig(
-                path, dpi=130, metadata={"CreationDate": None} if options.pdf else {"Software": None}
-            )
+            path = options.folder / f"accuracy_{stem}.{'pdf' if options.pdf else 'png'}"
+            with printed():
+                save(figure, path)
             bar.write(str(path))
         if page is None:
             bar.write(f"\n{table}\n")

@@ -15,9 +15,8 @@ from ...contract import Floats
 from ...interface import Interface
 from ...parallel import Serial
 from ...pattern import Pattern, direction_vector
-from ...plots import COLOURS
 from ...slip_curves import slip_curves
-from ..gallery_draw import new_figure
+from ...style import COLOURS, TWO, new_figure
 from .chart_axes import AIMS, log_axes, signed, table
 from .common import (
     PATHS,
@@ -156,31 +155,29 @@ def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     tolerances = (1e-2, 1e-3) if quick else STEP_TOLERANCES
     errors = list(step_errors(sizes, tolerances, 1 if quick else 5, tick))
     fixed = [e for e in errors if e.tolerance == 0.0]
-    figure, axes = new_figure(11.0, 6.6, nrows=2, ncols=3, sharex=True)
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex=True)
     for ax, (path, (name, label)) in zip(
         axes, [(path, q) for path in PATHS for q in QUANTITIES], strict=True
     ):
         _by_traction(ax, [e for e in fixed if e.path == path], "rows", name)
         log_axes(ax, "increments of the path", f"relative error of {label}")
         _orders(ax, sizes)
-        ax.set_title(path, fontsize="small")
-    axes[2].legend(title=r"$\sigma_N$ [MPa]", fontsize="x-small", title_fontsize="x-small")
-    against, axes = new_figure(11.0, 6.8, nrows=2, ncols=3, sharex="col")
+        ax.set_title(path)
+    axes[2].legend(title=r"$\sigma_N$ [MPa]")
+    against, axes = new_figure(TWO, 5.0, nrows=2, ncols=3, sharex="col")
     for i, path in enumerate(PATHS):
         here = [e for e in errors if e.path == path]
         for ax, (x, name, x_label, label) in zip(axes[3 * i : 3 * i + 3], COSTS, strict=True):
             _by_traction(ax, [e for e in here if e.tolerance == 0.0], x, name)
             _by_traction(ax, [e for e in here if e.tolerance > 0.0], x, name, adaptive=True)
             log_axes(ax, x_label, label)
-            ax.set_title(path, fontsize="small")
+            ax.set_title(path)
     handles = [Line2D([], [], color=COLOURS[i], label=signed(s)) for i, s in enumerate(SIGMA_N)]
     handles += [
-        Line2D([], [], color="grey", marker="o", markersize=4, label="fixed"),
+        Line2D([], [], color="grey", marker="o", markersize=2.5, label="fixed"),
         Line2D([], [], color="grey", linestyle="--", marker="^", markerfacecolor="none", label="adaptive"),
     ]
-    against.legend(
-        handles=handles, title=r"$\sigma_N$ [MPa]", loc="outside lower center", ncols=6, fontsize="small"
-    )
+    against.legend(handles=handles, title=r"$\sigma_N$ [MPa]", loc="outside lower center", ncols=6)
     return {"increments": figure, "adaptive": against}, _increment_tables(errors)
 
 
@@ -201,9 +198,9 @@ def _by_traction(ax: Axes, errors: Sequence[StepError], x: str, y: str, adaptive
             [getattr(e, y) for e in chosen],
             "^--" if adaptive else "o-",
             color=COLOURS[i],
-            markersize=4,
+            markersize=2.5,
             markerfacecolor="none" if adaptive else COLOURS[i],
-            linewidth=1.2,
+            linewidth=1.0,
             label=signed(sigma_N),
         )
 
@@ -253,7 +250,7 @@ def _orders(ax: Axes, sizes: Sequence[int]) -> None:
         y = low / 20.0 * (x / x[-1]) ** -order
         ax.plot(x, y, style, color="grey", linewidth=1.0)
         align = "top" if order == 1 else "bottom"
-        ax.annotate(f"order {order}", (x[0], y[0]), fontsize="x-small", color="grey", va=align)
+        ax.annotate(f"order {order}", (x[0], y[0]), color="grey", va=align)
 
 
 def _order(chosen: Sequence[StepError], name: str) -> str:

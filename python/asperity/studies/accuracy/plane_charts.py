@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ...plots import COLOURS, LINES
-from ..gallery_draw import new_figure
-from .chart_axes import AIMS, log_axes, plain_labels, signed, table
+from ...style import COLOURS, LINES, TWO, new_figure
+from .chart_axes import AIMS, log_axes, signed, table
 from .common import (
     SIGMA_N,
     Tick,
@@ -46,42 +45,45 @@ def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
         chosen, tractions = [c for c in chosen if c.sides < 6], (0.0, -5.0)
     errors = list(plane_errors(chosen, theta, mu, tractions, 1 if quick else 5, tick))
     columns = len(tractions)
-    figure, axes = new_figure(3.0 * columns + 0.4, 8.4, nrows=3, ncols=columns, sharey="row", sharex=True)
+    figure, axes = new_figure(TWO, 5.6, nrows=3, ncols=columns, sharey="row", sharex=True)
     grid = axes.reshape(3, columns)
     for i, (name, label) in enumerate(CURVES):
         for ax, sigma_N in zip(grid[i], tractions, strict=True):
-            here = [e for e in errors if e.sigma_N == sigma_N]
-            _families(ax, here, name)
-            last = i == len(CURVES) - 1
-            log_axes(
-                ax,
-                "time of a curve [ms]" if last else "",
-                f"error, {label} [-]" if sigma_N == tractions[0] else "",
-            )
-            plain_labels(ax.xaxis)
+            _families(ax, [e for e in errors if e.sigma_N == sigma_N], name)
+            _plane_axes(ax, f"error, {label} [-]" if sigma_N == tractions[0] else "", i == len(CURVES) - 1)
             if i == 0:
-                ax.set_title(rf"$\sigma_N$ = {signed(sigma_N)} MPa", fontsize="small")
-    figure.legend(handles=_handles(), loc="outside lower center", ncols=6, fontsize="small")
-    spread, axes = new_figure(3.0 * columns + 0.4, 6.2, nrows=2, ncols=columns, sharey="row", sharex=True)
+                ax.set_title(rf"$\sigma_N$ = {signed(sigma_N)} MPa")
+    figure.legend(handles=_handles(), loc="outside lower center", ncols=6)
+    spread, axes = new_figure(TWO, 4.4, nrows=2, ncols=columns, sharey="row", sharex=True)
     grid = axes.reshape(2, columns)
+    y_label = "spread over directions [-]"
     for ax, sigma_N in zip(grid[0], tractions, strict=True):
         _families(ax, [e for e in errors if e.sigma_N == sigma_N], "work")
         what = "$G_T$" if sigma_N == 0.0 else "work to 0.6 mm"
-        ax.set_title(rf"{what}, $\sigma_N$ = {signed(sigma_N)} MPa", fontsize="small")
-        log_axes(ax, "", "spread over directions [-]" if ax is grid[0][0] else "")
+        ax.set_title(rf"{what}, {signed(sigma_N)} MPa")
+        _plane_axes(ax, y_label if ax is grid[0][0] else "", last=False)
     for ax, sigma_N in zip(grid[1], tractions, strict=True):
-        here = [e for e in errors if e.sigma_N == sigma_N]
         if sigma_N == 0.0:
             confined = [e for e in errors if e.sigma_N == tractions[1]]
             _families(ax, confined, "residual", lambda e: residual_spread(e.sides, e.theta, e.mu))
-            ax.set_title(r"residual strength (closed form), $\sigma_N$ < 0", fontsize="small")
+            ax.set_title("residual strength")
         else:
-            _families(ax, here, "loop")
-            ax.set_title(rf"loop of a cycle, $\sigma_N$ = {signed(sigma_N)} MPa", fontsize="small")
-        log_axes(ax, "time of a curve [ms]", "spread over directions [-]" if ax is grid[1][0] else "")
-        plain_labels(ax.xaxis)
-    spread.legend(handles=_handles(), loc="outside lower center", ncols=6, fontsize="small")
+            _families(ax, [e for e in errors if e.sigma_N == sigma_N], "loop")
+            ax.set_title(rf"loop, {signed(sigma_N)} MPa")
+        _plane_axes(ax, y_label if ax is grid[1][0] else "", last=True)
+    spread.legend(handles=_handles(), loc="outside lower center", ncols=6)
     return {"planes": figure, "spread": spread}, _plane_tables(errors, tractions)
+
+
+PLANE_TICKS = (4, 8, 16, 32, 64)
+"""Numbers of planes with a label; the axis is logarithmic."""
+
+
+def _plane_axes(ax: Axes, y_label: str, last: bool) -> None:
+    """Set logarithmic axes with the number of planes, which determines the time of a curve."""
+    log_axes(ax, "number of planes" if last else "", y_label)
+    ax.set_xticks(PLANE_TICKS, [str(n) for n in PLANE_TICKS])
+    ax.set_xticks([], minor=True)
 
 
 def _handles() -> list[Line2D]:
@@ -102,33 +104,22 @@ def _families(
     name: str,
     value: Callable[[PlaneError], float] | None = None,
 ) -> None:
-    """Draw markers by family over the time of a curve, the Pareto front, and the number of sides along it."""
+    """Draw markers by family over the number of planes, and the Pareto front."""
     of = value or (lambda e: getattr(e, name))
-    regular = value is not None
+    usable = [e for e in errors if value is None or not e.family.startswith("rings")]
     for family, (shade, marker, filled) in STYLE.items():
-        here = [e for e in errors if e.family == family and not (regular and family.startswith("rings"))]
+        here = [e for e in usable if e.family == family]
         ax.plot(
-            [1e3 * e.seconds for e in here],
+            [e.planes for e in here],
             [of(e) for e in here],
             marker,
             color=shade,
-            markersize=4.5,
+            markersize=3.5,
             markerfacecolor=shade if filled else "none",
+            markeredgewidth=0.8,
         )
-    usable = [e for e in errors if not (regular and e.family.startswith("rings"))]
-    front = pareto((1e3 * e.seconds, of(e)) for e in usable)
+    front = pareto((e.planes, of(e)) for e in usable)
     ax.plot(*zip(*front, strict=True), color="black", linewidth=0.8, zorder=0)
-    for e in usable:
-        at = (1e3 * e.seconds, of(e))
-        if e.sides in (3, 4, 6, 7, 16, 32) and e.family in ("even", "odd") and np.isfinite(at[1]):
-            ax.annotate(
-                str(e.sides),
-                at,
-                textcoords="offset points",
-                xytext=(4, 3),
-                fontsize="xx-small",
-                color="black",
-            )
 
 
 def _fewest(tried: Sequence[PlaneError], good: Sequence[PlaneError]) -> str:
@@ -225,9 +216,7 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     """Run the study of inclinations and frictions; return its picture by name and its table."""
     pairs = MATERIALS[:1] if quick else MATERIALS
     frictions = list(dict.fromkeys(mu for _, mu in pairs))
-    figure, axes = new_figure(
-        3.6 * len(frictions) + 0.6, 6.6, nrows=2, ncols=len(frictions), sharex=True, sharey="row"
-    )
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=len(frictions), sharex=True, sharey="row")
     grid = axes.reshape(2, len(frictions))
     rows = []
     sides = (3, 4, 5) if quick else (3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 24, 32, 48)
@@ -240,11 +229,11 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
             for odd in (False, True):
                 here = [e for e in errors if (e.sides % 2 == 1) == odd]
                 ax.plot(
-                    [1e3 * e.seconds for e in here],
+                    [e.planes for e in here],
                     [getattr(e, name) for e in here],
                     ("s" if odd else "o") + LINES[i],
                     color=COLOURS[i],
-                    markersize=4.5,
+                    markersize=3.5,
                     markerfacecolor="none" if odd else COLOURS[i],
                     linewidth=1.0 if not odd else 0.0,
                     label=f"{theta:g}°, {'odd' if odd else 'even'}",
@@ -256,15 +245,12 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
                 cells.append(_fewest(errors, good))
         rows.append([f"{mu:g}", f"{theta:g}°", *cells])
     for column, mu in enumerate(frictions):
-        grid[0, column].set_title(
-            rf"$\mu$ = {mu:g}, $\sigma_N$ = {signed(MATERIALS_SIGMA_N)} MPa", fontsize="small"
-        )
+        grid[0, column].set_title(rf"$\mu$ = {mu:g}, $\sigma_N$ = {signed(MATERIALS_SIGMA_N)} MPa")
         first = column == 0
-        log_axes(grid[0, column], "", r"error, $\tau_L$ [-]" if first else "")
-        log_axes(grid[1, column], "time of a curve [ms]", "spread of the loops [-]" if first else "")
-        plain_labels(grid[1, column].xaxis)
+        _plane_axes(grid[0, column], r"error, $\tau_L$ [-]" if first else "", last=False)
+        _plane_axes(grid[1, column], "spread of the loops [-]" if first else "", last=True)
     handles, texts = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=6, fontsize="small")
+    figure.legend(handles, texts, loc="outside lower center", ncols=6)
     head = [
         "µ",
         "θ",

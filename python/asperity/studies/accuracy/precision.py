@@ -14,9 +14,8 @@ from ... import _core, contract
 from ...contract import Floats
 from ...interface import Interface, work_along
 from ...pattern import Pattern, direction_vector
-from ...plots import COLOURS, LINES
 from ...slip_curves import slip_curves
-from ..gallery_draw import new_figure
+from ...style import COLOURS, LINES, TWO, new_figure
 from .chart_axes import log_axes, table
 from .common import (
     PRELOAD,
@@ -205,29 +204,27 @@ def draw_precision(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     else:
         shown = list(drifts(tick=tick))
         slides = list(distances(tick=tick))
-    figure, axes = new_figure(11.6, 4.4, ncols=3)
+    figure, axes = new_figure(TWO, 3.2, ncols=3)
     shades = dict(zip([*WAYS.values(), CARRIED], COLOURS, strict=False))
     for ax, name, label in (
         (axes[0], "traction", "error of the traction [-]"),
         (axes[1], "work", "error of the work [-]"),
     ):
         for d in shown:
-            ax.plot(
-                d.increments, getattr(d, name), LINES[d.pattern == "flat"], color=shades[d.way], linewidth=1.4
-            )
+            ax.plot(d.increments, getattr(d, name), LINES[d.pattern == "flat"], color=shades[d.way])
         log_axes(ax, "increments [-]", label)
-    axes[0].set_title("cycles of ±0.4 mm", fontsize="small")
-    axes[1].set_title("cycles of ±0.4 mm", fontsize="small")
+    axes[0].set_title("cycles of ±0.4 mm")
+    axes[1].set_title("cycles of ±0.4 mm")
     for d in slides:
-        axes[2].plot(d.slip, d.traction, color=shades[d.way], linewidth=1.4)
+        axes[2].plot(d.slip, d.traction, color=shades[d.way])
     log_axes(axes[2], "slip [mm]", "error of the traction [-]")
-    axes[2].set_title("slide up a plane of RP-4, 1e5 increments" if not quick else "slide", fontsize="small")
+    axes[2].set_title("slide up a plane of RP-4" if not quick else "slide")
     handles = [Line2D([], [], color=shade, label=way) for way, shade in shades.items()]
     handles += [
         Line2D([], [], color="grey", label="RP-4"),
         Line2D([], [], color="grey", linestyle="--", label="flat"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize="small")
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return {"precision": figure}, _precision_table(shown, slides)
 
 

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from ...contract import Floats
 from ...interface import Interface
 from ...pattern import Pattern, direction_vector
-from ...plots import COLOURS, LINES
-from ..gallery_draw import new_figure
+from ...style import COLOURS, LINES, TWO, new_figure
 from ..newton import NewtonStudy, newton_path
 from .chart_axes import log_axes, plain_labels, signed, table
 from .common import (
@@ -110,9 +109,9 @@ def draw_tangents(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
         tick()
         return found
 
-    figure, axes = new_figure(11.6, 4.4, ncols=3)
+    figure, axes = new_figure(TWO, 3.2, ncols=3)
     for i, tangent in enumerate(TANGENTS):
-        style = {"color": COLOURS[i], "markersize": 3.5, "linewidth": 1.2, "label": tangent}
+        style = {"color": COLOURS[i], "markersize": 2.5, "label": tangent}
         marker = "osD^vx"[i] + LINES[i % len(LINES)]
         strict = run(tangent, TANGENT_SIGMA_N, n, STRICT)
         axes[0].semilogy(strict.residuals[:40], marker, **style)
@@ -121,17 +120,17 @@ def draw_tangents(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
         axes[1].plot([r.increments for r in whole], [r.mean for r in whole], marker, **style)
         by_tolerance = [run(tangent, TANGENT_SIGMA_N, n, tolerance) for tolerance in tolerances]
         whole = [r for r in by_tolerance if r.end == "converged"]
-        axes[2].plot([1e3 * r.seconds for r in whole], [r.tolerance for r in whole], marker, **style)
+        axes[2].plot([r.updates for r in whole], [r.tolerance for r in whole], marker, **style)
     axes[0].set_xlabel("iteration of the increment in the middle")
     axes[0].set_ylabel("residual [-]")
     axes[0].set_ylim(1e-14, 0.1)
     axes[0].grid(alpha=0.3)
     log_axes(axes[1], "increments of the path", "iterations of an increment")
     plain_labels(axes[1].yaxis)
-    log_axes(axes[2], "time of the path [ms]", "residual accepted [-]")
+    log_axes(axes[2], "updates of the law on the path", "residual accepted [-]")
     plain_labels(axes[2].xaxis)
     handles, texts = axes[0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=6, fontsize="small")
+    figure.legend(handles, texts, loc="outside lower center", ncols=6)
     rows = []
     for sigma_N in (-1.0, -5.0, -10.0):
         runs = [run(tangent, sigma_N, n, STRICT) for tangent in TANGENTS]

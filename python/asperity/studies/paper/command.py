@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import io
 import os
 import re
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-from matplotlib.figure import Figure
 
 from ...parallel import Serial, add_workers, map_in_order, progress_bar, workers
+from ...style import encoded, printed
 from .entries import ENTRIES, Entry
-
-DPI = 100
-"""Resolution of the PNG files, in dots per inch."""
 
 PAGE = "README.md"
 
@@ -26,11 +20,11 @@ HEAD = """# The paper, recomputed
 
 Albarella, Serpieri, Alfano, Sacco, *A 3D multiscale cohesive zone model for quasi-brittle materials
 accounting for friction, damage and interlocking* (2015). This page is written by
-`asperity paper -o docs/gallery`. The command computes every number on the page with the library, through
-the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. The constants are
-those of Table 2 unless an entry gives others: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm, $\\eta$ = 0.9,
-$\\mu$ = 0.5. [Theory, section 7](../theory.md#7-corrections-to-the-printed-text) lists corrections to the
-printed text. [Concepts](../concepts.md) defines the words.
+`asperity paper --folder docs/gallery`. The command computes every number on the page with the library,
+through the driver (case files in [`harness/cases`](../../harness/cases)) and the Python package. The
+constants are those of Table 2 unless an entry gives others: $\\sigma_0$ = 3 MPa, $G_c$ = 0.3 N/mm,
+$\\eta$ = 0.9, $\\mu$ = 0.5. [Theory, section 7](../theory.md#7-corrections-to-the-printed-text) lists
+corrections to the printed text. [Concepts](../concepts.md) defines the words.
 
 The text of the paper leaves some load paths open; each entry says what is assumed. Only the text of the paper
 was at hand, not its pictures, so "the paper says" refers to text, captions and tables. "Converged" values are
@@ -42,8 +36,7 @@ about 100 rows of each curve. A cross in a picture marks the end of equilibrium.
 def add_arguments(paper: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     paper.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path("gallery"),
         metavar="DIR",
@@ -63,10 +56,10 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure) if options.figure else ENTRIES
     with workers(options, os.cpu_count()) as executor:
-        texts = write(wanted, options.output, options.pdf, executor)
+        texts = write(wanted, options.folder, options.pdf, executor)
     if not options.figure:
-        (options.output / PAGE).write_text(HEAD + "".join(texts), encoding="utf-8")
-    print(options.output)
+        (options.folder / PAGE).write_text(HEAD + "".join(texts), encoding="utf-8")
+    print(options.folder)
     return 0
 
 
@@ -107,12 +100,11 @@ def write(
 def _make_one(pdf: bool, number: int) -> tuple[dict[str, bytes], str]:
     """Files of one entry by name, picture and numbers, and its section of the page."""
     entry = ENTRIES[number]
-    outcome = entry.run()
     png, csv = Path(f"{entry.stem}.png"), Path(f"{entry.stem}.csv")
-    files = {png.name: _picture(outcome.figure, format="png", dpi=DPI, metadata={"Software": None})}
-    if pdf:
-        nothing = {"CreationDate": None, "Producer": None}
-        files[png.with_suffix(".pdf").name] = _picture(outcome.figure, format="pdf", metadata=nothing)
+    with printed():
+        outcome = entry.run()
+        endings = (".png", ".pdf") if pdf else (".png",)
+        files = {entry.stem + ending: encoded(outcome.figure, ending) for ending in endings}
     files[csv.name] = "\n".join([outcome.header, *outcome.lines, ""]).encode()
     name = entry.number if entry.number.startswith("Table") else f"Figure {entry.number}"
     parts = [f"\n## {name}: {entry.title}\n", f"![{name}]({png.name})\n"]
@@ -124,13 +116,6 @@ def _make_one(pdf: bool, number: int) -> tuple[dict[str, bytes], str]:
     cases = ", ".join(f"[`{stem}.nml`](../../harness/cases/{stem}.nml)" for stem in entry.cases)
     parts.append(f"\nNumbers: [{csv.name}]({csv.name})." + (f" Cases: {cases}." if cases else ""))
     return files, "\n".join(parts) + "\n"
-
-
-def _picture(figure: Figure, **options: Any) -> bytes:
-    """Picture as the content of a file."""
-    file = io.BytesIO()
-    figure.savefig(file, **options)
-    return file.getvalue()
 
 
 def _item(text: str) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...plots import COLOURS
+from ...style import COLOURS, ONE, TWO, label_ends, new_figure
 from ..fracture_energy import (
     MATERIAL,
     fracture_energy,
 )
-from ..gallery_draw import DILATION, ENERGY, SLIP, TRACTION, beside, curves, new_figure, polar
+from ..gallery_draw import DILATION, ENERGY, SLIP, TRACTION, curves, polar
 from .outcome import (
     FIVE,
     Case,
@@ -29,11 +29,11 @@ from .outcome import (
 
 def _two_panels(case_0: Case, case_45: Case, column: str, label: str) -> Figure:
     """Draw a column of the curves of two cases over the slip: slip along 0 degrees left, 45 degrees right."""
-    figure, axes = new_figure(8.8, 3.8, ncols=2, sharey=True)
+    figure, axes = new_figure(TWO, 2.9, ncols=2, sharey=True)
     for ax, case, part in zip(axes, (case_0, case_45), ("(a) 0°", "(b) 45°"), strict=True):
         lines = [(signed(c.test.value), c.s_L, getattr(c, column), c.lost) for c in case.curves]
         curves(ax, lines, SLIP, label, r"$\sigma_N$ [MPa]" if ax is axes[-1] else "")
-        ax.set_title(rf"{part[:3]} $\theta_L$ = {part[4:]}", fontsize="small")
+        ax.set_title(rf"{part[:3]} $\theta_L$ = {part[4:]}")
     return figure
 
 
@@ -104,7 +104,7 @@ def figure_9(case_0: Case, case_45: Case) -> Outcome:
 
 def figure_10(mono_0: Case, mono_45: Case, cyclic_0: Case, cyclic_45: Case) -> Outcome:
     """Two directions in one diagram, monotonic and cyclic."""
-    figure, axes = new_figure(8.8, 3.8, ncols=2)
+    figure, axes = new_figure(TWO, 2.9, ncols=2)
     came_out = []
     for ax, pair, part in (
         (axes[0], (mono_0, mono_45), "(a) monotonic, η = 0.99"),
@@ -115,12 +115,12 @@ def figure_10(mono_0: Case, mono_45: Case, cyclic_0: Case, cyclic_45: Case) -> O
             for case, style in zip(pair, ("-", "--"), strict=True):
                 c = case.at(value)
                 label = rf"{signed(value)}" if style == "-" else None
-                ax.plot(c.s_L, c.tau_L, style, color=COLOURS[i], linewidth=1.4, label=label)
+                ax.plot(c.s_L, c.tau_L, style, color=COLOURS[i], label=label)
         ax.set_xlabel(SLIP)
         ax.set_ylabel(TRACTION)
         ax.grid(alpha=0.3)
-        beside(ax, r"$\sigma_N$ [MPa]")
-        ax.set_title(part + r"; — 0°, - - 45°", fontsize="small")
+        ax.set_title(part + r"; — 0°, - - 45°")
+        label_ends(ax, r"$\sigma_N$ [MPa]")
         ratios = [f"{signed(v)}: {pair[0].at(v).tau_L.max() / pair[1].at(v).tau_L.max():.3f}" for v in values]
         came_out.append(
             f"{part}: the largest $\\tau_L$ along 0°, divided by that along 45°, is for each $\\sigma_N$ in "
@@ -166,7 +166,7 @@ def figure_12(case: Case) -> Outcome:
     energies = np.array([c.energy for c in case.curves])
     angles = np.array([c.test.value for c in case.curves])
     converged = fracture_energy(MATERIAL, FIVE)
-    figure, (ax,) = new_figure(4.0, 3.8, subplot_kw={"projection": "polar"})
+    figure, (ax,) = new_figure(ONE, 3.2, subplot_kw={"projection": "polar"})
     polar(ax, converged.directions, converged.values, (0.32, 0.35), f"{ENERGY}, radius from 0.32")
     return Outcome(
         figure,
@@ -184,7 +184,7 @@ def figure_12(case: Case) -> Outcome:
 
 def figure_13(case_0: Case, case_45: Case) -> Outcome:
     """No normal traction, several inclinations."""
-    figure, axes = new_figure(8.8, 3.8, ncols=2, sharey=True)
+    figure, axes = new_figure(TWO, 2.9, ncols=2, sharey=True)
     came_out = []
     for ax, case, direction in zip(axes, (case_0, case_45), (0.0, 45.0), strict=True):
         lines = []
@@ -192,7 +192,7 @@ def figure_13(case_0: Case, case_45: Case) -> Outcome:
             lines.append((f"{c.test.value:g}, {c.energy:.4f}", c.s_L, c.tau_L, c.lost))
         curves(ax, lines, SLIP, TRACTION, r"$\theta_m$ [°], $G_T$ [N/mm]", inside=True)
         ax.set_xlim(-0.005, 0.25)
-        ax.set_title(rf"$\theta_L$ = {direction:g}°", fontsize="small")
+        ax.set_title(rf"$\theta_L$ = {direction:g}°")
         converged = [
             fracture_energy(c.test.material, c.test.pattern, np.array([direction])) for c in case.curves
         ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...plots import COLOURS
+from ...style import COLOURS, TWO, new_figure
 from ...tables import markdown
 from ..fracture_energy import (
     MATERIAL,
@@ -21,7 +21,7 @@ from ..fracture_energy import (
     spreads,
     table_5_curves,
 )
-from ..gallery_draw import ENERGY, SLIP, TRACTION, curves, new_figure, polar
+from ..gallery_draw import ENERGY, SLIP, TRACTION, curves, merged, polar
 from .outcome import (
     Case,
     Outcome,
@@ -34,14 +34,14 @@ from .outcome import (
 
 def _isotropy(names: Sequence[str], found: Sequence[Case]) -> Outcome:
     """Draw a row for each pattern: curves in several directions on the left, energy on the right."""
-    figure = Figure(figsize=(8.4, 3.2 * len(names)), layout="constrained")
+    figure = Figure(figsize=(TWO, 2.7 * len(names)), layout="constrained")
     came_out, found_energies = [], []
     for i, (name, case) in enumerate(zip(names, found, strict=True)):
         left = figure.add_subplot(len(names), 2, 2 * i + 1)
         right = figure.add_subplot(len(names), 2, 2 * i + 2, projection="polar")
         lines = [(f"{c.test.value:g}", c.s_L, c.tau_L, c.lost) for c in case.curves]
-        curves(left, lines, SLIP, TRACTION, r"$\theta_L$ [°]")
-        left.set_title(rf"{name}, $\sigma_N$ = −5 MPa", fontsize="small")
+        curves(left, merged(lines), SLIP, TRACTION, r"$\theta_L$ [°]")
+        left.set_title(rf"{name}, $\sigma_N$ = −5 MPa")
         energies = fracture_energy(MATERIAL, pattern(name))
         found_energies.append(energies)
         title = rf"{name}, {ENERGY} at $\sigma_N$ = 0, radius from 0.28"
@@ -102,7 +102,7 @@ def table_5() -> Outcome:
         lines.append(",".join([name, *TABLE_5[name], *printed(*inferred[name]),
                                numbers(e.largest, e.smallest, e.spread + 1.0, e.error.max())]))  # fmt: skip
     spread = {name: spreads(coarse[name], INTERVALS) for name in ("RP-4", "RP-6")}
-    figure, axes = new_figure(8.8, 3.8, ncols=2, sharey=True)
+    figure, axes = new_figure(TWO, 2.9, ncols=2, sharey=True)
     offsets = np.arange(1, SAMPLING[1] + 1)
     for name, shade, marker in (("RP-4", COLOURS[0], "o"), ("RP-6", COLOURS[1], "s")):
         bands = spread[name]
@@ -115,7 +115,7 @@ def table_5() -> Outcome:
         axes[1].plot(INTERVALS, high, color=shade, linewidth=0.8)
         axes[1].axhline(100.0 * found[name].spread, color=shade, linestyle="--", label=f"{name}, converged")
     axes[0].axvline(SAMPLING[0], color="black", linewidth=0.8, linestyle=":")
-    axes[0].annotate("Table 5", (SAMPLING[0], 1.45), (SAMPLING[0] - 0.2, 1.45), ha="right", fontsize="small")
+    axes[0].annotate("Table 5", (SAMPLING[0], 1.45), (SAMPLING[0] - 0.2, 1.45), ha="right", fontsize=6.5)
     axes[0].set_xticks(offsets)
     axes[0].set_xlabel("first point after $s_L$ = 0 [steps of 0.0025 mm]")
     axes[0].set_ylabel("spread of $G_T$ over 64 directions [%]")
@@ -125,7 +125,7 @@ def table_5() -> Outcome:
     axes[1].set_xlabel("sampling interval [steps of 0.0025 mm]")
     for ax in axes:
         ax.grid(alpha=0.3)
-        ax.legend(fontsize="x-small")
+        ax.legend(fontsize=6.0)
         ax.set_ylim(0.0, None)
     wrong = [
         int(k) for k in offsets if spread["RP-4"][SAMPLING[1]][k - 1] < spread["RP-6"][SAMPLING[1]][k - 1]

@@ -13,10 +13,11 @@ from ...contract import Floats
 from ...installed import cases
 from ...pattern import Pattern, direction_vector
 from ...results import Rows, drive
+from ...style import ONE, new_figure
 from ..fracture_energy import (
     Energies,
 )
-from ..gallery_draw import SLIP, TRACTION, curves, new_figure
+from ..gallery_draw import SLIP, TRACTION, curves, merged
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
 """The five planes of Table 3."""
@@ -189,11 +190,11 @@ def loop_work(curve: Curve) -> float:
     return float(np.sum(0.5 * (tau[1:] + tau[:-1]) * np.diff(s)))
 
 
-def family(case: Case, legend: str, **size: float) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
-    """Figure of tau_L over s_L for the curves of a sweep, and their CSV."""
-    figure, (ax,) = new_figure(size.get("width", 5.6), size.get("height", 3.8))
+def family(case: Case, labels: str) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
+    """Figure of tau_L over s_L for the curves of a sweep, and their CSV; labels: what the labels are."""
+    figure, (ax,) = new_figure(1.3 * ONE, 3.0)
     lines = [(signed(c.test.value), c.s_L, c.tau_L, c.lost) for c in case.curves]
-    curves(ax, lines, SLIP, TRACTION, legend)
+    curves(ax, merged(lines), SLIP, TRACTION, labels)
     return figure, curves_csv([((c.test.value,), c) for c in case.curves], case.name)
 
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...pattern import Pattern, unit_vector
-from ...plots import COLOURS
+from ...pattern_pictures import plan, space
+from ...style import COLOURS, ONE, TWO, new_figure
 from ..fracture_energy import (
     PATTERNS,
     pattern,
 )
-from ..gallery_draw import new_figure, plan, space
 from .outcome import (
     FIVE,
     Outcome,
@@ -32,7 +32,7 @@ def _same_planes(ours: Pattern, table: Sequence[tuple[float, float, float]], the
 
 def figure_1() -> Outcome:
     """Five planes in space."""
-    figure, (ax,) = new_figure(4.2, 3.0, subplot_kw={"projection": "3d"})
+    figure, (ax,) = new_figure(ONE, 2.5, subplot_kw={"projection": "3d"})
     space(ax, FIVE, "five planes, 30°")
     table = [(1, 0, 0), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1)]
     return Outcome(
@@ -50,7 +50,7 @@ def figure_1() -> Outcome:
 
 def figure_3() -> Outcome:
     """Trapezoid in space."""
-    figure, (ax,) = new_figure(4.2, 3.0, subplot_kw={"projection": "3d"})
+    figure, (ax,) = new_figure(ONE, 2.5, subplot_kw={"projection": "3d"})
     trapezoid = pattern("RT")
     space(ax, trapezoid, "trapezoid, RT, 30°")
     table = [(1, 0, 0), (1, 1, 0), (1, -1, 0)]
@@ -69,7 +69,7 @@ def figure_3() -> Outcome:
 
 def figure_6() -> Outcome:
     """Five planes in plan with the direction of slip."""
-    figure, (ax,) = new_figure(3.4, 3.2)
+    figure, (ax,) = new_figure(0.8 * ONE, 2.6)
     plan(ax, FIVE, "five planes, direction of slip", numbers=False)
     for vector, label in (((0.75, 0.0), "$T_x$"), ((0.0, 0.75), "$T_y$")):
         ax.annotate("", vector, (0, 0), arrowprops={"arrowstyle": "->", "color": "black"})
@@ -91,7 +91,7 @@ def figure_6() -> Outcome:
 
 def figure_14() -> Outcome:
     """Patterns in plan."""
-    figure, axes = new_figure(8.4, 2.9, ncols=3)
+    figure, axes = new_figure(TWO, 2.5, ncols=3)
     for ax, name in zip(axes, ("RP-3", "RP-4", "RP-6"), strict=True):
         plan(ax, pattern(name), name)
     weights = {name: f"{pattern(name).weights[-1]:.5f}" for name in PATTERNS}

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...oracle import planar
 from ...oracle.compare import parameters_of
-from ...plots import COLOURS
-from ..gallery_draw import DILATION, SLIP, TRACTION, curves, new_figure
+from ...style import COLOURS, ONE, TWO, new_figure
+from ..gallery_draw import DILATION, SLIP, TRACTION, curves
 from .outcome import (
     Case,
     Outcome,
@@ -30,7 +30,7 @@ def figure_2(case: Case) -> Outcome:
     s, t = curve.s_N, curve.traction[:, 0]
     triangle = np.interp(s, [0.0, s_0, s_f, s[-1]], [0.0, m.sigma0, 0.0, 0.0])
     area = float(np.sum(0.5 * (t[1:] + t[:-1]) * np.diff(s)))
-    figure, (ax,) = new_figure(5.0, 3.2)
+    figure, (ax,) = new_figure(ONE, 2.3)
     curves(ax, [("", s, t, False)], "opening $s_N$ [mm]", r"traction $\sigma_N$ [MPa]")
     ax.plot([s_0, s_f], [m.sigma0, 0.0], "o", color=COLOURS[1], markersize=5)
     ax.text(s_0 + 0.006, m.sigma0, r"$(s_0, \sigma_0)$")
@@ -133,7 +133,7 @@ def figure_5a(case: Case) -> Outcome:
 def figure_5b(case: Case) -> Outcome:
     """Cyclic slip."""
     (curve,) = case.curves
-    figure, axes = new_figure(8.4, 3.4, ncols=2)
+    figure, axes = new_figure(TWO, 2.6, ncols=2)
     curves(axes[0], [("", curve.s_L, curve.tau_L, False)], SLIP, TRACTION)
     curves(axes[1], [("", curve.s_L, curve.s_N, False)], SLIP, DILATION)
     ends = ends_of_strokes(curve)

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tqdm import tqdm
+
 from ... import tables
 from ...parallel import add_workers, workers
 from .catalogue import MODES, agree, find, shown, table
@@ -43,8 +45,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
         "--check", action="store_true", help="with --fill: change nothing; exit with 1 if the table differs"
     )
     run.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path("stability"),
         metavar="DIR",
@@ -54,8 +55,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 
     maps = actions.add_parser("map", help="draw maps of the convergence of methods")
     maps.add_argument(
-        "-o",
-        "--output",
+        "--folder",
         type=Path,
         default=Path("stability"),
         metavar="DIR",
@@ -85,22 +85,22 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--check: expected with --fill FILE.md")
     quiet = options.table or options.fill is not None
     results, bad = [], []
-    for mode in find(options.names):
+    for mode in tqdm(find(options.names), unit="entry", disable=None, delay=2.0, leave=False):
         start = time.monotonic()
         trials = mode.run()
         results.append((mode, trials))
         if not shown(trials):
             bad.append(mode.name)
         file = sys.stderr if quiet else sys.stdout
-        print(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=file, flush=True)
+        tqdm.write(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=file)
         for trial in trials:
             if quiet and trial.holds:
                 continue
             verdict = "survives" if trial.survives else "fails"
             unexpected = "" if trial.holds else "  NOT AS EXPECTED"
-            print(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file, flush=True)
+            tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file)
         if mode.draw is not None and not quiet:
-            print(_draw(mode.draw, options.output / f"stability_{mode.name}.png"))
+            tqdm.write(str(_draw(mode.draw, options.folder / f"stability_{mode.name}.png")))
     text = table(results)
     if options.fill is not None:
         bad += _fill(options.fill, text, options.check)
@@ -142,6 +142,6 @@ def _map(options: argparse.Namespace) -> int:
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
     with workers(options, os.cpu_count()) as executor:
-        for written in draw_maps(options.output, options.size, options.pdf, executor):
+        for written in draw_maps(options.folder, options.size, options.pdf, executor):
             print(written)
     return 0

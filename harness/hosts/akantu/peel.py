@@ -1,0 +1,148 @@
+"""An arm is peeled off another in Akantu, by explicit dynamics with elements inserted during the run.
+
+Plane strain, mm, N, MPa, t, s, thickness 1.  The arms are one body at the start, clamped at its right face;
+the left end of the upper arm is pulled up.  Where the stress between the arms has reached half of the
+strength, Akantu inserts elements of the joint, which begin with that stress.  As a script this module prints
+the balance of energy and writes the files for ParaView.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import akantu as aka
+import numpy as np
+from asperity import Interface, Material, Pattern, contract
+from asperity.hosts import paraview
+from asperity.hosts.akantu import Joint, Points, register
+from two_blocks import CELL, INPUT, RUNS, Floats, structure_of, write_mesh
+
+JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
+LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0
+YOUNG, POISSON, DENSITY = 30000.0, 0.2, 2.5e-9
+SPEED, OPENING = 300.0, 0.13
+"""Of the pulled end, mm/s and mm."""
+
+STABLE = 0.5
+"""Time step over the largest that is stable for the arms."""
+
+ROWS = 60
+AREA = SIZE / 2.0
+"""Of a point of the joint."""
+
+
+
+STORED, RUPTURE, FRICTION = (contract.statev_index(name) for name in paraview.ENERGIES)
+DAMAGE = contract.statev_index("damage")
+
+
+@dataclass(frozen=True)
+class Result:
+    """Rows of the run: opening, force, its work, energies of arms and joint; steps for ParaView."""
+
+    opening: Floats
+    force: Floats
+    work: Floats
+    arms: Floats
+    joint: Floats
+    steps: list[paraview.Step]
+
+    @property
+    def unbalanced(self) -> float:
+        """Largest difference of the work and the energies, relative to the work at the end."""
+        return float(np.abs(self.work - self.arms - self.joint).max() / self.work[-1])
+
+    @property
+    def elements(self) -> list[int]:
+        """Number of elements of the joint."""
+        return [len(step.state) // 2 for step in self.steps]
+
+
+def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Result:
+    """Pull the end of the upper arm up; extrinsic: insert elements during the run, not before it."""
+    model, mesh, joint = start(folder, extrinsic)
+    dt = STABLE * model.getStableTimeStep()
+    model.setTimeStep(dt)
+    count = int(np.ceil(opening / (SPEED * dt)))
+    shown = set(np.linspace(0, count, ROWS + 1).round().astype(int)[1:].tolist())
+    nodes = np.array(mesh.getNodes())
+    end = np.flatnonzero((nodes[:, 0] < 1e-9) & (nodes[:, 1] == 2.0 * HEIGHT))
+    model.getBlockedDOFs()[nodes[:, 0] > LENGTH - 1e-9] = True
+    model.getBlockedDOFs()[end, 1] = True
+    rows, steps, work, force, given, points = [], [], 0.0, 0.0, 0.0, 0
+    for k in range(1, count + 1):
+        if extrinsic:
+            model.checkCohesiveStress()
+        model.getVelocity()[end, 1] = SPEED
+        model.getDisplacement()[end, 1] = SPEED * k * dt
+        model.solveStep("explicit_lumped")
+        old, force = force, -float(np.array(model.getInternalForce())[end, 1].sum())
+        work += 0.5 * (old + force) * SPEED * dt
+        at = joint.points(CELL[2]) if CELL[2] in joint.types() else None
+        if at is not None and len(at.state) > points:
+            # a new element begins with the energy of its initial stress
+            given += AREA * float(at.state[points:, STORED].sum())
+            points = len(at.state)
+        joint.commit()
+        if k in shown:
+            step = step_of(mesh, model, at, SPEED * k * dt)
+            of_joint = AREA * float(step.state[:, [STORED, RUPTURE, FRICTION]].sum()) - given
+            of_arms = model.getEnergy("kinetic") + model.getEnergy("potential")
+            rows.append((step.time, force, work, of_arms, of_joint))
+            steps.append(step)
+    return Result(*(np.array(column) for column in zip(*rows, strict=True)), steps)
+
+
+def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesive, aka.Mesh, Joint]:
+    """Model, mesh and joint."""
+    name = f"asperity_{next(RUNS)}"
+    made = register(JOINT, name)
+    middle = f"[-1, {LENGTH + 1}], [{HEIGHT - 0.1}, {HEIGHT + 0.1}]"
+    text = INPUT.format(box=middle, young=YOUNG, poisson=POISSON, law=name)
+    (folder / "peel.dat").write_text(text.replace("rho = 1e-9", f"rho = {DENSITY}"), encoding="utf-8")
+    sides = (LENGTH, 2.0 * HEIGHT)
+    write_mesh(folder / "peel.msh", [np.linspace(0.0, side, round(side / SIZE) + 1) for side in sides])
+    aka.parseInput(str(folder / "peel.dat"))
+    mesh = aka.Mesh(2)
+    mesh.read(str(folder / "peel.msh"))
+    model = aka.SolidMechanicsModelCohesive(mesh)
+    model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=extrinsic)
+    if extrinsic:
+        model.updateAutomaticInsertion()
+    return model, mesh, made[0]
+
+
+def step_of(
+    mesh: aka.Mesh, model: aka.SolidMechanicsModelCohesive, points: Points | None, time: float
+) -> paraview.Step:
+    """Step for ParaView with the structure of the moment."""
+    u = np.array(model.getDisplacement())
+    if points is None:
+        empty = np.zeros((0, 3))
+        return paraview.Step(time, u, empty, empty, np.zeros((0, JOINT.nstatv)), structure_of(mesh))
+    values = (points.separation.copy(), points.traction.copy(), points.state.copy())
+    return paraview.Step(time, u, *values, structure_of(mesh))
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description="Arm peeled off in Akantu by explicit dynamics.")
+    parser.add_argument("--intrinsic", action="store_true", help="all elements are there from the start")
+    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write rows of the run for ParaView")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        result = run(Path(name), not options.intrinsic)
+    print(f"elements of the joint {result.elements[0]} to {result.elements[-1]}, of {round(LENGTH / SIZE)}")
+    print(f"largest force {result.force.max():.4f} N, at the end {result.force[-1]:.4f} N")
+    print(f"work {result.work[-1]:.5f} N mm: arms {result.arms[-1]:.5f}, joint {result.joint[-1]:.5f}")
+    print(f"difference of work and energies {result.unbalanced:.1e} of the work")
+    if options.pvd is not None:
+        paraview.write(options.pvd, result.steps[-1].structure, result.steps)
+        print(options.pvd)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,150 @@
+!> Long run of adaptive increments: random scenes are compared with the same load path in fine uniform increments.
+program adaptive_soak
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
+  use adaptive_judge, only: judge_scene, n_values, verdict_type
+  use adaptive_scene, only: describe, draw_scene, is_viscous, scene_type
+  use asperity_kinds, only: wp
+  use asperity_text, only: integer_text, to_text
+  use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
+  use random_numbers, only: largest_seed, seed_of
+  implicit none
+  !> Error of a curve, relative to the tolerance, that counts as a miss.
+  real(wp), parameter :: promise = 1.5_wp
+  !> Largest share of scenes that may miss (docs/solver.md), at least one.
+  real(wp), parameter :: most_misses = 0.05_wp
+  !> Tractions and separations among the values.
+  integer, parameter :: curves = 6
+  character(len=*), parameter :: names(n_values) = [character(len=8) :: "t_N", "t_Tx", "t_Ty", "s_N", "s_Tx", "s_Ty", &
+    "rupture", "friction", "work"]
+  type(scene_type) :: scene
+  type(verdict_type) :: verdict
+  type(progress_type) :: progress
+  integer(int64) :: run, seed
+  integer :: i, misses, only, samples, unresolved, viscous, with_coarse, with_jump
+  integer, allocatable :: rows(:), updates(:)
+  real(wp), allocatable :: worst(:), worst_energy(:)
+  logical :: quiet
+
+  call read_options()
+  allocate (rows(0), updates(0), worst(0), worst_energy(0))
+  misses = 0
+  unresolved = 0
+  viscous = 0
+  with_coarse = 0
+  with_jump = 0
+  call begin_progress(progress, "adaptive_soak", "scenes", quiet)
+  do i = 1, samples
+    if (only > 0 .and. i /= only) cycle
+    seed = seed_of(run, int(i, int64))
+    call draw_scene(seed, scene)
+    call judge_scene(scene, verdict)
+    rows = [rows, verdict%rows]
+    updates = [updates, verdict%updates]
+    worst = [worst, maxval(verdict%errors(:curves))]
+    worst_energy = [worst_energy, maxval(verdict%errors(curves + 1:))]
+    if (.not. verdict%resolved) unresolved = unresolved + 1
+    if (worst(size(worst)) > promise .or. only > 0) call tell()
+    call show_progress(progress, "", i, samples)
+  end do
+  call clear_progress(progress)
+  call write_table()
+  if (real(misses, wp) > max(1.0_wp, most_misses*real(size(worst), wp))) then
+    write (error_unit, "(a)") "adaptive_soak: FAILED: more misses than " // to_text(100.0_wp*most_misses) // " %"
+    write (output_unit, "(a)") "0 passed, 1 failed"
+    stop 1
+  end if
+  ! the share of misses is the test
+  write (output_unit, "(a)") "1 passed, 0 failed"
+
+contains
+
+  !> Describe a scene whose error is too large, and count it.
+  subroutine tell()
+    integer :: k
+    k = maxloc(verdict%errors(:curves), dim=1)
+    if (worst(size(worst)) > promise) then
+      misses = misses + 1
+      if (is_viscous(scene)) viscous = viscous + 1
+      if (verdict%coarse > 0) with_coarse = with_coarse + 1
+      if (verdict%jumps > 0) with_jump = with_jump + 1
+    end if
+    call clear_progress(progress)
+    write (error_unit, "(a)") "adaptive_soak: scene " // integer_text(i) // ": error " // &
+      to_text(verdict%errors(k)) // " of " // trim(names(k)) // " at " // to_text(verdict%at(k)) // &
+      " (leg, fraction): " // describe(scene)
+  end subroutine tell
+
+  !> Write the results.
+  subroutine write_table()
+    real(wp), parameter :: limits(5) = [1.0_wp, promise, 2.0_wp, 5.0_wp, 10.0_wp]
+    integer :: k
+    write (output_unit, "(a, i0, a)") "adaptive_soak: ", size(worst), " scenes; errors relative to the tolerance"
+    write (output_unit, "(4x, a, 2f10.2)") "curves: median, largest          ", middle(worst), maxval(worst)
+    do k = 1, size(limits)
+      write (output_unit, "(4x, a, f4.1, a, i0, a, i0)") "scenes above ", limits(k), ": curves ", &
+        count(worst > limits(k)), ", energies at the rows ", count(worst_energy > limits(k))
+    end do
+    write (output_unit, "(4x, 5(a, i0))") "of the misses: viscous ", viscous, ", with a snap or a loss ", with_jump, &
+      ", with the event coarse ", with_coarse, "; comparison not converged ", unresolved
+    write (output_unit, "(4x, a, f0.1, a, f0.1)") "cost, medians: rows ", middle(real(rows, wp)), &
+      ", updates of the law ", middle(real(updates, wp))
+  end subroutine write_table
+
+  !> Median.
+  pure function middle(values) result(m)
+    real(wp), intent(in) :: values(:)   !! at least one
+    real(wp) :: m
+    integer :: k
+    m = values(1)
+    do k = 1, size(values)
+      m = values(k)
+      if (2*count(values < m) <= size(values) .and. 2*count(values <= m) >= size(values)) return
+    end do
+  end function middle
+
+  !> Read the options of the command.
+  subroutine read_options()
+    character(len=*), parameter :: usage = "usage: adaptive_soak [--samples N] [--only I] [--seed S] [--quiet]"
+    integer, parameter :: longest = 1000
+    character(len=longest) :: argument
+    integer :: a, status
+    samples = 1000
+    run = 1_int64
+    only = 0
+    quiet = .false.
+    a = 1
+    do while (a <= command_argument_count())
+      call get_command_argument(a, argument)
+      status = 0
+      select case (argument)
+      case ("--help")
+        write (output_unit, "(a)") usage
+        stop
+      case ("--quiet")
+        quiet = .true.
+      case ("--samples")
+        a = a + 1
+        call get_command_argument(a, argument)
+        read (argument, *, iostat=status) samples
+      case ("--only")
+        a = a + 1
+        call get_command_argument(a, argument)
+        read (argument, *, iostat=status) only
+      case ("--seed")
+        a = a + 1
+        call get_command_argument(a, argument)
+        read (argument, *, iostat=status) run
+      case default
+        status = 1
+      end select
+      if (status /= 0 .or. samples < 1 .or. only < 0 .or. only > samples .or. run < 1_int64 .or. &
+        run > largest_seed) then
+        write (error_unit, "(a)") "adaptive_soak: " // trim(argument) // ": " // usage // &
+          ", N >= 1 (1000), S from 1 to " // integer_text(int(largest_seed)) // " (1), I from 1 to N: that scene alone"
+        stop 1
+      end if
+      a = a + 1
+    end do
+  end subroutine read_options
+
+end program adaptive_soak

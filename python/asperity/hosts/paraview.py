@@ -1,0 +1,178 @@
+"""Results of structures for ParaView: a PVD file, and for every step a VTU file of solids and one of joints.
+
+Writing needs meshio, which `pip install "asperity[paraview]"` installs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import contract
+
+if TYPE_CHECKING:
+    import meshio
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+CELLS = {4: "quad", 8: "hexahedron"}
+"""Name of a cell by its number of nodes."""
+
+AROUND = {
+    4: ((0, 0), (1, 0), (1, 1), (0, 1)),
+    8: tuple((a, b, c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))),
+}
+"""Corners of a cell in the order of its nodes, by position along each axis of the cell."""
+
+ENERGIES = ("stored", "rupture", "friction")
+"""Energies among the state variables, which are fields of their own."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Nodes (n, 2 or 3), solids (k, 4 or 8) and joints (j, 4 or 8), whose nodes count from 0.
+
+    The nodes of a cell have the order of VTK: around a quadrilateral, or around the lower face of a
+    hexahedron and then around its upper face.  parts is the number of integration points of a joint along
+    each of its axes: from node 0 to node 1, from there to node 2 and, in 3D, from the lower to the upper
+    face.  Every integration point becomes a cell of the joint.  order has the number of the host's point
+    for each of these cells, whose last axis changes fastest; without it the host has the same order.
+    """
+
+    nodes: Floats
+    solids: Integers
+    joints: Integers
+    parts: tuple[int, ...]
+    order: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        dimension = self.nodes.shape[1]
+        for name, cells in (("solids", self.solids), ("joints", self.joints)):
+            if cells.shape[1:] != (2**dimension,):
+                raise ValueError(f"{name} have shape {cells.shape}: expected (cells, {2**dimension})")
+            if len(cells) and not 0 <= cells.min() <= cells.max() < len(self.nodes):
+                worst = cells.max() if cells.min() >= 0 else cells.min()
+                raise ValueError(f"{name}: node {worst}: expected 0 to {len(self.nodes) - 1}")
+        if len(self.parts) != dimension or min(self.parts) < 1:
+            raise ValueError(f"parts = {self.parts}: expected {dimension} numbers of at least 1")
+        count = int(np.prod(self.parts))
+        if self.order and sorted(self.order) != list(range(count)):
+            raise ValueError(f"order = {self.order}: expected the numbers 0 to {count - 1}")
+
+    @property
+    def points(self) -> int:
+        """Number of integration points of all joints."""
+        return len(self.joints) * int(np.prod(self.parts))
+
+    def on_parts(self, values: Floats) -> Floats:
+        """Values of the nodes, (n, ...), at the corners of the cells of the integration points."""
+        matrix = np.ones((1, 1))
+        for n in self.parts:
+            t = np.linspace(0.0, 1.0, n + 1)
+            matrix = np.kron(matrix, np.stack([1.0 - t, t], axis=1))
+        corners = AROUND[self.joints.shape[1]]
+        order = np.argsort([np.ravel_multi_index(corner, (2,) * len(self.parts)) for corner in corners])
+        found = np.einsum("gc,ec...->eg...", matrix, values[self.joints[:, order]])
+        return found.reshape(-1, *values.shape[1:])
+
+    def in_order(self, values: Floats) -> Floats:
+        """Values of the host's integration points, (points, ...), in the order of their cells."""
+        if not self.order:
+            return values
+        return values.reshape(-1, len(self.order), *values.shape[1:])[:, self.order].reshape(values.shape)
+
+    def parts_of_joints(self) -> Integers:
+        """Cells of the integration points, joint by joint."""
+        grid = np.arange(np.prod([n + 1 for n in self.parts])).reshape([n + 1 for n in self.parts])
+        corners = [
+            grid[tuple(slice(a, n + a) for a, n in zip(corner, self.parts, strict=True))].ravel()
+            for corner in AROUND[self.joints.shape[1]]
+        ]
+        cells = np.stack(corners, axis=-1)
+        return (grid.size * np.arange(len(self.joints))[:, None, None] + cells).reshape(-1, len(corners))
+
+
+@dataclass(frozen=True)
+class Step:
+    """Results of a step: time, displacement (n, 2 or 3) of nodes, and values of the integration points.
+
+    separation, traction (points, 3) are (N, Tx, Ty); state (points, nstatv).  structure is that of this step,
+    where cells were added during the run.
+    """
+
+    time: float
+    displacement: Floats
+    separation: Floats
+    traction: Floats
+    state: Floats
+    structure: Structure | None = None
+
+    def fields(self) -> dict[str, Floats]:
+        """Fields of the joints by name."""
+        names = ("damage", *ENERGIES)
+        found = {name: self.state[:, contract.statev_index(name)] for name in names}
+        slip = self.separation[:, 1:]
+        return found | {"dilation": self.separation[:, 0], "slip": slip, "traction": self.traction}
+
+
+def write(pvd: Path, structure: Structure, steps: Iterable[Step]) -> None:
+    """Write the steps: FILE.pvd, which ParaView opens, and a folder FILE with two VTU files for each step.
+
+    Both kinds of files have the displacement at the nodes.  Those of the joints have, for each integration
+    point, damage, dilation (s_N), slip (s_Tx, s_Ty), traction (N, Tx, Ty) and the energies per area stored,
+    rupture and friction.  Raises ValueError where a name does not end with .pvd or a shape does not fit, and
+    ImportError without meshio.
+    """
+    if find_spec("meshio") is None:
+        raise ImportError('meshio is missing: expected for ParaView: pip install "asperity[paraview]"')
+    if pvd.suffix != ".pvd":
+        raise ValueError(f"{pvd}: expected a name that ends with .pvd")
+    folder = pvd.with_suffix("")
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = []
+    for k, step in enumerate(steps):
+        now = step.structure or structure
+        if step.displacement.shape != now.nodes.shape:
+            shape = step.displacement.shape
+            raise ValueError(f"displacement has shape {shape}: expected {now.nodes.shape}")
+        for name in ("separation", "traction", "state"):
+            found = len(getattr(step, name))
+            if found != now.points:
+                raise ValueError(f"{name} of {found} points: expected {now.points}, of all joints")
+        fields = {name: now.in_order(field) for name, field in step.fields().items()}
+        joints = (now.on_parts(now.nodes), now.parts_of_joints(), now.on_parts(step.displacement), fields)
+        files = {
+            f"solids_{k:04}.vtu": _mesh(now.nodes, now.solids, step.displacement),
+            f"joints_{k:04}.vtu": _mesh(*joints),
+        }
+        for part, (name, mesh) in enumerate(files.items()):
+            mesh.write(folder / name)
+            lines.append(f'<DataSet timestep="{step.time!r}" part="{part}" file="{folder.name}/{name}"/>')
+    head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>"]
+    pvd.write_text("\n".join([*head, *lines, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
+
+
+def _mesh(
+    points: Floats, cells: Integers, displacement: Floats, fields: dict[str, Floats] | None = None
+) -> meshio.Mesh:
+    """Mesh in three dimensions, as ParaView wants it."""
+    import meshio
+
+    of_points = {"displacement": _in_space(displacement)}
+    of_cells = {name: [field] for name, field in (fields or {}).items()}
+    return meshio.Mesh(_in_space(points), [(CELLS[cells.shape[1]], cells)], of_points, of_cells)
+
+
+def _in_space(values: Floats) -> Floats:
+    """Vectors (n, 3) of (n, 2 or 3)."""
+    out = np.zeros((len(values), 3))
+    out[:, : values.shape[1]] = values
+    return out

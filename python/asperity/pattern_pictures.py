@@ -1,0 +1,138 @@
+"""Pictures of a pattern: in plan, in space, and as a section through the joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from .contract import Floats
+from .pattern import Pattern
+from .style import COLOURS
+
+GREYS = ("#FFFFFF", "#D9E6F2", "#B3C6D9")
+"""Fill colours of the flat plane and of inclined planes."""
+
+STONE = ("#E8E4DC", "#D8DEE6")
+"""Fills of the lower and of the upper side of a joint."""
+
+
+def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]]:
+    """Plan of one element: corners (., 2) of the flat plane on top and of each inclined plane.
+
+    The areas in plan are the weights of the pattern.
+    """
+    if pattern.m == 2:
+        half = 0.5 * size
+        inner = half * pattern.flat
+        x = [(-inner, inner), (-half, -inner), (inner, half)]
+        boxes = [np.array([(a, -half), (b, -half), (b, half), (a, half)]) for a, b in x]
+        return boxes[0], boxes[1:]
+    # the sides are normal to the directions of the planes, so the corners lie between these directions
+    corners = np.radians(pattern.turn + 180.0 / pattern.m * (2 * np.arange(pattern.m + 1) - 1) + 180.0)
+    outer = size * np.column_stack([np.cos(corners), np.sin(corners)]) / np.sqrt(2.0)
+    inner = np.sqrt(pattern.flat) * outer
+    sides = [np.array([outer[k], outer[k + 1], inner[k + 1], inner[k]]) for k in range(pattern.m)]
+    return inner[:-1], sides
+
+
+def plan(ax: Axes, pattern: Pattern, title: str, numbers: bool = True) -> None:
+    """Draw the plan view of a regular pattern, with an arrow up the slope of each inclined plane."""
+    top, sides = _outlines(pattern)
+    ax.fill(*top.T, facecolor=GREYS[0], edgecolor="black", linewidth=1.0)
+    for k, side in enumerate(sides):
+        ax.fill(*side.T, facecolor=GREYS[1 + k % 2], edgecolor="black", linewidth=1.0)
+    if numbers:
+        ax.text(0.0, 0.0, "1", ha="center", va="center")
+        for k, e in enumerate(_uphill(pattern)):
+            middle = sides[_side_of(sides, e)].mean(axis=0)
+            ax.text(*middle, str(k + 2), ha="center", va="center")
+    ax.set_title(title)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def _uphill(pattern: Pattern) -> Floats:
+    """Horizontal unit vectors up the slope of the inclined planes, in their order."""
+    e = -pattern.normals[-pattern.m :, 1:]
+    return e / np.linalg.norm(e, axis=1)[:, None]
+
+
+def _side_of(sides: Sequence[Floats], e: Floats) -> int:
+    """Index of the side of the element that rises along e; this side lies opposite to e."""
+    return int(np.argmin([side.mean(axis=0) @ e for side in sides]))
+
+
+def space(ax: Axes, pattern: Pattern, title: str) -> None:
+    """Draw an oblique view of a regular pattern, with the average normal and the tangential axes."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    top, sides = _outlines(pattern)
+    e = _uphill(pattern)
+    slope = np.tan(np.radians(pattern.theta))
+    rise = slope * ((top @ e[0]).min() - (np.concatenate(sides) @ e[0]).min())
+    faces = [np.column_stack([top, np.full(len(top), rise)])]
+    for side in sides:
+        up = [_inside(corner, top) for corner in side]
+        faces.append(np.column_stack([side, rise * np.array(up, dtype=float)]))
+    ax.add_collection3d(
+        Poly3DCollection(
+            faces, facecolors=[GREYS[0], *(GREYS[1 + k % 2] for k in range(len(sides)))], edgecolors="black"
+        )
+    )
+    ax.set_xlim(-0.6, 0.6)
+    ax.set_ylim(-0.6, 0.6)
+    ax.set_zlim(0.0, 0.6)
+    ax.set_box_aspect((2, 2, 1), zoom=1.15)
+    ax.computed_zorder = False  # draw the axes in front of the planes
+    for vector, label in (((0.5, 0, 0), "$T_x$"), ((0, 0.5, 0), "$T_y$"), ((0, 0, 0.35), "$N$")):
+        ax.quiver(0, 0, rise, *vector, color=COLOURS[1], arrow_length_ratio=0.15, linewidth=1.4, zorder=10)
+        ax.text(*(1.3 * np.array(vector) + (0, 0, rise)), label, color=COLOURS[1], zorder=11)
+    ax.view_init(elev=38, azim=-60)
+    ax.set_axis_off()
+    ax.set_title(title)
+
+
+def _inside(corner: Floats, top: Floats) -> bool:
+    """Whether a corner of an inclined plane is also a corner of the flat plane."""
+    return bool(np.any(np.all(np.isclose(top, corner), axis=1)))
+
+
+def profile(theta: float, flat: float) -> Floats:
+    """Corners (x, z) of one period of a trapezoidal profile, from the middle of a valley to the next one.
+
+    flat: share of the flat plane, half of it in the valleys.
+    """
+    level, slope = flat / 4.0, (1.0 - flat) / 2.0
+    x = np.cumsum([0.0, level, slope, 2.0 * level, slope, level])
+    z = slope * np.tan(np.radians(theta)) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+    return np.column_stack([x, z])
+
+
+def section(ax: Axes, pattern: Pattern) -> None:
+    """Draw the joint of a flat pattern or of a trapezoid, with the directions of pressure and slip."""
+    one = profile(pattern.theta if pattern.m else 0.0, pattern.flat)
+    line = np.vstack([one[:-1], np.add(one, (1.0, 0.0))])
+    line = line[1:-1]
+    rise = float(one[:, 1].max())
+    floor, roof = -0.45, rise + 0.45
+    for level, fill in ((floor, STONE[0]), (roof, STONE[1])):
+        outline = np.vstack([line, (line[-1, 0], level), (line[0, 0], level)])
+        ax.fill(*outline.T, facecolor=fill, edgecolor="none")
+    ax.plot(*line.T, color="black")
+    style = {"arrowstyle": "-|>", "color": COLOURS[1], "shrinkA": 0, "shrinkB": 0, "mutation_scale": 9}
+    middle = line[:, 0].mean()
+    ax.annotate("", (middle, roof), (middle, roof + 0.45), arrowprops=style)
+    ax.text(middle + 0.08, roof + 0.25, r"$-\sigma_N$", color=COLOURS[1])
+    ax.annotate("", (middle + 0.35, roof - 0.2), (middle - 0.35, roof - 0.2), arrowprops=style)
+    ax.text(middle + 0.42, roof - 0.2, "$s_L$", color=COLOURS[1], va="center")
+    if rise:
+        foot = line[0]
+        ax.plot([foot[0], foot[0] + 0.45], [foot[1]] * 2, ":", color="black", linewidth=0.8)
+        ax.annotate(
+            f"{pattern.theta:g}°", (foot[0] + 0.3, foot[1] + 0.05), (foot[0] + 0.12, floor + 0.1),
+            arrowprops={"arrowstyle": "-", "linewidth": 0.5},
+        )  # fmt: skip
+    ax.set_aspect("equal")
+    ax.set_axis_off()

@@ -1,0 +1,181 @@
+"""Style of the pictures: widths for one and two columns, fonts, colours, labels at the curves, files."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from .contract import Floats
+
+ONE, TWO = 3.5, 7.2
+"""Widths of a picture for one column and for two columns of a journal, inches.
+
+A picture is drawn at the size at which it is printed, so its texts have the size of the type of a journal.
+"""
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#E69F00", "#CC79A7")
+"""Colours that colour-blind readers can distinguish (Okabe and Ito), for up to six curves."""
+
+LINES = ("-", "--", "-.", ":")
+"""Line styles, for print in black and white."""
+
+DPI = 200
+"""Resolution of PNG files, dots per inch."""
+
+FORMATS = (".png", ".pdf")
+"""Endings of the names of pictures."""
+
+TYPE = 8.0
+"""Size of the type, points."""
+
+_SETTINGS = {
+    "font.size": TYPE,
+    "axes.titlesize": TYPE,
+    "axes.labelsize": TYPE,
+    "xtick.labelsize": TYPE - 1.0,
+    "ytick.labelsize": TYPE - 1.0,
+    "legend.fontsize": TYPE - 1.0,
+    "legend.title_fontsize": TYPE - 1.0,
+    "figure.titlesize": TYPE + 1.0,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.0,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "grid.linewidth": 0.5,
+    "legend.frameon": False,
+    "hatch.linewidth": 0.6,
+    "pdf.fonttype": 42,
+}
+"""Settings of Matplotlib; PDF files have TrueType fonts, as publishers want them."""
+
+MOST_TURNS = 12
+"""Largest number of reversals of a path whose branches get arrows."""
+
+PLACE = 0.35
+"""Place of an arrow on its branch, as a fraction of the slip; not the middle, where loops cross."""
+
+SAME_END = 0.02
+"""Curves end side by side if their ends are at most this fraction of the width of the axes apart."""
+
+NEAR_FRAME = 0.75
+"""Labels of curves that end beyond this fraction of the width stand outside the frame."""
+
+
+@contextmanager
+def printed() -> Iterator[None]:
+    """Use the settings of this style inside the block; those of the caller are restored after it."""
+    with matplotlib.rc_context(_SETTINGS):
+        yield
+
+
+def new_figure(width: float, height: float, **subplots: object) -> tuple[Figure, np.ndarray]:
+    """Figure of a size in inches and the array of its axes; no window shows it."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots(squeeze=False, **subplots).ravel()
+
+
+def check(path: Path) -> None:
+    """Raise ValueError unless the name of a picture ends in one of FORMATS."""
+    if path.suffix not in FORMATS:
+        raise ValueError(f"{path}: expected a name that ends in {' or '.join(FORMATS)}")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure to a file whose name ends in one of FORMATS."""
+    check(path)
+    path.write_bytes(encoded(figure, path.suffix))
+
+
+def encoded(figure: Figure, ending: str) -> bytes:
+    """File of a figure: PNG with a palette of 256 colours, or PDF; equal figures give equal files."""
+    buffer = io.BytesIO()
+    if ending == ".pdf":
+        figure.savefig(buffer, format="pdf", metadata={"CreationDate": None, "Producer": None})
+        return buffer.getvalue()
+    from PIL import Image
+
+    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    small = io.BytesIO()
+    with Image.open(buffer) as image:
+        # shades of one colour beside each other compress well; a pattern of dots (dither) does not
+        palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+        palette.save(small, format="png", optimize=True)
+    return small.getvalue()
+
+
+def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: object) -> None:
+    """Draw an arrow on each branch of a path with reversals; a path without a reversal gets none."""
+    ways = np.sign(np.diff(x))
+    moving = np.flatnonzero(ways)
+    turns = moving[1:][np.diff(ways[moving]) != 0]
+    if turns.size == 0 or turns.size > MOST_TURNS:
+        return
+    for first, last in pairwise([int(moving[0]), *turns.tolist(), len(x) - 1]):
+        wanted = x[first] + PLACE * (x[last] - x[first])
+        at = max(first + int(np.argmin(np.abs(x[first : last + 1] - wanted))), 1)
+        style = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11, "color": colour}
+        ax.annotate("", (x[at], y[at]), (x[at - 1], y[at - 1]), arrowprops=style)
+
+
+def label_ends(ax: Axes, title: str = "") -> None:
+    """Write the label of each line of the axes at its right end, in its colour, without overlap.
+
+    title: what the labels are, such as a symbol and its unit; it stands above the uppermost label.  Call this
+    after all curves and limits are set.
+    """
+    lines = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
+    figure = ax.figure
+    figure.draw_without_rendering()  # the layout determines how high the axes are
+    height = TYPE * 1.15 / (ax.get_window_extent().height * 72.0 / figure.dpi)
+    to_axes = ax.transData + ax.transAxes.inverted()
+    ends = []
+    for line in lines:
+        x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+        last = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+        last = last[np.argmax(x[last])] if last.size else 0
+        end = to_axes.transform((x[last], y[last]))
+        ends.append((1.0 if end[0] > NEAR_FRAME else end[0], end[1]))
+    groups: dict[int, list[int]] = {}
+    for i, (x, _) in enumerate(ends):
+        near = next((j for j in groups if abs(ends[j][0] - x) <= SAME_END), i)
+        groups.setdefault(near, []).append(i)
+    rightmost = max(groups, key=lambda j: ends[j][0], default=None)
+    for first, members in groups.items():
+        levels = _apart([float(np.clip(ends[i][1], 0.0, 1.0)) for i in members], height)
+        x = max(ends[i][0] for i in members)
+        style = {
+            "xycoords": "axes fraction", "textcoords": "offset points", "va": "center",
+            "fontsize": TYPE - 1.0, "annotation_clip": False,
+        }  # fmt: skip
+        for i, level in zip(members, levels, strict=True):
+            line = lines[i]
+            ax.annotate(line.get_label(), (x, level), (4.0, 0.0), color=line.get_color(), **style)
+        if title and first == rightmost:
+            ax.annotate(title, (x, max(levels) + 1.2 * height), (4.0, 0.0), color="0.35", **style)
+
+
+def _apart(levels: Sequence[float], height: float) -> list[float]:
+    """Levels moved apart to at least the height of a text, in their order, as little as possible."""
+    order = np.argsort(levels, kind="stable")
+    wanted = np.array(levels)[order] - height * np.arange(len(levels))
+    # isotonic regression: neighbours in the wrong order share their mean
+    blocks: list[list[float]] = []
+    for value in wanted:
+        blocks.append([value, 1.0])
+        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
+            value_2, count_2 = blocks.pop()
+            value_1, count_1 = blocks.pop()
+            blocks.append([(value_1 * count_1 + value_2 * count_2) / (count_1 + count_2), count_1 + count_2])
+    spread = np.concatenate([np.full(int(count), value) for value, count in blocks]) if blocks else wanted
+    found = np.empty(len(levels))
+    found[order] = spread + height * np.arange(len(levels))
+    return [float(level) for level in found]
