@@ -12,6 +12,9 @@ from ..contract import Floats
 from .fitting import Fit
 from .model import SCALES, transformed
 
+ASYMMETRY = 1.0e-9
+"""Largest difference of two opposite elements, over the largest element, that counts as a rounding error."""
+
 
 @dataclass(frozen=True, eq=False)
 class Covariance:
@@ -59,6 +62,7 @@ def read(path: Path) -> Covariance:
             f"{path}: expected a value and a row of the covariance for each of {', '.join(names)}"
         )
     finite = np.isfinite(values).all() and np.isfinite(covariance).all()
-    if not finite or (np.diag(covariance) < 0.0).any() or not np.allclose(covariance, covariance.T, atol=0.0):
+    least = ASYMMETRY * np.abs(covariance).max()
+    if not finite or np.diag(covariance).min() < 0.0 or np.abs(covariance - covariance.T).max() > least:
         raise ValueError(f"{path}: expected finite values, and a symmetric covariance with variances >= 0")
     return Covariance(names, values, covariance)
