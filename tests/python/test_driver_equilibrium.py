@@ -124,6 +124,11 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
             "proved",
         ),
         (
+            "&step s_N = 0.05, slip = 0.1, increments = 1 /\n"
+            "&step t_N = -0.7, slip = 0.27, increments = 1 /\n",
+            "exists on the way to the end of the increment, just beyond the last one: ",
+        ),
+        (
             "&step t_N = 3.5, increments = 70 /\n",
             "exists: the joint carries at most t_N = 3, the step asks for 3.05; tension is positive",
         ),
