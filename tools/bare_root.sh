@@ -20,8 +20,9 @@ cp -a "$needed" "$root/needed"
 cp "$commands" "$root/commands.sh"
 # programs find the libraries of the wheel by their own path, which the loader reads from /proc
 mount -t proc proc "$root/proc"
-# tests open terminals
+# tests open terminals, and servers on this machine
 mount -t devpts -o ptmxmode=0666 devpts "$root/dev/pts"
 ln -sf pts/ptmx "$root/dev/ptmx"
+echo "127.0.0.1 localhost" >"$root/etc/hosts"
 trap 'umount "$root/proc" "$root/dev/pts" && rm -rf "$root"' EXIT
 env -i PATH=/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin chroot "$root" sh /commands.sh

@@ -211,8 +211,10 @@ contains
     type(report_type), intent(inout) :: report   !! work, and whether several branches continue
     !> Equilibria after the loss of stability at which other branches are looked for.
     integer, parameter :: looks = 8
-    if (step%after(step%balance%n + 1) >= 0.0_wp .and. unstable(step%balance%n, free_matrix(step%balance, step%point), &
-      elastic_stiffness(joint))) then
+    real(wp) :: matrix(3, 3)
+    ! flang 16 does not compile a call with this matrix as an expression
+    matrix = free_matrix(step%balance, step%point)
+    if (step%after(step%balance%n + 1) >= 0.0_wp .and. unstable(step%balance%n, matrix, elastic_stiffness(joint))) then
       arc%unstable = arc%unstable + 1
       if (arc%unstable <= looks) call look(joint, path, length, step, report)
     else

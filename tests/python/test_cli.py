@@ -282,7 +282,7 @@ def test_case_is_read() -> None:
     assert len(test.slips) == 800
     assert test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
     assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
-    assert case.sweep == "" and case.title == "Figure 5(b): cyclic slip"
+    assert case.sweep == "" and case.title == "Figure 5(b): cyclic slip, with kc = 1 as in the paper"
     assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == path.read_bytes()
 
 

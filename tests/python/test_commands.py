@@ -68,7 +68,8 @@ def test_cases(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["cases"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(all_cases()) > 20
-    assert any(line.split(None, 1) == ["figure05b", "Figure 5(b): cyclic slip"] for line in lines)
+    title = "Figure 5(b): cyclic slip, with kc = 1 as in the paper"
+    assert any(line.split(None, 1) == ["figure05b", title] for line in lines)
     assert all(line[34:] for line in lines)
     assert main(["cases", "figure05b"]) == main(["cases", "stability/unloading", "-o", "x.nml"]) == 0
     assert Path("figure05b.nml").read_bytes() == all_cases()["figure05b"].read_bytes()
