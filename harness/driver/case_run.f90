@@ -217,6 +217,8 @@ contains
     text = ""
     if (.not. proven) return
     text = "no equilibrium exists"
+    ! the end of the increment may have one
+    if (i == 2) text = text // " on the way to the end of the increment, just beyond the last one"
     if (count(failed%control%traction) == 1) then
       call scan_equilibria(case%joint, failed%control, given, failed%last, scan)
       text = text // ": the joint carries " // trim(merge("at most ", "at least", scan%short)) // " t_" // &

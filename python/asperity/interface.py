@@ -162,7 +162,8 @@ class Interface:
         follow="branch" continues along the unstable part of a branch, where follow="stable" jumps. The slips
         are then targets that are reached one after the other; in between the slip may turn back and forward
         again, which the event turn names. Every step along the branch is a row; it moves the separation by at
-        most arc (1e-5 to 1, 0.05 without a value) times s0.
+        most arc (1e-5 to 1, 0.05 without a value) times s0, or by four times that where all planes are fully
+        damaged.
 
         Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
         is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f or of the

@@ -61,7 +61,8 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     select case (ended)
     case (ended_endless)
-      call append(message, "the branch does not reach the prescribed values: the separation grows without end")
+      call append(message, "the branch does not reach the prescribed values within a length of " // &
+        to_text(endless) // " s_f: the separation grows without end, or farther than that")
     case (ended_rejected)
       call append(message, "the prescribed values are too far for steps of this length: expected a larger arc")
     case (ended_divided)
@@ -84,8 +85,8 @@ contains
   !>
   !> The step ends at the first fold in it, so that the rows have the extreme values of the load factor. If the branch
   !> does not continue, the point stays, and the report says why: `ended_divided` if several branches continue,
-  !> `ended_endless` if the separation grows without end, `ended_rejected` if the prescribed values are too far for the
-  !> length of the steps, else `ended_lost`.
+  !> `ended_endless` if the separation grows without end or too far, `ended_rejected` if the prescribed values are too
+  !> far for the length of the steps, else `ended_lost`.
   pure subroutine arc_step(joint, path, arc, point, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values at the factors 0 and 1
@@ -158,7 +159,7 @@ contains
   end function endless_length
 
   !> Move on by `advance`. If there is no equilibrium, the prescribed tractions move the sides apart or along each other
-  !> without end.
+  !> without end. Sliding planes and soft springs may move farther than an elastic interface, so the step is halved.
   pure subroutine push(joint, path, unit, arc, point, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values
@@ -166,12 +167,29 @@ contains
     type(arc_type), intent(inout) :: arc         !! progress
     type(point_type), intent(inout) :: point     !! the point, start -> end
     type(report_type), intent(out) :: report     !! work, and why the branch ended
-    real(wp) :: next, reached
-    integer :: iterations
-    next = 1.0_wp
-    if (unit > 0.0_wp) next = min(1.0_wp, arc%factor + arc%longest/unit)
-    call advance(joint, path%control, path%start + arc%factor*path%change, &
-      merge(path%target, path%start + next*path%change, next >= 1.0_wp), point, iterations, reached, report)
+    !> Longest motion in a step, and shortest step that is tried: only a snap moves farther in it. Both relative to the
+    !> longest step.
+    real(wp), parameter :: farthest = 4.0_wp, shortest = 2.0_wp**(-10)
+    type(point_type) :: trial
+    real(wp) :: length, next, reached
+    integer :: iterations, updates, wasted
+    length = min(arc%longest, unit)
+    wasted = 0
+    updates = 0
+    do
+      next = 1.0_wp
+      if (unit > 0.0_wp) next = min(1.0_wp, arc%factor + length/unit)
+      trial = point
+      call advance(joint, path%control, path%start + arc%factor*path%change, &
+        merge(path%target, path%start + next*path%change, next >= 1.0_wp), trial, iterations, reached, report)
+      if (norm2(trial%s - point%s) <= farthest*arc%longest .or. length <= shortest*arc%longest) exit
+      wasted = wasted + report%iterations
+      updates = updates + report%updates
+      length = 0.5_wp*length
+    end do
+    report%iterations = report%iterations + wasted
+    report%updates = report%updates + updates
+    call move_point(trial, point)
     if (reached < 1.0_wp) then
       report%ended = ended_endless
       return

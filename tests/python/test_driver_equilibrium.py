@@ -115,6 +115,17 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
     assert fragment in run(LOSES + f"&expect {expect} /\n", code=code).messages
 
 
+def test_loss_on_the_way(run) -> None:
+    """The joint loses its tension on the way to a compression that it carries; the message claims no more."""
+    steps = "&step s_N = 0.05, slip = 0.1, increments = 1 /\n&step t_N = -0.7, slip = {}, increments = 1 /\n"
+    lost = run(MATERIAL + FLAT + steps.format(0.27), code=2)
+    assert (
+        "no equilibrium exists on the way to the end of the increment, just beyond the last" in lost.messages
+    )
+    closed = run(MATERIAL + FLAT + steps.format(0.1).replace("&step t_N", "&step s_N = -0.02 /\n&step t_N"))
+    assert closed["t_N"][-1] == pytest.approx(-0.7)
+
+
 @pytest.mark.parametrize(
     ("steps", "fragment"),
     [
