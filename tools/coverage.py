@@ -15,7 +15,10 @@ from pathlib import Path
 # Share of the lines of every file of src/ that the suites must run.
 REQUIRED = 0.95
 # Files that may have less: file name -> (share, reason).
-EXCEPTIONS: dict[str, tuple[float, str]] = {}
+EXCEPTIONS: dict[str, tuple[float, str]] = {
+    "asperity_arc.f90": (0.92, "bisection towards the target, which none of 800 drawn slip tests needed"),
+    "asperity_loss.f90": (0.9, "a motion that wears an equilibrium away, as 2 of 2400 long random tests do"),
+}
 
 
 def main() -> int:
