@@ -182,7 +182,7 @@ contains
       trial = point
       call advance(joint, path%control, path%start + arc%factor*path%change, &
         merge(path%target, path%start + next*path%change, next >= 1.0_wp), trial, iterations, reached, report)
-      if (norm2(trial%s - point%s) <= farthest*arc%longest .or. length <= shortest*arc%longest) exit
+      if (sqrt(sum((trial%s - point%s)**2)) <= farthest*arc%longest .or. .not. length > shortest*arc%longest) exit
       wasted = wasted + report%iterations
       updates = updates + report%updates
       length = 0.5_wp*length
@@ -281,7 +281,7 @@ contains
       change = 0.0_wp
       change(:3) = free_part(step%balance, target%s)
       change(n + 1) = unit
-      if (result%converged .and. norm2(change - guess) <= length - before) then
+      if (result%converged .and. sqrt(sum((change - guess)**2)) <= length - before) then
         change = change - step%from
         step%after = branch_tangent(joint, path, step%balance, target)
         step%good = has_no_folds(joint, target) .or. length_product(path, change, step%after) > 0.0_wp

@@ -23,8 +23,8 @@ contains
     type(interface_type), intent(in) :: joint   !! the interface
     type(path_type), intent(in) :: path         !! the prescribed values
     real(wp) :: length
-    length = norm2(prescribed_change(path))
-    if (.not. length > 0.0_wp) length = norm2(path%change)/elastic_stiffness(joint)
+    length = sqrt(sum(prescribed_change(path)**2))
+    if (.not. length > 0.0_wp) length = sqrt(sum(path%change**2))/elastic_stiffness(joint)
   end function load_length
 
   !> Change of the prescribed separations, zero in the other components.

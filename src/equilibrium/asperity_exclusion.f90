@@ -229,7 +229,7 @@ contains
     type(range_type) :: c
     real(wp) :: near(3)
     near = merge(0.0_wp, min(abs(a%low), abs(a%high)), a%low <= 0.0_wp .and. a%high >= 0.0_wp)
-    c = range_type(norm2(near), norm2(max(abs(a%low), abs(a%high))))
+    c = range_type(sqrt(sum(near**2)), sqrt(sum(max(abs(a%low), abs(a%high))**2)))
   end function norm_of
 
 end module asperity_exclusion
