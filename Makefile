@@ -3,10 +3,11 @@
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX: tests, pictures; Chromium
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (long runs), wheel (sdist and wheel, tried in a bare Debian root),
-# release (these and the sources for Abaqus, from a clean clone), site (the pages as a web site, tested in Chromium), clean
-# (build/), distclean (and .venv/). What has passed runs again when a file has changed. Variables: PYTHON, FLANG, JOBS,
-# PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds; what a step printed is in build/logs.
+# driver), the parts of check by name, bench, soak (long runs), mutants (which changes of the library do the tests notice?),
+# wheel (sdist and wheel, tried in a bare Debian root), release (these and the sources for Abaqus, from a clean clone), site
+# (the pages as a web site, tested in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when a
+# file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds;
+# what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif
@@ -29,7 +30,7 @@ tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: build demo test check $(parts) bench soak hosts site wheel release dependencies clean distclean force
+.PHONY: build demo test check $(parts) bench soak mutants hosts site wheel release dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
@@ -65,6 +66,8 @@ bench: build
 	@build/release/bin/bench
 soak: build .venv/installed
 	@tools/soak.sh
+mutants: .venv/installed
+	@$(venv)/python tools/mutants.py
 hosts: .venv/installed
 	@tools/hosts.sh
 

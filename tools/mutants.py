@@ -31,7 +31,7 @@ EQUIVALENT = Path("tests/equivalent_mutants.csv")
 WORK = Path("build/mutants")
 COPIED = ["CMakeLists.txt", "cmake", "src", "harness", "tests"]
 # They repeat the same calls on many threads or for a long time, or compile another project.
-LEFT_OUT = {"test_package", "test_solver_soak", "test_threads", "threads", "memory"}
+LEFT_OUT = {"test_package", "test_adaptive_soak", "test_solver_soak", "test_threads", "threads", "memory"}
 # A test that takes so many times its usual time, and at least so many seconds, has noticed the mutant.
 PATIENCE, LEAST_PATIENCE = 10.0, 20.0
 # What the program of a test takes to be linked, in seconds; it counts in the order of the tests.
