@@ -7,7 +7,7 @@ module branch_run
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: ended_complete, report_type
   use failed_case, only: failed_type
-  use history, only: add_row, history_type, row_type
+  use history, only: add_row, history_type, next_row, row_type
   use load_path, only: step_type
   use progress_line, only: progress_type, show_progress
   implicit none
@@ -43,16 +43,8 @@ contains
     do while (arc%factor < 1.0_wp)
       call arc_step(joint, path, arc, point, report)
       farthest = max(farthest, arc%factor)
-      row%increment = row%increment + 1
+      call next_row(row, point, report)
       row%time = start + step%time*((before + farthest*increments)/real(sum(step%increments), wp))
-      row%s = point%s
-      row%traction = point%traction
-      row%state = point%state
-      row%work = point%work
-      row%iterations = report%iterations
-      row%updates = report%updates
-      row%snaps = report%snaps
-      row%released = report%released
       row%turn = arc%turned
       row%lost = report%ended /= ended_complete
       if (row%lost) failed = failed_type(.true., row%step, row%increment, step%control, point, point, to, report, &

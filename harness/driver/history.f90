@@ -17,10 +17,11 @@ module history
   use asperity_text, only: integer_text
   use asperity_control_point, only: point_type
   use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
+  use asperity_mixed_control, only: report_type
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
-  public :: open_history, start_from, add_row, close_history
+  public :: open_history, start_from, next_row, add_row, close_history
 
   character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
     "rupture,friction,work,iterations,event"
@@ -91,6 +92,23 @@ contains
     end if
     call write_line(table%file, path, header, table%good)
   end subroutine open_history
+
+  !> Turn the last row of a step into its next one: the point that an increment has reached.
+  subroutine next_row(row, point, report)
+    type(row_type), intent(inout) :: row      !! last row -> the next one, without its time
+    type(point_type), intent(in) :: point     !! the point
+    type(report_type), intent(in) :: report   !! report of the increment
+    row%increment = row%increment + 1
+    row%s = point%s
+    row%traction = point%traction
+    row%state = point%state
+    row%work = point%work
+    row%iterations = report%iterations
+    row%updates = report%updates
+    row%snaps = report%snaps
+    row%released = report%released
+    row%substeps = report%parts > 1
+  end subroutine next_row
 
   !> Set the state from which events are counted, for a run that does not start from a virgin point.
   subroutine start_from(table, joint, point)

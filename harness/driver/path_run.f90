@@ -8,7 +8,7 @@ module path_run
   use case_state, only: state_type
   use driver_messages, only: short, tell
   use failed_case, only: failed_type
-  use history, only: add_row, history_type, row_type, start_from
+  use history, only: add_row, history_type, next_row, row_type, start_from
   use load_path, only: step_type
   use asperity_mixed_control, only: advance, control_type, new_point, point_type, report_type
   use progress_line, only: progress_type, show_progress
@@ -76,7 +76,7 @@ contains
     type(point_type) :: before
     type(report_type) :: report
     real(wp) :: earlier, from(3), last(3), offset(3), reached, to(3)
-    integer :: j, n
+    integer :: iterations, j, n
 
     ! the force of the spring is zero at the start of the step
     offset = merge(step%control%spring*point%s, 0.0_wp, step%control%traction)
@@ -107,17 +107,9 @@ contains
         last = given
         before = point
         given = ramp(from, to, n, step%increments(j))
-        call advance(joint, control, last, given, point, row%iterations, reached, report=report)
-        row%increment = row%increment + 1
+        call advance(joint, control, last, given, point, iterations, reached, report=report)
+        call next_row(row, point, report)
         row%time = start + step%time*((real(row%increment - 1, wp) + reached)/real(sum(step%increments), wp))
-        row%s = point%s
-        row%traction = point%traction
-        row%state = point%state
-        row%work = point%work
-        row%snaps = report%snaps
-        row%released = report%released
-        row%updates = report%updates
-        row%substeps = report%parts > 1
         row%lost = reached < 1.0_wp
         if (row%snaps > 0) call tell_snap(label, row, report, table%snaps, progress)
         if (row%lost) then
@@ -207,17 +199,9 @@ contains
       type(point_type), intent(in) :: new       !! the point
       integer, intent(in) :: iterations         !! of Newton's method
       type(report_type), intent(in) :: report   !! report
-      row%increment = row%increment + 1
+      call next_row(row, new, report)
       row%time = start + step%time*((before + now*increments)/real(sum(step%increments), wp))
-      row%s = new%s
-      row%traction = new%traction
-      row%state = new%state
-      row%work = new%work
       row%iterations = iterations
-      row%snaps = report%snaps
-      row%released = report%released
-      row%updates = report%updates
-      row%substeps = report%parts > 1
       row%coarse = walk%coarse .and. .not. row%lost
       if (row%snaps > 0) call tell_snap(label, row, report, table%snaps, progress)
       call add_row(table, joint, row)

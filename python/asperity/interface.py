@@ -250,17 +250,7 @@ class Interface:
             _raise(status, message)
             if rows <= room:
                 break
-        lost = ""
-        if reached < 0:
-            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
-        elif reached < len(turns):
-            lost = f"no equilibrium before slip {turns[reached]:g}, sigma_N = {sigma_N:g}"
-        # copies of the used rows free the larger buffers
-        kept = (part[:rows].copy() for part in (separation, traction, state, work))
-        history = self._history(*kept, lost)
-        if lost:
-            raise EquilibriumLost(lost, history)
-        return history
+        return self._ended((separation, traction, state, work), rows, turns, reached, sigma_N)
 
     def _branch_slip(
         self,
@@ -289,15 +279,30 @@ class Interface:
             _raise(status, message)
             if rows <= room:
                 break
+        why = message.decode("ascii").rstrip()
+        return self._ended(
+            (separation, traction, state, work), rows, slips, reached, sigma_N, why, (jumps, turned)
+        )
+
+    def _ended(
+        self,
+        buffers: tuple[Floats, ...],
+        rows: int,
+        targets: Floats,
+        reached: int,
+        sigma_N: float,
+        why: str = "",
+        events: tuple[Floats, ...] = (),
+    ) -> History:
+        """History of the used rows; EquilibriumLost unless every target was reached (< 0: preload)."""
         lost = ""
         if reached < 0:
             lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
-        elif reached < len(slips):
-            why = message.decode("ascii").rstrip()
-            lost = f"no equilibrium before slip {slips[reached]:g}, sigma_N = {sigma_N:g}: {why}"
+        elif reached < len(targets):
+            lost = f"no equilibrium before slip {targets[reached]:g}, sigma_N = {sigma_N:g}"
+            lost += f": {why}" if why else ""
         # copies of the used rows free the larger buffers
-        kept = (part[:rows].copy() for part in (separation, traction, state, work))
-        history = self._history(*kept, lost, jumps, turned)
+        history = self._history(*(part[:rows].copy() for part in buffers), lost, *events)
         if lost:
             raise EquilibriumLost(lost, history)
         return history
