@@ -11,8 +11,9 @@ module asperity_adaptive
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, plain_newton, report_type
+  use asperity_rates, only: rate_of, rate_type
   use asperity_regime, only: criteria, n_regimes, regime, slips, slips_back, switch_shares
-  use asperity_walk, only: correct_state, distance, extrapolate, keep_scales, largest_size, largest_tolerance, &
+  use asperity_walk, only: correct_state, distance, extrapolate, growth_difference, keep_scales, largest_size, largest_tolerance, &
     least_tolerance, new_walk, step_error, walk_type
   implicit none
   private
@@ -55,6 +56,7 @@ contains
     real(wp), intent(out) :: reached                !! 1, or below: equilibrium lost
     type(report_type), intent(out) :: reports(2)    !! what happened in both increments
     type(point_type) :: ending, previous, whole
+    type(rate_type) :: rates(3)
     type(report_type) :: report
     real(wp) :: error, least, next, shorter, size, switch
     integer :: used
@@ -72,6 +74,7 @@ contains
       call solve_to(at, at + probe*size, middle, used, reached, walk, reports(1))
       walk%does = regime(joint, point, middle)
       walk%slid = slips(joint, point, middle)
+      walk%rate = rate_of(joint, control, target - start, middle)
       ! a jump at the start of the load path
       if (distance(control, walk, middle%traction, middle%s, point) > 1.0_wp) size = least
     end if
@@ -110,7 +113,9 @@ contains
         switches(2) = any(regime(joint, point, middle) .neqv. regime(joint, middle, ending)) .or. &
           slips_back(joint, slips(joint, point, middle), slips(joint, middle, ending), ending)
         single = single .and. maxval(reports%parts) == 1
-        error = step_error(joint, control, walk, size, point, whole, middle, ending, any(switches), single)
+        rates = [walk%rate, rate_of(joint, control, target - start, middle), rate_of(joint, control, target - start, &
+          ending)]
+        error = step_error(joint, control, walk, size, point, whole, middle, ending, switches, single, rates)
         if (last) exit
         if (error <= 1.0_wp) then
           if (switches(1) .or. .not. single) call check(point, at, middle, at_middle, error, switch, walk)
@@ -126,7 +131,7 @@ contains
       end if
       walk%rejected = walk%rejected + 1
       shorter = size*max(most_cut, safety/sqrt(error))
-      landed = located .and. switch > at + shorter .and. switch < next
+      landed = located .and. switch > at + shorter .and. stretch*(switch - at) < size
       size = merge(switch - at, shorter, landed)
     end do
     if (reached < 1.0_wp) then
@@ -144,10 +149,11 @@ contains
     walk%coarse = error > 1.0_wp
     walk%size = size*min(most_growth, safety/sqrt(max(error, tiny(error))))
     if (landed) walk%size = min(walk%size, max(size, shorter))
+    walk%rate = rates(3)
     walk%does = regime(joint, middle, ending)
     walk%slid = slips(joint, middle, ending)
-    if (single .and. .not. any(switches) .and. &
-        distance(control, walk, whole%traction, whole%s, ending) > least_correction) then
+    if (single .and. .not. any(switches) .and. max(distance(control, walk, whole%traction, whole%s, ending), &
+        growth_difference(joint, whole, ending)/walk%tolerance) > least_correction) then
       previous = ending
       call correct_state(joint, control, between(start, target, next), point, whole, previous, 1.0_wp, ending)
       call correct_state(joint, control, between(start, target, at_middle), point, whole, previous, 0.5_wp, middle)

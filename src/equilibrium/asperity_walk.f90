@@ -5,9 +5,10 @@ module asperity_walk
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, plain_newton
+  use asperity_rates, only: line_error, rate_type
   implicit none
   private
-  public :: new_walk, distance, step_error, extrapolate, correct_state, keep_scales
+  public :: new_walk, distance, growth_difference, step_error, extrapolate, correct_state, keep_scales
 
   !> Range of the tolerance. A smaller one is below the errors of rounding and of the solver; a larger one has no
   !> effect.
@@ -19,7 +20,7 @@ module asperity_walk
   !> step: 1/4 on a parabola (0.3 is taken), up to 2 at a kink.
   real(wp), parameter :: smooth_share = 0.3_wp, kink_share = 2.0_wp
   !> Safety factor on the difference at the end of a step, because path errors of the slips accumulate over steps.
-  real(wp), parameter :: path_share = 3.0_wp
+  real(wp), parameter :: path_share = 4.0_wp
   !> Largest number of planes for which steps end at switches. With more planes the search costs more than the rows it
   !> saves (docs/solver.md).
   integer, parameter :: most_planes = 8
@@ -33,6 +34,7 @@ module asperity_walk
     logical :: lands = .true.          !! whether rejected steps end at switches
     logical, allocatable :: does(:, :) !! regime of the planes at the start of the next step
     real(wp), allocatable :: slid(:, :) !! slip of the planes in the increment before it, length
+    type(rate_type) :: rate            !! at the start of the next step
     logical :: coarse = .false.        !! whether the last step is the smallest one and its error exceeds the tolerance
     real(wp) :: tried = 0.0_wp         !! end of the last step tried, fraction of the load path
     integer :: solves = 0              !! increments solved, rejected ones included
@@ -66,6 +68,20 @@ contains
     d = d/walk%tolerance
   end function distance
 
+  !> Largest difference of the damage of a plane between two results. The tractions need not show it: before a damaged
+  !> plane slips, it carries what the bond carried.
+  pure function growth_difference(joint, first, second) result(difference)
+    type(interface_type), intent(in) :: joint       !! the interface
+    type(point_type), intent(in) :: first, second   !! the results
+    real(wp) :: difference
+    integer :: i, k
+    difference = 0.0_wp
+    do k = 1, joint%pattern%n
+      i = plane_statev(k)
+      difference = max(difference, abs(first%state(i) - second%state(i)))
+    end do
+  end function growth_difference
+
   !> Increase the scales to the values of a point.
   pure subroutine keep_scales(control, point, walk)
     type(control_type), intent(in) :: control       !! what is given
@@ -96,24 +112,38 @@ contains
   end function path_weight
 
   !> Error of a step, relative to the tolerance.
-  pure function step_error(joint, control, walk, size, old, whole, middle, ending, switched, single) result(error)
+  pure function step_error(joint, control, walk, size, old, whole, middle, ending, switches, single, rates) result(error)
     type(interface_type), intent(in) :: joint                   !! the interface
     type(control_type), intent(in) :: control                   !! what is given
     type(walk_type), intent(in) :: walk                         !! tolerance and scales
     real(wp), intent(in) :: size                                !! of the step, fraction of the load path
     type(point_type), intent(in) :: old, whole, middle, ending  !! start, end in one increment, middle and end in two
-    logical, intent(in) :: switched                             !! whether a plane switches within the step
+    logical, intent(in) :: switches(2)                          !! whether a plane switches within its halves
     logical, intent(in) :: single                               !! whether no increment needed sub-increments
+    type(rate_type), intent(in) :: rates(3)                     !! at start, middle and end
     real(wp) :: error
-    real(wp) :: energy, separation, share, traction, weight
+    real(wp) :: damage, energy, line(3), separation, share, traction, weight
+    logical :: switched
     ! if the step is smooth, slips and viscous damage are extrapolated
+    switched = any(switches)
     weight = path_share
     if (switched .or. .not. single) weight = path_weight(joint, control, size)
     share = merge(kink_share, smooth_share, switched)
-    traction = max(weight*size_of(whole%traction - ending%traction), &
-                   share*size_of(middle%traction - 0.5_wp*(old%traction + ending%traction)))
-    separation = maxval(merge(max(weight*abs(whole%s - ending%s), &
-                                  share*abs(middle%s - 0.5_wp*(old%s + ending%s))), 0.0_wp, control%traction))
+    if (all(rates%known)) then
+      line = max(line_error(middle%traction - old%traction, 0.5_wp*size*rates(1)%traction, &
+        0.5_wp*size*rates(2)%traction, switches(1)), line_error(ending%traction - middle%traction, &
+        0.5_wp*size*rates(2)%traction, 0.5_wp*size*rates(3)%traction, switches(2)))
+      traction = max(weight*size_of(whole%traction - ending%traction), size_of(line))
+      line = max(line_error(middle%s - old%s, 0.5_wp*size*rates(1)%s, &
+        0.5_wp*size*rates(2)%s, switches(1)), line_error(ending%s - middle%s, &
+        0.5_wp*size*rates(2)%s, 0.5_wp*size*rates(3)%s, switches(2)))
+      separation = maxval(merge(max(weight*abs(whole%s - ending%s), line), 0.0_wp, control%traction))
+    else
+      traction = max(weight*size_of(whole%traction - ending%traction), &
+                     share*size_of(middle%traction - 0.5_wp*(old%traction + ending%traction)))
+      separation = maxval(merge(max(weight*abs(whole%s - ending%s), &
+                                    share*abs(middle%s - 0.5_wp*(old%s + ending%s))), 0.0_wp, control%traction))
+    end if
     energy = maxval(abs(spent(whole) - spent(ending)))
     traction = traction/max(walk%traction, size_of(ending%traction))
     separation = separation/max(walk%separation, maxval(abs(ending%s), mask=control%traction))
@@ -122,7 +152,9 @@ contains
     ! if the step is smooth, the error after extrapolation is two orders smaller; not if sub-increments were needed
     if (.not. single) energy = 3.0_wp*energy
     if (single .and. .not. switched) energy = energy**2
-    error = max(traction, separation, energy)/walk%tolerance
+    damage = growth_difference(joint, whole, ending)
+    if (single .and. .not. switched) damage = damage**2
+    error = max(traction, separation, energy, damage)/walk%tolerance
   end function step_error
 
   !> Remove the leading error from the energies of the two halves (Richardson extrapolation). That of the whole
