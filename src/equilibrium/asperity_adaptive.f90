@@ -13,8 +13,8 @@ module asperity_adaptive
   use asperity_mixed_control, only: advance, plain_newton, report_type
   use asperity_rates, only: rate_of, rate_type
   use asperity_regime, only: criteria, n_regimes, regime, slips, slips_back, switch_shares
-  use asperity_walk, only: correct_state, distance, extrapolate, growth_difference, keep_scales, largest_size, largest_tolerance, &
-    least_tolerance, new_walk, step_error, walk_type
+  use asperity_walk, only: correct_state, distance, end_error, extrapolate, growth_difference, keep_scales, &
+    largest_size, largest_tolerance, least_tolerance, lines_error, new_walk, walk_type
   implicit none
   private
   public :: walk_type, new_walk, adaptive_step, least_tolerance, largest_tolerance
@@ -74,7 +74,8 @@ contains
       call solve_to(at, at + probe*size, middle, used, reached, walk, reports(1))
       walk%does = regime(joint, point, middle)
       walk%slid = slips(joint, point, middle)
-      walk%rate = rate_of(joint, control, target - start, middle)
+      call find_rate(at, point, size, rates(1), walk)
+      walk%rate = rates(1)
       ! a jump at the start of the load path
       if (distance(control, walk, middle%traction, middle%s, point) > 1.0_wp) size = least
     end if
@@ -113,9 +114,14 @@ contains
         switches(2) = any(regime(joint, point, middle) .neqv. regime(joint, middle, ending)) .or. &
           slips_back(joint, slips(joint, point, middle), slips(joint, middle, ending), ending)
         single = single .and. maxval(reports%parts) == 1
-        rates = [walk%rate, rate_of(joint, control, target - start, middle), rate_of(joint, control, target - start, &
-          ending)]
-        error = step_error(joint, control, walk, size, point, whole, middle, ending, switches, single, rates)
+        error = end_error(joint, control, walk, size, point, whole, middle, ending, single .and. .not. any(switches))
+        rates = rate_type()
+        if (error <= 1.0_wp .or. last) then
+          rates(1) = walk%rate
+          call find_rate(at_middle, middle, 0.5_wp*size, rates(2), walk)
+          call find_rate(next, ending, 0.5_wp*size, rates(3), walk)
+        end if
+        error = max(error, lines_error(control, walk, size, point, middle, ending, switches, rates))
         if (last) exit
         if (error <= 1.0_wp) then
           if (switches(1) .or. .not. single) call check(point, at, middle, at_middle, error, switch, walk)
@@ -177,6 +183,35 @@ contains
       walk%solves = walk%solves + 1
       walk%updates = walk%updates + report%updates
     end subroutine solve_to
+
+    !> Rates at a point: by its tangent, or with viscous damage, which also grows while the given values stay constant,
+    !> by a short increment from the point.
+    pure subroutine find_rate(from, point, size, rate, walk)
+      real(wp), intent(in) :: from                !! fraction of the load path
+      type(point_type), intent(in) :: point       !! the point
+      real(wp), intent(in) :: size                !! of the increment before it, fraction of the load path
+      type(rate_type), intent(out) :: rate        !! rates
+      type(walk_type), intent(inout) :: walk      !! counts the solves
+      !> Length of the short increment.
+      real(wp), parameter :: short = 1.0e-3_wp
+      type(point_type) :: moved
+      type(report_type) :: report
+      real(wp) :: given(3), reached
+      integer :: used
+      if (.not. viscous) then
+        rate = rate_of(joint, control, target - start, point)
+        return
+      end if
+      moved = point
+      given = start + from*(target - start)
+      call advance(joint, share_of(control, short*size), given, given + short*size*(target - start), moved, used, &
+        reached, report=report, method=plain_newton)
+      walk%solves = walk%solves + 1
+      walk%updates = walk%updates + report%updates
+      rate%known = .not. reached < 1.0_wp
+      rate%s = (moved%s - point%s)/(short*size)
+      rate%traction = (moved%traction - point%traction)/(short*size)
+    end subroutine find_rate
 
     !> Solve an increment in which planes switch once more, divided at the switches, and compare the results with the
     !> line over the increment and with its end. Equal states at both ends do not show what happens between them: where

@@ -28,7 +28,6 @@ contains
     type(rate_type) :: rate
     type(balance_type) :: balance
     real(wp) :: largest, matrix(3, 3), x(3)
-    if (joint%material%tau_v > 0.0_wp .and. control%dt > 0.0_wp) return
     call set_balance(joint, control, change, balance)
     matrix = free_matrix(balance, point)
     rate%s = merge(0.0_wp, change, control%traction)

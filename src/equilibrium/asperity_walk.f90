@@ -8,7 +8,7 @@ module asperity_walk
   use asperity_rates, only: line_error, rate_type
   implicit none
   private
-  public :: new_walk, distance, growth_difference, step_error, extrapolate, correct_state, keep_scales
+  public :: new_walk, distance, growth_difference, end_error, lines_error, extrapolate, correct_state, keep_scales
 
   !> Range of the tolerance. A smaller one is below the errors of rounding and of the solver; a larger one has no
   !> effect.
@@ -111,51 +111,62 @@ contains
     end associate
   end function path_weight
 
-  !> Error of a step, relative to the tolerance.
-  pure function step_error(joint, control, walk, size, old, whole, middle, ending, switches, single, rates) result(error)
+  !> Error of the results at the end of a step, relative to the tolerance.
+  pure function end_error(joint, control, walk, size, old, whole, middle, ending, extrapolated) result(error)
     type(interface_type), intent(in) :: joint                   !! the interface
     type(control_type), intent(in) :: control                   !! what is given
     type(walk_type), intent(in) :: walk                         !! tolerance and scales
     real(wp), intent(in) :: size                                !! of the step, fraction of the load path
     type(point_type), intent(in) :: old, whole, middle, ending  !! start, end in one increment, middle and end in two
-    logical, intent(in) :: switches(2)                          !! whether a plane switches within its halves
-    logical, intent(in) :: single                               !! whether no increment needed sub-increments
-    type(rate_type), intent(in) :: rates(3)                     !! at start, middle and end
+    logical, intent(in) :: extrapolated                         !! whether the results are extrapolated: no plane
+                                                                !! switches and no increment needs sub-increments
     real(wp) :: error
-    real(wp) :: damage, energy, line(3), separation, share, traction, weight
-    logical :: switched
-    ! if the step is smooth, slips and viscous damage are extrapolated
-    switched = any(switches)
+    real(wp) :: damage, energy, length, separation, stress, traction, weight
     weight = path_share
-    if (switched .or. .not. single) weight = path_weight(joint, control, size)
-    share = merge(kink_share, smooth_share, switched)
-    if (all(rates%known)) then
-      line = max(line_error(middle%traction - old%traction, 0.5_wp*size*rates(1)%traction, &
-        0.5_wp*size*rates(2)%traction, switches(1)), line_error(ending%traction - middle%traction, &
-        0.5_wp*size*rates(2)%traction, 0.5_wp*size*rates(3)%traction, switches(2)))
-      traction = max(weight*size_of(whole%traction - ending%traction), size_of(line))
-      line = max(line_error(middle%s - old%s, 0.5_wp*size*rates(1)%s, &
-        0.5_wp*size*rates(2)%s, switches(1)), line_error(ending%s - middle%s, &
-        0.5_wp*size*rates(2)%s, 0.5_wp*size*rates(3)%s, switches(2)))
-      separation = maxval(merge(max(weight*abs(whole%s - ending%s), line), 0.0_wp, control%traction))
-    else
-      traction = max(weight*size_of(whole%traction - ending%traction), &
-                     share*size_of(middle%traction - 0.5_wp*(old%traction + ending%traction)))
-      separation = maxval(merge(max(weight*abs(whole%s - ending%s), &
-                                    share*abs(middle%s - 0.5_wp*(old%s + ending%s))), 0.0_wp, control%traction))
-    end if
-    energy = maxval(abs(spent(whole) - spent(ending)))
-    traction = traction/max(walk%traction, size_of(ending%traction))
-    separation = separation/max(walk%separation, maxval(abs(ending%s), mask=control%traction))
-    energy = energy/max(tiny(1.0_wp), max(walk%traction, size_of(ending%traction))*(size_of(middle%s - old%s) &
-      + size_of(ending%s - middle%s)))/3.0_wp
-    ! if the step is smooth, the error after extrapolation is two orders smaller; not if sub-increments were needed
-    if (.not. single) energy = 3.0_wp*energy
-    if (single .and. .not. switched) energy = energy**2
+    if (.not. extrapolated) weight = path_weight(joint, control, size)
+    stress = max(walk%traction, size_of(ending%traction))
+    length = max(walk%separation, maxval(abs(ending%s), mask=control%traction))
+    traction = weight*size_of(whole%traction - ending%traction)/stress
+    separation = weight*maxval(abs(whole%s - ending%s), mask=control%traction)/length
     damage = growth_difference(joint, whole, ending)
-    if (single .and. .not. switched) damage = damage**2
+    energy = maxval(abs(spent(whole) - spent(ending)))/max(tiny(1.0_wp), stress*(size_of(middle%s - old%s) + &
+      size_of(ending%s - middle%s)))
+    if (extrapolated) then
+      ! the errors after extrapolation are two orders smaller
+      energy = (energy/3.0_wp)**2
+      damage = damage**2
+    end if
     error = max(traction, separation, energy, damage)/walk%tolerance
-  end function step_error
+  end function end_error
+
+  !> Error of the straight lines over the halves of a step, relative to the tolerance: by the rates at its start, middle
+  !> and end, or, where these are not known, by the distance from the middle to the line over both halves.
+  pure function lines_error(control, walk, size, old, middle, ending, switches, rates) result(error)
+    type(control_type), intent(in) :: control            !! what is given
+    type(walk_type), intent(in) :: walk                  !! tolerance and scales
+    real(wp), intent(in) :: size                         !! of the step, fraction of the load path
+    type(point_type), intent(in) :: old, middle, ending  !! its start, middle and end
+    logical, intent(in) :: switches(2)                   !! whether planes switch within its halves
+    type(rate_type), intent(in) :: rates(3)              !! at start, middle and end
+    real(wp) :: error
+    real(wp) :: half, s(3), share, traction(3)
+    half = 0.5_wp*size
+    if (all(rates%known)) then
+      traction = max( &
+        line_error(middle%traction - old%traction, half*rates(1)%traction, half*rates(2)%traction, switches(1)), &
+        line_error(ending%traction - middle%traction, half*rates(2)%traction, half*rates(3)%traction, switches(2)))
+      s = max(line_error(middle%s - old%s, half*rates(1)%s, half*rates(2)%s, switches(1)), &
+              line_error(ending%s - middle%s, half*rates(2)%s, half*rates(3)%s, switches(2)))
+    else
+      share = merge(kink_share, smooth_share, any(switches))
+      traction = share*abs(middle%traction - 0.5_wp*(old%traction + ending%traction))
+      s = share*abs(middle%s - 0.5_wp*(old%s + ending%s))
+    end if
+    error = size_of(traction)/max(walk%traction, size_of(ending%traction))
+    error = max(error, maxval(s, mask=control%traction)/max(walk%separation, maxval(abs(ending%s), &
+      mask=control%traction)))
+    error = error/walk%tolerance
+  end function lines_error
 
   !> Remove the leading error from the energies of the two halves (Richardson extrapolation). That of the whole
   !> increment is four times as large if it is the error of the trapezoidal rule, and twice as large if viscous damage
