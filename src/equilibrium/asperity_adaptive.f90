@@ -115,13 +115,12 @@ contains
           slips_back(joint, slips(joint, point, middle), slips(joint, middle, ending), ending)
         single = single .and. maxval(reports%parts) == 1
         error = end_error(joint, control, walk, size, point, whole, middle, ending, single .and. .not. any(switches))
-        rates = rate_type()
-        if (error <= 1.0_wp .or. last) then
+        if (error <= 1.0_wp .or. last .or. .not. viscous) then
           rates(1) = walk%rate
           call find_rate(at_middle, middle, 0.5_wp*size, rates(2), walk)
           call find_rate(next, ending, 0.5_wp*size, rates(3), walk)
+          error = max(error, lines_error(control, walk, size, point, middle, ending, switches, rates))
         end if
-        error = max(error, lines_error(control, walk, size, point, middle, ending, switches, rates))
         if (last) exit
         if (error <= 1.0_wp) then
           if (switches(1) .or. .not. single) call check(point, at, middle, at_middle, error, switch, walk)
