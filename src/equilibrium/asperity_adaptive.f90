@@ -29,6 +29,8 @@ module asperity_adaptive
   real(wp), parameter :: search_threshold = 10.0_wp
   !> Change over an increment, relative to the tolerance, below which its switches are not checked.
   real(wp), parameter :: least_change = 0.5_wp
+  !> Error of a line by the rates at its ends above which the switches between them are checked.
+  real(wp), parameter :: suspicious = 0.25_wp
   !> Largest factor by which a step is extended to reach the target.
   real(wp), parameter :: stretch = 1.01_wp
   !> Difference of the results at the end of a step, relative to the tolerance, above which slips and damage are
@@ -58,13 +60,14 @@ contains
     type(point_type) :: ending, previous, whole
     type(rate_type) :: rates(3)
     type(report_type) :: report
-    real(wp) :: error, least, next, shorter, size, switch
+    real(wp) :: error, least, line, next, shorter, size, switch
     integer :: used
-    logical :: landed, last, located, single, switches(2), viscous
+    logical :: checks(2), landed, last, located, single, switches(2), viscous
 
     viscous = joint%material%tau_v > 0.0_wp .and. control%dt > 0.0_wp
     least = max(least_size*walk%tolerance, least_step)
     error = 0.0_wp
+    line = 0.0_wp
     single = .false.
     switches = .false.
     size = min(walk%size, largest_size)
@@ -119,13 +122,14 @@ contains
           rates(1) = walk%rate
           call find_rate(at_middle, middle, 0.5_wp*size, rates(2), walk)
           call find_rate(next, ending, 0.5_wp*size, rates(3), walk)
-          error = max(error, lines_error(control, walk, size, point, middle, ending, switches, rates))
+          line = lines_error(control, walk, size, point, middle, ending, switches, rates)
+          error = max(error, line)
         end if
         if (last) exit
         if (error <= 1.0_wp) then
-          if (switches(1) .or. .not. single) call check(point, at, middle, at_middle, error, switch, walk)
-          if (error <= 1.0_wp .and. (switches(2) .or. .not. single)) call check(middle, at_middle, ending, next, &
-            error, switch, walk)
+          checks = (switches .or. .not. single) .and. (line > suspicious .or. .not. all(rates%known))
+          if (checks(1)) call check(point, at, middle, at_middle, error, switch, walk)
+          if (error <= 1.0_wp .and. checks(2)) call check(middle, at_middle, ending, next, error, switch, walk)
           located = error > 1.0_wp
         end if
         if (error <= 1.0_wp) exit
