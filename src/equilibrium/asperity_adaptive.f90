@@ -122,7 +122,7 @@ contains
           rates(1) = walk%rate
           call find_rate(at_middle, middle, 0.5_wp*size, rates(2), walk)
           call find_rate(next, ending, 0.5_wp*size, rates(3), walk)
-          line = lines_error(control, walk, size, point, middle, ending, switches, rates)
+          line = lines_error(control, walk, size, point, middle, ending, switches .or. viscous, rates)
           error = max(error, line)
         end if
         if (last) exit
