@@ -30,7 +30,7 @@ module asperity_adaptive
   !> Change over an increment, relative to the tolerance, below which its switches are not checked.
   real(wp), parameter :: least_change = 0.5_wp
   !> Error of a line by the rates at its ends above which the switches between them are checked.
-  real(wp), parameter :: suspicious = 0.25_wp
+  real(wp), parameter :: suspicious = 0.1_wp
   !> Largest factor by which a step is extended to reach the target.
   real(wp), parameter :: stretch = 1.01_wp
   !> Difference of the results at the end of a step, relative to the tolerance, above which slips and damage are

@@ -20,7 +20,7 @@ module asperity_walk
   !> step: 1/4 on a parabola (0.3 is taken), up to 2 at a kink.
   real(wp), parameter :: smooth_share = 0.3_wp, kink_share = 2.0_wp
   !> Safety factor on the difference at the end of a step, because path errors of the slips accumulate over steps.
-  real(wp), parameter :: path_share = 5.0_wp
+  real(wp), parameter :: path_share = 6.0_wp
   !> Largest number of planes for which steps end at switches. With more planes the search costs more than the rows it
   !> saves (docs/solver.md).
   integer, parameter :: most_planes = 8
