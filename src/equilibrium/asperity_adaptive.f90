@@ -13,8 +13,8 @@ module asperity_adaptive
   use asperity_mixed_control, only: advance, plain_newton, report_type
   use asperity_rates, only: rate_of, rate_type
   use asperity_regime, only: criteria, n_regimes, regime, slips, slips_back, switch_shares
-  use asperity_walk, only: correct_state, distance, end_error, extrapolate, growth_difference, keep_scales, &
-    largest_size, largest_tolerance, least_tolerance, lines_error, new_walk, walk_type
+  use asperity_walk, only: correct_state, distance, end_error, extrapolate, keep_scales, largest_size, &
+    largest_tolerance, least_tolerance, lines_error, new_walk, state_difference, walk_type
   implicit none
   private
   public :: walk_type, new_walk, adaptive_step, least_tolerance, largest_tolerance
@@ -162,7 +162,7 @@ contains
     walk%does = regime(joint, middle, ending)
     walk%slid = slips(joint, middle, ending)
     if (single .and. .not. any(switches) .and. max(distance(control, walk, whole%traction, whole%s, ending), &
-        growth_difference(joint, whole, ending)/walk%tolerance) > least_correction) then
+        state_difference(joint, walk, whole, ending)/walk%tolerance) > least_correction) then
       previous = ending
       call correct_state(joint, control, between(start, target, next), point, whole, previous, 1.0_wp, ending)
       call correct_state(joint, control, between(start, target, at_middle), point, whole, previous, 0.5_wp, middle)

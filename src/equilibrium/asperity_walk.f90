@@ -8,7 +8,7 @@ module asperity_walk
   use asperity_rates, only: line_error, rate_type
   implicit none
   private
-  public :: new_walk, distance, growth_difference, end_error, lines_error, extrapolate, correct_state, keep_scales
+  public :: new_walk, distance, state_difference, end_error, lines_error, extrapolate, correct_state, keep_scales
 
   !> Range of the tolerance. A smaller one is below the errors of rounding and of the solver; a larger one has no
   !> effect.
@@ -68,19 +68,24 @@ contains
     d = d/walk%tolerance
   end function distance
 
-  !> Largest difference of the damage of a plane between two results. The tractions need not show it: before a damaged
-  !> plane slips, it carries what the bond carried.
-  pure function growth_difference(joint, first, second) result(difference)
+  !> Largest difference of the states of the planes between two results: of the damage, and of the traction that the
+  !> slip of a fully damaged plane gives, relative to the scale of the tractions. The tractions need not show it: before
+  !> a plane is damaged its slip has no effect, and before it slips its damage has none.
+  pure function state_difference(joint, walk, first, second) result(difference)
     type(interface_type), intent(in) :: joint       !! the interface
+    type(walk_type), intent(in) :: walk             !! scales
     type(point_type), intent(in) :: first, second   !! the results
     real(wp) :: difference
+    real(wp) :: slip
     integer :: i, k
     difference = 0.0_wp
     do k = 1, joint%pattern%n
       i = plane_statev(k)
-      difference = max(difference, abs(first%state(i) - second%state(i)))
+      slip = maxval(abs(first%state(i + 1:i + 2) - second%state(i + 1:i + 2)))
+      difference = max(difference, abs(first%state(i) - second%state(i)), &
+        joint%pattern%gamma(k)*joint%material%k_t*slip/walk%traction)
     end do
-  end function growth_difference
+  end function state_difference
 
   !> Increase the scales to the values of a point.
   pure subroutine keep_scales(control, point, walk)
@@ -121,22 +126,22 @@ contains
     logical, intent(in) :: extrapolated                         !! whether the results are extrapolated: no plane
                                                                 !! switches and no increment needs sub-increments
     real(wp) :: error
-    real(wp) :: damage, energy, length, separation, stress, traction, weight
+    real(wp) :: energy, length, separation, state, stress, traction, weight
     weight = path_share
     if (.not. extrapolated) weight = path_weight(joint, control, size)
     stress = max(walk%traction, size_of(ending%traction))
     length = max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     traction = weight*size_of(whole%traction - ending%traction)/stress
     separation = weight*maxval(abs(whole%s - ending%s), mask=control%traction)/length
-    damage = growth_difference(joint, whole, ending)
+    state = state_difference(joint, walk, whole, ending)
     energy = maxval(abs(spent(whole) - spent(ending)))/max(tiny(1.0_wp), stress*(size_of(middle%s - old%s) + &
       size_of(ending%s - middle%s)))
     if (extrapolated) then
       ! the errors after extrapolation are two orders smaller
       energy = (energy/3.0_wp)**2
-      damage = damage**2
+      state = state**2
     end if
-    error = max(traction, separation, energy, damage)/walk%tolerance
+    error = max(traction, separation, energy, state)/walk%tolerance
   end function end_error
 
   !> Error of the straight lines over the halves of a step, relative to the tolerance: by the rates at its start, middle
