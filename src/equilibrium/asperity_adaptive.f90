@@ -7,6 +7,7 @@
 !> which planes switch is divided at the switches as a check. A step that is too large, and in which a plane switches,
 !> ends at the first switch (docs/solver.md).
 module asperity_adaptive
+  use asperity_contract, only: v_friction, v_rupture
   use asperity_control_point, only: control_type, point_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -117,7 +118,7 @@ contains
         switches(2) = any(regime(joint, point, middle) .neqv. regime(joint, middle, ending)) .or. &
           slips_back(joint, slips(joint, point, middle), slips(joint, middle, ending), ending)
         single = single .and. maxval(reports%parts) == 1
-        error = end_error(joint, control, walk, size, point, whole, middle, ending, single .and. .not. any(switches))
+        error = end_error(joint, control, walk, size, point, whole, middle, ending, single, any(switches))
         if (error <= 1.0_wp .or. last .or. .not. viscous) then
           rates(1) = walk%rate
           call find_rate(at_middle, middle, 0.5_wp*size, rates(2), walk)
@@ -128,8 +129,16 @@ contains
         if (last) exit
         if (error <= 1.0_wp) then
           checks = (switches .or. .not. single) .and. (line > suspicious .or. .not. all(rates%known))
-          if (checks(1)) call check(point, at, middle, at_middle, error, switch, walk)
-          if (error <= 1.0_wp .and. checks(2)) call check(middle, at_middle, ending, next, error, switch, walk)
+          if (checks(1)) then
+            call check(point, at, middle, at_middle, error, switch, iterations(1), walk)
+            if (error <= 1.0_wp) then
+              ending = middle
+              call solve_to(at_middle, next, ending, iterations(2), reached, walk, reports(2))
+              if (reached < 1.0_wp) error = 1.0_wp/most_cut**2
+            end if
+          end if
+          if (error <= 1.0_wp .and. checks(2)) call check(middle, at_middle, ending, next, error, switch, &
+            iterations(2), walk)
           located = error > 1.0_wp
         end if
         if (error <= 1.0_wp) exit
@@ -217,42 +226,55 @@ contains
     end subroutine find_rate
 
     !> Solve an increment in which planes switch once more, divided at the switches, and compare the results with the
-    !> line over the increment and with its end. Equal states at both ends do not show what happens between them: where
+    !> line over the increment and with its end, which they replace. Equal states at both ends do not show what happens between them: where
     !> a slip passes zero, the planes of one side of the asperities open while those of the other side close.
-    pure subroutine check(old, from, new, to, error, place, walk)
-      type(point_type), intent(in) :: old, new   !! ends of the increment
+    pure subroutine check(old, from, new, to, error, place, used, walk)
+      type(point_type), intent(in) :: old        !! start of the increment
+      type(point_type), intent(inout) :: new     !! its end -> that of the divided increment
       real(wp), intent(in) :: from, to           !! fractions of the load path
       real(wp), intent(inout) :: error           !! relative to the tolerance, increased
       real(wp), intent(inout) :: place           !! -> first switch, fraction of the load path
+      integer, intent(inout) :: used             !! Newton iterations -> those of the divided increment
       type(walk_type), intent(inout) :: walk     !! counts the solves
       !> Smallest part of the increment between two switches that is divided.
       real(wp), parameter :: wide = 0.25_wp, narrow = 0.02_wp
       type(point_type) :: moved
       type(report_type) :: report
-      real(wp) :: here, last, reached, shares(4)
-      integer :: i, used
+      real(wp) :: here, last, reached, shares(5)
+      integer :: i, more, snaps, total
       if (distance(control, walk, old%traction, old%s, new) < least_change) return
       shares(2:4:2) = switch_shares(joint, old, new)
       if (shares(4) <= shares(2) + narrow) shares(4) = 0.5_wp*(1.0_wp + shares(2))
       shares(3) = 0.5_wp*(shares(2) + shares(4))
       ! viscous damage that stops growing at a switch does not grow at all in an increment up to it
       shares(1) = 0.5_wp*shares(2)
+      shares(5) = 1.0_wp
+      place = from + shares(2)*(to - from)
       moved = old
       last = from
+      snaps = sum(reports%snaps)
+      total = 0
       do i = 1, ubound(shares, 1)
         if (i == 1 .and. .not. viscous) cycle
         if (i == 3 .and. shares(4) <= shares(2) + wide) cycle
         here = from + shares(i)*(to - from)
-        call solve_to(last, here, moved, used, reached, walk, report)
+        if (i == ubound(shares, 1)) here = to
+        call solve_to(last, here, moved, more, reached, walk, report)
+        total = total + more
+        snaps = snaps + report%snaps
         last = here
         error = max(error, distance(control, walk, between(old%traction, new%traction, shares(i)), &
           between(old%s, new%s, shares(i)), moved))
         if (reached < 1.0_wp) error = 1.0_wp/most_cut**2
         if (reached < 1.0_wp) return
       end do
-      call solve_to(last, to, moved, used, reached, walk, report)
-      error = max(error, distance(control, walk, moved%traction, moved%s, new))
-      place = from + shares(2)*(to - from)
+      ! a snap is reported by the increment as it was
+      if (snaps > 0) return
+      ! the energies are extrapolated
+      moved%state([v_rupture, v_friction]) = new%state([v_rupture, v_friction])
+      moved%work = new%work
+      new = moved
+      used = total
     end subroutine check
 
   end subroutine adaptive_step

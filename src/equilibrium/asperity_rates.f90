@@ -40,24 +40,29 @@ contains
     rate%traction = matmul(point%tangent, rate%s)
   end function rate_of
 
-  !> Largest distance between the straight line over an increment and a curve with the given rates at its ends.
+  !> Error of the straight line over an increment as the distance to a curve with the given rates at its ends.
   !>
   !> A curve that bends to one side lies in the triangle of the line and the tangents at its ends. A parabola reaches
-  !> half of the height of this triangle, a line with a kink all of it.
+  !> half of the height of this triangle, a line with a kink all of it. If the curve bends to both sides, the largest
+  !> distance is that of a cubic, or, if planes switch, the smaller of the changes that the rates do not explain: of a
+  !> jump, both.
   pure elemental function line_error(change, first, last, kinked) result(error)
     real(wp), intent(in) :: change         !! over the increment
     real(wp), intent(in) :: first, last    !! changes over the increment by the rates at its ends
     logical, intent(in) :: kinked          !! whether planes switch within the increment
     real(wp) :: error
-    !> Largest distance of a cubic with equal ends d above or below those that the rates predict, relative to d.
-    real(wp), parameter :: wave = 0.1_wp
+    !> Shares of the triangle and of the jump with a margin: the errors of the rows add to that of the line.
+    real(wp), parameter :: smooth = 0.6_wp, kink = 2.0_wp
+    !> Largest distance of a cubic, relative to the larger of the changes that the rates do not explain.
+    real(wp), parameter :: cubic = 4.0_wp/27.0_wp
     real(wp) :: a, b
     a = abs(change - first)
     b = abs(change - last)
     if ((change - first)*(change - last) < 0.0_wp) then
-      error = merge(1.5_wp, 0.6_wp, kinked)*a*b/(a + b)
+      error = merge(kink, smooth, kinked)*a*b/(a + b)
     else
-      error = merge(1.5_wp, wave, kinked)*max(a, b)
+      error = cubic*max(a, b)
+      if (kinked) error = max(error, kink*min(a, b))
     end if
   end function line_error
 

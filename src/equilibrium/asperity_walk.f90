@@ -117,18 +117,18 @@ contains
   end function path_weight
 
   !> Error of the results at the end of a step, relative to the tolerance.
-  pure function end_error(joint, control, walk, size, old, whole, middle, ending, extrapolated) result(error)
+  pure function end_error(joint, control, walk, size, old, whole, middle, ending, single, switched) result(error)
     type(interface_type), intent(in) :: joint                   !! the interface
     type(control_type), intent(in) :: control                   !! what is given
     type(walk_type), intent(in) :: walk                         !! tolerance and scales
     real(wp), intent(in) :: size                                !! of the step, fraction of the load path
     type(point_type), intent(in) :: old, whole, middle, ending  !! start, end in one increment, middle and end in two
-    logical, intent(in) :: extrapolated                         !! whether the results are extrapolated: no plane
-                                                                !! switches and no increment needs sub-increments
+    logical, intent(in) :: single                               !! whether no increment needed sub-increments
+    logical, intent(in) :: switched                             !! whether a plane switches within the step
     real(wp) :: error
     real(wp) :: energy, length, separation, state, stress, traction, weight
     weight = path_share
-    if (.not. extrapolated) weight = path_weight(joint, control, size)
+    if (switched .or. .not. single) weight = path_weight(joint, control, size)
     stress = max(walk%traction, size_of(ending%traction))
     length = max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     traction = weight*size_of(whole%traction - ending%traction)/stress
@@ -136,9 +136,10 @@ contains
     state = state_difference(joint, walk, whole, ending)
     energy = maxval(abs(spent(whole) - spent(ending)))/max(tiny(1.0_wp), stress*(size_of(middle%s - old%s) + &
       size_of(ending%s - middle%s)))
-    if (extrapolated) then
+    if (single) energy = energy/3.0_wp
+    if (single .and. .not. switched) then
       ! the errors after extrapolation are two orders smaller
-      energy = (energy/3.0_wp)**2
+      energy = energy**2
       state = state**2
     end if
     error = max(traction, separation, energy, state)/walk%tolerance
