@@ -83,6 +83,8 @@ CHANGES: list[tuple[str, str]] = [
     (r"_s02\b", "_s01"),
     (r"_old\b", ""),
 ]
+# what follows is asked for its kind only, so that another value is the same
+KIND_ONLY = re.compile(r"\b(huge|tiny|digits|epsilon|kind)\($")
 # lines without anything to change: declarations, headings, what is written for people
 PASSED_OVER = re.compile(
     r"^\s*(!|use\b|implicit\b|private\b|public\b|import\b|include\b|end\b|contains\b|module\b|submodule\b|"
@@ -151,7 +153,7 @@ def mutants_of(path: Path) -> list[Mutant]:
             continue
         for pattern, text in CHANGES:
             for match in re.finditer(pattern, code):
-                if in_text(code, match.start()):
+                if in_text(code, match.start()) or KIND_ONLY.search(code[: match.start()]):
                     continue
                 if text == SWAP_ARGUMENTS:
                     after = swapped(code, match.start())
@@ -293,10 +295,8 @@ def equivalents() -> dict[tuple[str, str, str], str]:
 
 
 def chosen(mutants: list[Mutant], samples: int, seed: int) -> list[Mutant]:
-    """Draw some of the mutants, or all with samples = 0, in the order of the files."""
-    if 0 < samples < len(mutants):
-        mutants = random.Random(seed).sample(mutants, samples)
-    return sorted(mutants, key=lambda m: (m.path, m.line, m.after))
+    """Draw some of the mutants, or all with samples = 0, in random order: the first are a sample, too."""
+    return random.Random(seed).sample(mutants, min(samples or len(mutants), len(mutants)))
 
 
 def judge_all(mutants: list[Mutant], jobs: int, show: bool) -> dict[Mutant, str]:
