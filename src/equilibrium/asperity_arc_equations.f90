@@ -140,6 +140,7 @@ contains
     real(wp) :: a(4, 4), b(4), c(4, 4), change(4), d(4), excess, least, move, r(3), scale
     integer :: i, j, n
     n = count(path%control%traction)
+    ! near zero a prescribed traction has the rounding errors of the load factor
     least = rounding*maxval(abs(path%start) + abs(path%change), mask=path%control%traction)
     do i = 0, most_iterations
       call set_factor(joint, path, u(n + 1)/load_length(joint, path), balance)
