@@ -68,6 +68,7 @@ module solver_sample
     logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
     integer :: free = 0                 !! free separations, if lost
     logical :: proven = .false.         !! not completed, and bounds prove that no equilibrium exists
+    logical :: has_bounds = .false.     !! neither viscous damage, guard, finite height nor wear
     logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
     logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
     logical :: explained = .false.      !! completed, or the loss has one of these three causes
@@ -345,6 +346,7 @@ contains
     outcome%none_found = loss%kind == loss_none_found   ! also if the limit of updates was reached
     outcome%stopped = loss%kind == loss_discontinuous
     outcome%free = count(control%traction)
+    outcome%has_bounds = .not. (sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%joint%material%curved)
     call exclude_equilibria(sample%joint, control, target, point, most_boxes, outcome%proven, boxes)
     if (.not. outcome%proven) call exclude_equilibria(sample%joint, control, report%beyond, point, most_boxes, &
       outcome%proven, boxes)

@@ -65,8 +65,8 @@ contains
     end do
   end subroutine beyond_bounds
 
-  !> The direction, among those in which no contact carries a traction, that is nearest to prescribed tractions; the zero
-  !> vector if they have no part in such a direction.
+  !> The direction, among those in which no contact carries a traction, that is nearest to prescribed tractions; the
+  !> zero vector if they have no part in such a direction.
   pure function away_from_contact(joint, control, given) result(direction)
     type(interface_type), intent(in) :: joint      !! the interface
     type(control_type), intent(in) :: control      !! what is given
@@ -115,13 +115,15 @@ contains
     best = azimuth
   end subroutine consider
 
-  !> The direction nearest to prescribed tractions at an azimuth, among those in which no contact carries a traction; the
-  !> zero vector if there is none.
+  !> The direction nearest to prescribed tractions at an azimuth, among those in which no contact carries a traction;
+  !> the zero vector if there is none.
   pure function nearest_direction(joint, given, e) result(d)
     type(interface_type), intent(in) :: joint   !! the interface
     real(wp), intent(in) :: given(3)            !! prescribed tractions
     real(wp), intent(in) :: e(2)                !! direction (Tx, Ty) of the azimuth
     real(wp) :: d(3)
+    !> Distance from the cones of friction, so that rounding errors do not reach them.
+    real(wp), parameter :: distance = 1.0e-12_wp
     real(wp) :: angle, e_n, norm, normal(3)
     integer :: k
     d = 0.0_wp
@@ -131,7 +133,7 @@ contains
       e_n = dot_product(normal(2:3), e)
       norm = sqrt(normal(1)**2 + e_n**2)
       if (norm < sine_of_friction(joint)) return
-      angle = min(angle, acos(sine_of_friction(joint)/norm) + atan2(e_n, normal(1)))
+      angle = min(angle, acos(sine_of_friction(joint)/norm) + atan2(e_n, normal(1)) - distance)
     end do
     d = [cos(max(0.0_wp, angle)), sin(max(0.0_wp, angle))*e]
   end function nearest_direction

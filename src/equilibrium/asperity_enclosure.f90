@@ -8,8 +8,8 @@ module asperity_enclosure
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: enclosure_type, constant, coordinate, unknown, sum_of, difference_of, multiple, combination, product_of, limited, &
-    secant, positive_part, reciprocal, norm_of, size_of
+  public :: enclosure_type, constant, coordinate, unknown, sum_of, difference_of, multiple, combination, product_of, &
+    limited, secant, positive_part, reciprocal, norm_of, size_of
 
   !> Enclosure of a number.
   type :: enclosure_type

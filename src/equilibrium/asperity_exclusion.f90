@@ -157,7 +157,7 @@ contains
       outside = .not. equations%solvable
       if (outside) return
       do i = 1, balance%n
-        call shorten(equations%low(i), equations%high(i), box(balance%free(i)))
+        call shorten(equations%low(i), equations%high(i), joint%material%s0, box(balance%free(i)))
       end do
     end associate
   end subroutine examine_box
@@ -215,15 +215,17 @@ contains
     end do
   end subroutine cut
 
-  !> Shorten a side of a box to a range of its coordinate, and a little more because of rounding errors.
-  pure subroutine shorten(from, to, side)
+  !> Shorten a side of a box to a range of its coordinate, and a little more because of rounding errors. Round an
+  !> equilibrium at zero it would become so short that products of the equations vanish.
+  pure subroutine shorten(from, to, s0, side)
     real(wp), intent(in) :: from, to          !! -1 to 1
+    real(wp), intent(in) :: s0                !! length with which separations are compared
     type(range_type), intent(inout) :: side   !! separations
     real(wp), parameter :: rounding = 32.0_wp*epsilon(1.0_wp)
     real(wp) :: error, half, middle
     half = 0.5_wp*(side%high - side%low)
     middle = side%low + half
-    error = rounding*(abs(middle) + half)
+    error = rounding*(abs(middle) + half + s0)
     if (from > -1.0_wp) side%low = max(side%low, middle + from*half - error)
     if (to < 1.0_wp) side%high = min(side%high, middle + to*half + error)
   end subroutine shorten

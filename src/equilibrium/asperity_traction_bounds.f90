@@ -46,8 +46,8 @@ contains
       axes(3, :) = [0.0_wp, joint%pattern%h_x(k), joint%pattern%h_y(k)]
       weight = joint%pattern%gamma(k)*material%k_t
       associate (plane => state(plane_statev(k):plane_statev(k) + 2))
-        call enclose_plane(material, plane, [(combination(axes(i, :), whole), i = 1, 3)], matmul(axes, outward), sigma, &
-          most_of_plane)
+        call enclose_plane(material, plane, [(combination(axes(i, :), whole), i=1, 3)], matmul(axes, outward), &
+          sigma, most_of_plane)
         error = error + weight*(abs(plane(2)) + abs(plane(3)))
       end associate
       most = most + weight*most_of_plane
@@ -185,8 +185,8 @@ contains
 
   end function bond_left
 
-  !> Upper bound of the strength (1 - alpha) (1 + beta) of a bond over a range of the norm 1 + beta. Without viscosity it
-  !> is largest at the onset of damage.
+  !> Upper bound of the strength (1 - alpha) (1 + beta) of a bond over a range of the norm 1 + beta. Without viscosity
+  !> it is largest at the onset of damage.
   pure function bond_strength(m, old, norm) result(strength)
     type(material_type), intent(in) :: m               !! constants of the law over the increment
     real(wp), intent(in) :: old                        !! damage at the start
