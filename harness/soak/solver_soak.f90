@@ -25,6 +25,7 @@ program solver_soak
     integer :: most_updates = 0
     ! by the number of free separations; without viscous damage, guard, finite height and wear, and with them
     integer(int64) :: lost(3, 2) = 0, proven(3, 2) = 0
+    integer :: most_boxes = 0   ! of a proof
   end type sum_type
   type(sum_type) :: total(n_methods)
   type(sample_type) :: sample
@@ -170,6 +171,7 @@ contains
       kind = merge(1, 2, one%has_bounds)
       sums%lost(one%free, kind) = sums%lost(one%free, kind) + 1
       sums%proven(one%free, kind) = sums%proven(one%free, kind) + merge(1, 0, one%proven)
+      sums%most_boxes = max(sums%most_boxes, merge(one%boxes, 0, one%proven))
     end if
     sums%stopped = sums%stopped + merge(1, 0, one%stopped)
     sums%worn = sums%worn + merge(1, 0, one%worn)
@@ -212,6 +214,7 @@ contains
           " with one free separation ", s%proven(1, k), " of ", s%lost(1, k), &
           ", two ", s%proven(2, k), " of ", s%lost(2, k), ", three ", s%proven(3, k), " of ", s%lost(3, k)
       end do
+      write (unit, "(2a, i0)") indent, "largest number of boxes of such a proof ", s%most_boxes
     end associate
     write (unit, "(2a, 2(i0, a))") indent, "rows that jump without a report ", total(full_solver)%unreported, &
       ", whose energies do not balance ", total(full_solver)%unbalanced

@@ -16,7 +16,7 @@ module asperity_exclusion
   private
   public :: exclude_equilibria
 
-  !> Number of boxes that take a second with 65 planes, and less with fewer.
+  !> Number of boxes that take half a second with 65 planes, and less with fewer.
   integer, parameter, public :: most_boxes = 20000
 
   !> Bounds of a separation.
