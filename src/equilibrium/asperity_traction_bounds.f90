@@ -103,9 +103,9 @@ contains
       end if
     end do
     ! the bond is inside its ellipse of strength, the contact inside the cone of friction
-    most = min(strength*sqrt(sum((outward*scale)**2)), sum(max(outward*bond%low, outward*bond%high)))
+    along = strength*sqrt(sum((outward*scale)**2))
+    most = min(along, sum(max(outward*bond%low, outward*bond%high))) + rounding_of_law*along
     along = m%mu*sqrt(outward(2)**2 + outward(3)**2)
-    most = most + rounding_of_law*abs(most)
     along = along - outward(1) + ulp*(along + abs(outward(1)))
     most = most + max(pressure%low*along, pressure%high*along)
   end subroutine enclose_plane
