@@ -17,6 +17,7 @@ import os
 import queue
 import random
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -33,9 +34,15 @@ COPIED = ["CMakeLists.txt", "cmake", "src", "harness", "tests"]
 # They repeat the same calls on many threads or for a long time, or compile another project.
 LEFT_OUT = {"test_package", "test_adaptive_soak", "test_solver_soak", "test_threads", "threads", "memory"}
 # A test that takes so many times its usual time, and at least so many seconds, has noticed the mutant.
-PATIENCE, LEAST_PATIENCE = 10.0, 20.0
-# What the program of a test takes to be linked, in seconds; it counts in the order of the tests.
-LINK_TIME = 1.0
+PATIENCE, LEAST_PATIENCE = 10.0, 5.0
+# of CMake
+OPTIONS = [
+    f"-DPython3_EXECUTABLE={sys.executable}",
+    "-DCMAKE_BUILD_TYPE=None",
+    "-DCMAKE_Fortran_FLAGS=-O1 -fcheck=bounds -ffree-line-length-none",
+    "-DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON",
+    "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
+]
 
 # Pattern of what is changed, and the text that replaces it. Comparisons are turned round: to include the
 # limit or not is the same for almost all real numbers. Constants are doubled.
@@ -76,6 +83,8 @@ CHANGES: list[tuple[str, str]] = [
     (r"_s02\b", "_s01"),
     (r"_old\b", ""),
 ]
+# what follows is asked for its kind only, so that another value is the same
+KIND_ONLY = re.compile(r"\b(huge|tiny|digits|epsilon|kind)\($")
 # lines without anything to change: declarations, headings, what is written for people
 PASSED_OVER = re.compile(
     r"^\s*(!|use\b|implicit\b|private\b|public\b|import\b|include\b|end\b|contains\b|module\b|submodule\b|"
@@ -144,7 +153,7 @@ def mutants_of(path: Path) -> list[Mutant]:
             continue
         for pattern, text in CHANGES:
             for match in re.finditer(pattern, code):
-                if in_text(code, match.start()):
+                if in_text(code, match.start()) or KIND_ONLY.search(code[: match.start()]):
                     continue
                 if text == SWAP_ARGUMENTS:
                     after = swapped(code, match.start())
@@ -158,101 +167,95 @@ def mutants_of(path: Path) -> list[Mutant]:
 
 
 class Bench:
-    """A copy of the project in which one mutant at a time is compiled and tested."""
+    """A copy of the project in which one mutant at a time is compiled and tested.
+
+    The programs of the tests are linked with one shared library, made of the objects of all libraries. For a
+    mutant its file is compiled and this library is linked, not the programs.
+    """
 
     def __init__(self, folder: Path) -> None:
-        """Copy, configure and build the project, and measure the tests' times."""
+        """Copy, configure and build the project, link the programs again and measure the tests' times."""
         self.folder = folder.resolve()
         self.build = self.folder / "build"
-        self.folder.mkdir(parents=True, exist_ok=True)
+        self.library = self.build / "libmutant.so"
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir(parents=True)
         for name in COPIED:
-            target = self.folder / name
-            if target.is_dir():
-                shutil.rmtree(target)
-            (shutil.copytree if Path(name).is_dir() else shutil.copy2)(name, target)
-        options = [
-            "-DCMAKE_BUILD_TYPE=None",
-            "-DCMAKE_Fortran_FLAGS=-O0 -fcheck=bounds -ffree-line-length-none",
-            "-DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON",
-        ]
-        self.run(
-            [
-                "cmake",
-                "-S",
-                str(self.folder),
-                "-B",
-                str(self.build),
-                "-G",
-                "Ninja",
-                f"-DPython3_EXECUTABLE={sys.executable}",
-                *options,
-            ]
-        )
-        if self.compile():
-            sys.exit(f"{self.folder}: the unchanged project does not compile")
-        listed = subprocess.run(
-            ["ctest", "--test-dir", str(self.build), "--show-only=json-v1"],
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout
-        self.tests = {}
-        for test in json.loads(listed)["tests"]:
-            properties = {p["name"]: p["value"] for p in test["properties"]}
-            if test["name"] not in LEFT_OUT:
-                environment = dict(os.environ)
-                environment.update(e.split("=", 1) for e in properties.get("ENVIRONMENT", []))
-                self.tests[test["name"]] = (
-                    test["command"],
-                    properties.get("WORKING_DIRECTORY", self.build),
-                    environment,
-                )
+            (shutil.copytree if Path(name).is_dir() else shutil.copy2)(name, self.folder / name)
+        self.run("cmake", "-S", self.folder, "-B", self.build, "-G", "Ninja", *OPTIONS)
+        self.run("cmake", "--build", self.build, "--parallel", "1")
+        listed = json.loads(self.run("ctest", "--test-dir", self.build, "--show-only=json-v1"))
+        self.tests = {t["name"]: t for t in listed["tests"] if t["name"] not in LEFT_OUT}
+        self.modules = {name: self.linked_modules(name) for name in self.tests}
+        self.commands = {
+            Path(entry["file"]): (entry["command"], self.build / entry["command"].split(" -o ")[1].split()[0])
+            for entry in json.loads((self.build / "compile_commands.json").read_text(encoding="utf-8"))
+            if re.search(r"/asperity_(static|solver)\.dir/", entry["command"])
+        }
+        self.link()
+        self.relink_programs()
         self.times = dict.fromkeys(self.tests, 300.0)
         for name in self.tests:
             start = time.monotonic()
             if not self.passes(name):
                 sys.exit(f"{name} fails without any change")
-            self.times[name] = LINK_TIME + time.monotonic() - start
+            self.times[name] = time.monotonic() - start
         self.kills: Counter[tuple[str, str]] = Counter()
 
-    def run(self, command: list[str]) -> None:
-        """Run a command that must not fail."""
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    def run(self, *command: str | Path) -> str:
+        """Run a command that must not fail, and return its output."""
+        ran = subprocess.run(command, check=False, capture_output=True, text=True)
+        if ran.returncode:
+            sys.exit(f"{' '.join(map(str, command[:3]))} ...: {ran.stdout}{ran.stderr}")
+        return ran.stdout
 
-    def compile(self, target: str = "all") -> int:
-        """Compile what has changed for a target; 0 if this was possible."""
-        return subprocess.run(
-            ["cmake", "--build", str(self.build), "--parallel", "1", "--target", target],
-            check=False,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        ).returncode
+    def linked_modules(self, name: str) -> set[str] | None:
+        """Return the modules that are part of the program of a test; None if it runs something else."""
+        program = Path(self.tests[name]["command"][0])
+        if self.build not in program.parents or "libasperity.so" in self.run("ldd", program):
+            return None
+        return set(re.findall(r"__(asperity_\w+?)_MOD_", self.run("nm", program)))
 
-    def target(self, name: str) -> str:
-        """Return what must be compiled for a test: its program, or all if it runs something else."""
-        program = Path(self.tests[name][0][0])
-        return program.name if self.build in program.parents else "all"
+    def link(self) -> None:
+        """Link the shared library of all objects."""
+        name = f"-Wl,-soname,{self.library}"
+        objects = [o for _, o in self.commands.values()]
+        self.run("gfortran", "-shared", "-fopenmp", name, "-o", self.library, *objects)
+
+    def relink_programs(self) -> None:
+        """Link every program with the shared library of all objects instead of the project's libraries."""
+        libraries = re.compile(r"\S*/libasperity(_static|_solver)?\.(a|so[\d.]*)(?=\s)")
+        for command in self.run("ninja", "-C", self.build, "-t", "commands").splitlines():
+            changed = libraries.sub(str(self.library), command)
+            if changed != command and " -shared " not in command and " -o " in command:
+                subprocess.run(changed, shell=True, check=True, cwd=self.build)
 
     def passes(self, name: str) -> bool:
         """Run a test; a test that takes far too long does not pass."""
-        command, folder, environment = self.tests[name]
-        limit = max(LEAST_PATIENCE, PATIENCE * self.times[name])
+        properties = {p["name"]: p["value"] for p in self.tests[name]["properties"]}
+        environment = dict(e.split("=", 1) for e in properties.get("ENVIRONMENT", []))
         try:
-            return (
-                subprocess.run(
-                    command,
-                    cwd=folder,
-                    env=environment,
-                    check=False,
-                    timeout=limit,
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                ).returncode
-                == 0
+            ran = subprocess.run(
+                self.tests[name]["command"],
+                cwd=properties.get("WORKING_DIRECTORY", self.build),
+                env={**os.environ, **environment},
+                check=False,
+                timeout=max(LEAST_PATIENCE, PATIENCE * self.times[name]),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired:
             return False
+        return ran.returncode == 0
+
+    def sources_of(self, path: Path) -> list[Path]:
+        """Return the compiled files that a file is part of."""
+        if path in self.commands:
+            return [path]
+        including = re.compile(rf"^\s*include ['\"]{re.escape(path.name)}['\"]", re.MULTILINE)
+        files = [f for f in path.parent.iterdir() if including.search(f.read_text(encoding="utf-8"))]
+        return sorted({source for file in files for source in self.sources_of(file)})
 
     def judge(self, mutant: Mutant) -> str:
         """Return the test that notices a mutant, 'does not compile', or 'survived'."""
@@ -260,18 +263,27 @@ class Bench:
         text = path.read_text(encoding="utf-8")
         lines = text.splitlines(keepends=True)
         lines[mutant.line - 1] = mutant.after + "\n"
+        sources = self.sources_of(path)
+        kept = {self.commands[s][1]: self.commands[s][1].read_bytes() for s in sources}
         path.write_text("".join(lines), encoding="utf-8")
         try:
-            # first what has noticed many mutants of this file in little time
-            for name in sorted(self.tests, key=lambda n: self.times[n] / (1 + self.kills[mutant.path, n])):
-                if self.compile(self.target(name)):
+            for source in sources:
+                command = shlex.split(self.commands[source][0])
+                if subprocess.run(command, check=False, cwd=self.build, capture_output=True).returncode:
                     return "does not compile"
-                if not self.passes(name):
+            self.link()
+            # first what has noticed many mutants of this file in little time
+            changed = {s.stem for s in sources}
+            for name in sorted(self.tests, key=lambda n: self.times[n] / (1 + self.kills[mutant.path, n])):
+                modules = self.modules[name]
+                if (modules is None or modules & changed) and not self.passes(name):
                     self.kills[mutant.path, name] += 1
                     return name
             return "survived"
         finally:
             path.write_text(text, encoding="utf-8")
+            for file, content in kept.items():
+                file.write_bytes(content)
 
 
 def equivalents() -> dict[tuple[str, str, str], str]:
@@ -283,10 +295,8 @@ def equivalents() -> dict[tuple[str, str, str], str]:
 
 
 def chosen(mutants: list[Mutant], samples: int, seed: int) -> list[Mutant]:
-    """Draw some of the mutants, or all with samples = 0, in the order of the files."""
-    if 0 < samples < len(mutants):
-        mutants = random.Random(seed).sample(mutants, samples)
-    return sorted(mutants, key=lambda m: (m.path, m.line, m.after))
+    """Draw some of the mutants, or all with samples = 0, in random order: the first are a sample, too."""
+    return random.Random(seed).sample(mutants, min(samples or len(mutants), len(mutants)))
 
 
 def judge_all(mutants: list[Mutant], jobs: int, show: bool) -> dict[Mutant, str]:

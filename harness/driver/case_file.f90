@@ -12,7 +12,8 @@ module case_file
   use case_initial, only: carry_initial, initial_type, read_initial
   use case_material, only: prop_entries, read_props
   use case_state, only: check_state, read_state, state_type
-  use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, unknown_name
+  use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, &
+    token_text, unknown_name
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
   use load_path, only: check_separations, read_steps, step_type
   use recorded_strains, only: read_strains, strains_type
@@ -132,10 +133,11 @@ contains
     real(wp), allocatable, intent(out) :: values(:)           !! of the name
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"
-    integer :: e, g, i, j
+    integer :: e, earlier, g, i, j
 
     name = ""
     allocate (values(0))
+    earlier = len(message)
     g = group_index(text, "sweep")
     if (g == 0) return
     do e = text%groups(g)%first, text%groups(g)%last
@@ -158,8 +160,25 @@ contains
         call unknown_name(text, e, "name, values", message)
       end select
     end do
-    if (len(name) == 0 .or. size(values) == 0) call append(message, group_where(text, g) // "expected name and values")
+    if (len(message) > earlier) return
+    if (len(name) == 0 .or. size(values) == 0) then
+      call append(message, group_where(text, g) // "expected name and values")
+    else if (.not. any([(stands_for(text, i, name), i=1, text%n_tokens)])) then
+      call append(message, group_where(text, g) // "name = '" // name // "' stands for no number of the case: " // &
+        "expected " // name // " as a value of another group")
+    end if
   end subroutine read_sweep
+
+  !> Whether a value of a case is the name of its sweep.
+  pure function stands_for(text, token, name) result(yes)
+    type(text_type), intent(in) :: text     !! the file
+    integer, intent(in) :: token            !! which value
+    character(len=*), intent(in) :: name    !! of the sweep
+    logical :: yes
+    character(len=:), allocatable :: word
+    word = token_text(text, token)
+    yes = .not. text%tokens(token)%is_string .and. lower(word(index(word, "*") + 1:)) == lower(name)
+  end function stands_for
 
   !> Read a case from its text; text%variable has the value of the sweep.
   subroutine interpret_case(text, sweep_values, case, message)
@@ -303,6 +322,8 @@ contains
           if (all(lower(word) /= ["lost    ", "complete"])) call append(message, entry_where(text, e) // &
             ": expected 'complete' or 'lost'")
         case ("tolerance")
+          ! an admissible value remains if the given one is no number
+          found%tolerance = 1.0_wp
           call get_real(text, e, found%tolerance, message)
           if (found%tolerance < 0.0_wp) call append(message, entry_where(text, e) // ": expected >= 0")
         case ("when")

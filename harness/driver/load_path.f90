@@ -125,6 +125,8 @@ contains
           counts = .true.
           call get_integers(text, e, 1, most_increments, increments, message)
         case ("tolerance")
+          ! an admissible value remains if the given one is no number
+          step%tolerance = least_tolerance
           call get_real(text, e, step%tolerance, message)
           if (step%tolerance < least_tolerance .or. step%tolerance > largest_tolerance) call append(message, &
             entry_where(text, e) // ": expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))

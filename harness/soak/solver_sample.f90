@@ -68,6 +68,8 @@ module solver_sample
     logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
     integer :: free = 0                 !! free separations, if lost
     logical :: proven = .false.         !! not completed, and bounds prove that no equilibrium exists
+    integer :: boxes = 0                !! examined for the proof
+    logical :: has_bounds = .false.     !! neither viscous damage, guard, finite height nor wear
     logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
     logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
     logical :: explained = .false.      !! completed, or the loss has one of these three causes
@@ -308,7 +310,7 @@ contains
     type(verdict_type) :: verdict
     type(point_type) :: old
     real(wp) :: reached, values(3)
-    integer :: boxes, iterations
+    integer :: iterations
 
     old = point
     call advance(sample%joint, control, start, target, point, iterations, reached, report=report, method=method)
@@ -344,10 +346,8 @@ contains
     call examine_loss(sample%joint, control, report%beyond, point, most_updates, loss)
     outcome%none_found = loss%kind == loss_none_found   ! also if the limit of updates was reached
     outcome%stopped = loss%kind == loss_discontinuous
-    outcome%free = count(control%traction)
-    call exclude_equilibria(sample%joint, control, target, point, most_boxes, outcome%proven, boxes)
-    if (.not. outcome%proven) call exclude_equilibria(sample%joint, control, report%beyond, point, most_boxes, &
-      outcome%proven, boxes)
+    call prove(sample, control, target, report%beyond, point, outcome)
+    if (outcome%wrong) return
     outcome%worn = loss%kind == loss_worn
     outcome%explained = loss%kind /= loss_elsewhere
     outcome%why = ""
@@ -359,6 +359,29 @@ contains
     if (len_trim(outcome%why) > 0) outcome%why = "increment " // integer_text(outcome%increments + 1) // ":" // &
       outcome%why
   end subroutine take
+
+  !> Try to prove a loss. The same bounds must not exclude the last equilibrium.
+  subroutine prove(sample, control, target, beyond, point, outcome)
+    type(sample_type), intent(in) :: sample           !! the sample
+    type(control_type), intent(in) :: control         !! what is given
+    real(wp), intent(in) :: target(3), beyond(3)      !! at the end of the increment, and just beyond the last point
+    type(point_type), intent(in) :: point             !! the last point
+    type(outcome_type), intent(inout) :: outcome      !! findings are set
+    !> Boxes after which bounds that are wrong would have excluded the equilibrium.
+    integer, parameter :: few = 2000
+    type(control_type) :: still
+    integer :: boxes
+    outcome%free = count(control%traction)
+    outcome%has_bounds = .not. (sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%joint%material%curved)
+    call exclude_equilibria(sample%joint, control, target, point, most_boxes, outcome%proven, outcome%boxes)
+    if (.not. outcome%proven) call exclude_equilibria(sample%joint, control, beyond, point, most_boxes, &
+      outcome%proven, outcome%boxes)
+    still = control
+    still%dt = 0.0_wp
+    call exclude_equilibria(sample%joint, still, merge(point%traction + control%spring*point%s, point%s, &
+      control%traction), point, few, outcome%wrong, boxes)
+    if (outcome%wrong) outcome%why = "bounds exclude the last equilibrium"
+  end subroutine prove
 
   !> Check that the point has the given values and that its state is admissible.
   subroutine judge(sample, control, values, old, point, outcome)

@@ -23,7 +23,9 @@ program solver_soak
       missed = 0, wrong = 0, unexplained = 0, limited = 0, away = 0, stuck = 0, stopped = 0, worn = 0, &
       unreported = 0, unbalanced = 0, failed = 0
     integer :: most_updates = 0
-    integer(int64) :: lost(3) = 0, proven(3) = 0   ! by the number of free separations
+    ! by the number of free separations; without viscous damage, guard, finite height and wear, and with them
+    integer(int64) :: lost(3, 2) = 0, proven(3, 2) = 0
+    integer :: most_boxes = 0   ! of a proof
   end type sum_type
   type(sum_type) :: total(n_methods)
   type(sample_type) :: sample
@@ -155,6 +157,7 @@ contains
     type(outcome_type), intent(in) :: one      !! of a sample
     integer, intent(in) :: by                  !! the method
     integer, intent(in) :: folds               !! snaps of the full solver
+    integer :: kind
     sums%completed = sums%completed + merge(1, 0, one%completed)
     sums%none_found = sums%none_found + merge(1, 0, one%none_found)
     sums%increments = sums%increments + one%increments
@@ -165,8 +168,10 @@ contains
     sums%wrong = sums%wrong + merge(1, 0, one%wrong)
     sums%unexplained = sums%unexplained + merge(1, 0, by == full_solver .and. .not. one%explained)
     if (one%free > 0) then
-      sums%lost(one%free) = sums%lost(one%free) + 1
-      sums%proven(one%free) = sums%proven(one%free) + merge(1, 0, one%proven)
+      kind = merge(1, 2, one%has_bounds)
+      sums%lost(one%free, kind) = sums%lost(one%free, kind) + 1
+      sums%proven(one%free, kind) = sums%proven(one%free, kind) + merge(1, 0, one%proven)
+      sums%most_boxes = max(sums%most_boxes, merge(one%boxes, 0, one%proven))
     end if
     sums%stopped = sums%stopped + merge(1, 0, one%stopped)
     sums%worn = sums%worn + merge(1, 0, one%worn)
@@ -203,8 +208,13 @@ contains
       "), viscous ones opened without bound ", total(full_solver)%away, ", stopped where the law is discontinuous ", &
       total(full_solver)%stopped, ", worn by the motion ", total(full_solver)%worn
     associate (s => total(full_solver))
-      write (unit, "(a, 3(a, i0, a, i0))") indent, "losses that bounds prove: with one free separation ", s%proven(1), &
-        " of ", s%lost(1), ", two ", s%proven(2), " of ", s%lost(2), ", three ", s%proven(3), " of ", s%lost(3)
+      do k = 1, 2
+        write (unit, "(4a, 3(a, i0, a, i0))") indent, "losses that bounds prove, ", &
+          trim(merge("without", "with   ", k == 1)), " viscous damage, guard, height or wear:", &
+          " with one free separation ", s%proven(1, k), " of ", s%lost(1, k), &
+          ", two ", s%proven(2, k), " of ", s%lost(2, k), ", three ", s%proven(3, k), " of ", s%lost(3, k)
+      end do
+      write (unit, "(2a, i0)") indent, "largest number of boxes of such a proof ", s%most_boxes
     end associate
     write (unit, "(2a, 2(i0, a))") indent, "rows that jump without a report ", total(full_solver)%unreported, &
       ", whose energies do not balance ", total(full_solver)%unbalanced

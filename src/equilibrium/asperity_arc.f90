@@ -4,7 +4,7 @@
 !> may decrease: at a fold they turn back, where the stable path would jump.
 module asperity_arc
   use asperity_arc_equations, only: branch_tangent, length_product, load_length
-  use asperity_arc_step, only: begin_step, has_no_folds, look, search, solve, step_type, try
+  use asperity_arc_step, only: begin_step, goes_back, has_no_folds, look, search, solve, step_type, try
   use asperity_control_point, only: elastic_stiffness, free_matrix, free_part, move_point, point_type, unstable
   use asperity_increment, only: path_type, set_share
   use asperity_interface, only: interface_type
@@ -22,8 +22,8 @@ module asperity_arc
   !> Length of a branch that counts as endless, relative to s_f, in addition to the change of the prescribed separations
   !> and to that of the springs without the interface.
   real(wp), parameter, public :: endless = 20.0_wp
-  !> Largest number of steps to prescribed separations on a straight line.
-  real(wp), parameter :: most_steps = 1.0e7_wp
+  !> Largest number of steps to the prescribed values on a straight line, without springs.
+  real(wp), parameter :: most_steps = 2.0e5_wp
 
   !> Progress along the branch of one change of the prescribed values.
   type, public :: arc_type
@@ -33,6 +33,7 @@ module asperity_arc
     real(wp) :: factor = 0.0_wp         !! load factor, 1: the prescribed values are reached
     real(wp) :: last(4) = 0.0_wp        !! direction of the last step
     integer :: short = 0                !! short steps in succession
+    integer :: returns = 0              !! steps that go back on the step before
     integer :: unstable = 0             !! unstable equilibria in succession while the prescribed values advance
     logical :: back = .false.           !! whether the prescribed values go back
     logical :: turned = .false.         !! whether their sense changed in the last step
@@ -64,7 +65,9 @@ contains
       call append(message, "the branch does not reach the prescribed values within a length of " // &
         to_text(endless) // " s_f: the separation grows without end, or farther than that")
     case (ended_rejected)
-      call append(message, "the prescribed values are too far for steps of this length: expected a larger arc")
+      call append(message, "the prescribed values are more than " // to_text(most_steps) // &
+        " steps of this length away: expected a larger arc, up to " // to_text(largest_arc) // &
+        ", or increments (follow = 'stable')")
     case (ended_divided)
       call append(message, "the branch divides, several equilibria continue it: expected a load case without symmetry")
     case default
@@ -93,10 +96,11 @@ contains
     type(arc_type), intent(inout) :: arc         !! progress
     type(point_type), intent(inout) :: point     !! the point, start -> end
     type(report_type), intent(out) :: report     !! work, and why the branch ended
-    !> Shortest step that is tried and step that counts as short, relative to the longest; largest number of short steps
-    !> in succession, which only the end of a branch has.
+    !> Shortest step that is tried and step that counts as short, relative to the longest.
     real(wp), parameter :: shortest = 2.0_wp**(-16), short = 2.0_wp**(-8)
-    integer, parameter :: most_short = 40
+    !> Largest number of short steps in succession, and of steps that go back on the step before: a branch with more of
+    !> them stays near one point.
+    integer, parameter :: most = 200
     type(step_type) :: step
     real(wp) :: length, unit
 
@@ -116,9 +120,10 @@ contains
       return
     end if
     call begin_step(joint, path, arc%factor, point, step)
+    step%last = arc%last
     length = min(arc%length, arc%longest)
     do
-      call try(joint, path, length, arc%last, step, report)
+      call try(joint, path, length, step, report)
       if (step%good .or. length < shortest*arc%longest) exit
       length = 0.5_wp*length
     end do
@@ -129,7 +134,8 @@ contains
     if (step%good .and. step%to(step%balance%n + 1) >= unit) call find_target(joint, path, arc, unit, length, step, &
       report)
     arc%short = merge(arc%short + 1, 0, length < short*arc%longest)
-    if (.not. step%good .or. arc%short > most_short) then
+    if (goes_back(path, step, length)) arc%returns = arc%returns + 1
+    if (.not. step%good .or. max(arc%short, arc%returns) > most) then
       if (report%ended == ended_complete) report%ended = ended_lost
       call move_point(step%balance%old, point)
       return
@@ -191,6 +197,7 @@ contains
     report%updates = report%updates + updates
     call move_point(trial, point)
     if (reached < 1.0_wp) then
+      arc%factor = arc%factor + reached*(next - arc%factor)
       report%ended = ended_endless
       return
     end if
@@ -259,52 +266,32 @@ contains
     real(wp), intent(inout) :: length            !! of the step
     type(step_type), intent(inout) :: step       !! the step
     type(report_type), intent(inout) :: report   !! work
-    !> Bisections of the step until Newton's method finds the target.
-    integer, parameter :: halvings = 30
     type(newton_type) :: result
     type(point_type) :: target
-    real(wp) :: before, change(4), direction(4), guess(4), middle, start(4)
-    integer :: i, n
+    real(wp) :: change(4), guess(4)
+    integer :: n
     n = step%balance%n
-    before = 0.0_wp
-    start = step%from
-    do i = 1, halvings
-      direction = (step%to - step%from)/length
-      guess = start + (step%to - start)*((unit - start(n + 1))/(step%to(n + 1) - start(n + 1)))
-      call set_share(joint, path, 1.0_wp, arc%factor, step%balance)
-      associate (free => step%balance%free(:n))
-        target%s(free) = guess(:n)
-      end associate
-      call newton_solve(joint, step%balance, .false., target, result)
-      report%iterations = report%iterations + result%iterations
-      report%updates = report%updates + result%updates
-      change = 0.0_wp
-      change(:3) = free_part(step%balance, target%s)
-      change(n + 1) = unit
-      if (result%converged .and. sqrt(sum((change - guess)**2)) <= length - before) then
-        change = change - step%from
-        step%after = branch_tangent(joint, path, step%balance, target)
-        step%good = has_no_folds(joint, target) .or. length_product(path, change, step%after) > 0.0_wp
-        if (step%good) then
-          length = sqrt(length_product(path, change, change))
-          step%to = step%from + change
-          step%to(n + 1) = unit
-          call move_point(target, step%point)
-          return
-        end if
-      end if
-      middle = 0.5_wp*(before + length)
-      call solve(joint, path, middle, direction, step, report)
-      if (step%good .and. step%to(n + 1) >= unit) then
-        length = middle
-      else
-        if (step%good) start = step%to
-        before = middle
-        call solve(joint, path, length, direction, step, report)
-        if (.not. step%good) return
-      end if
-    end do
-    step%good = .false.
+    guess = step%from + (step%to - step%from)*((unit - step%from(n + 1))/(step%to(n + 1) - step%from(n + 1)))
+    call set_share(joint, path, 1.0_wp, arc%factor, step%balance)
+    associate (free => step%balance%free(:n))
+      target%s(free) = guess(:n)
+    end associate
+    call newton_solve(joint, step%balance, .false., target, result)
+    report%iterations = report%iterations + result%iterations
+    report%updates = report%updates + result%updates
+    change = 0.0_wp
+    change(:3) = free_part(step%balance, target%s)
+    change(n + 1) = unit
+    step%good = result%converged .and. sqrt(sum((change - guess)**2)) <= length
+    if (.not. step%good) return
+    change = change - step%from
+    step%after = branch_tangent(joint, path, step%balance, target)
+    step%good = has_no_folds(joint, target) .or. length_product(path, change, step%after) > 0.0_wp
+    if (.not. step%good) return
+    length = sqrt(length_product(path, change, change))
+    step%to = step%from + change
+    step%to(n + 1) = unit
+    call move_point(target, step%point)
   end subroutine find_target
 
 end module asperity_arc

@@ -10,7 +10,7 @@ module asperity_arc_equations
   use asperity_increment, only: path_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_tolerances, only: most_iterations, residual_tolerance, worst_condition
+  use asperity_tolerances, only: most_iterations, residual_tolerance, rounding, worst_condition
   implicit none
   private
   public :: branch_tangent, correct, load_length, length_product, set_factor
@@ -137,16 +137,18 @@ contains
     real(wp), parameter :: length_tolerance = 1.0e-6_wp
     !> Largest correction, relative to the length of the step: the result is near the start.
     real(wp), parameter :: longest = 2.0_wp
-    real(wp) :: a(4, 4), b(4), c(4, 4), change(4), d(4), excess, move, r(3), scale
+    real(wp) :: a(4, 4), b(4), c(4, 4), change(4), d(4), excess, least, move, r(3), scale
     integer :: i, j, n
     n = count(path%control%traction)
+    ! near zero a prescribed traction has the rounding errors of the load factor
+    least = rounding*maxval(abs(path%start) + abs(path%change), mask=path%control%traction)
     do i = 0, most_iterations
       call set_factor(joint, path, u(n + 1)/load_length(joint, path), balance)
       call evaluate(joint, balance, u(:3), point, r, scale, good)
       if (.not. good) return
       change = u - origin
       excess = 0.5_wp*(length_product(path, change, change)/length - length)
-      good = maxval(abs(r)) <= residual_tolerance*scale .and. abs(excess) <= length_tolerance*length
+      good = maxval(abs(r)) <= max(residual_tolerance*scale, least) .and. abs(excess) <= length_tolerance*length
       if (good .or. i == most_iterations) return
       a = derivative(joint, path, balance, point)
       b = 0.0_wp

@@ -11,7 +11,7 @@ module asperity_arc_step
   use asperity_tolerances, only: snap_resolution, unbalanced_motion
   implicit none
   private
-  public :: begin_step, try, solve, search, look, has_no_folds
+  public :: begin_step, try, solve, search, look, has_no_folds, goes_back
 
   !> A step that is tried: equations with the point at its start, and the point at its end.
   type, public :: step_type
@@ -19,6 +19,7 @@ module asperity_arc_step
     type(point_type) :: point
     real(wp) :: from(4) = 0.0_wp        !! (x, m) at its start
     real(wp) :: to(4) = 0.0_wp          !! at its end
+    real(wp) :: last(4) = 0.0_wp        !! direction of the last step, zero: none
     real(wp) :: before(4) = 0.0_wp      !! direction of the branch at its start
     real(wp) :: after(4) = 0.0_wp       !! at its end
     logical :: good = .false.           !! whether the end continues the branch
@@ -59,16 +60,15 @@ contains
   end subroutine begin_step
 
   !> Try a step of a given length: in the direction of the branch at its start, in that of the last step.
-  pure subroutine try(joint, path, length, last, step, report)
+  pure subroutine try(joint, path, length, step, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values
     real(wp), intent(in) :: length               !! of the step
-    real(wp), intent(in) :: last(4)              !! direction of the last step, zero: none
     type(step_type), intent(inout) :: step       !! the step
     type(report_type), intent(inout) :: report   !! work
     step%good = .false.
     if (any(abs(step%before) > 0.0_wp)) call solve(joint, path, length, step%before, step, report)
-    if (.not. step%good .and. any(abs(last) > 0.0_wp)) call solve(joint, path, length, last, step, report)
+    if (.not. step%good .and. any(abs(step%last) > 0.0_wp)) call solve(joint, path, length, step%last, step, report)
   end subroutine try
 
   !> Solve for a step of a given length from a guess of its direction, and judge whether it continues the branch.
@@ -105,7 +105,11 @@ contains
   end subroutine solve
 
   !> Search all directions where the step that the tangents predict does not continue the branch: at a kink, the branch
-  !> may turn sharply. If several branches continue, none of them is taken.
+  !> may turn sharply.
+  !>
+  !> The longest distance is tried first. At a distance that is not much longer than that to the kink, the irreversible
+  !> law may have more equilibria, which belong to no branch. If several branches continue at every distance, none of
+  !> them is taken.
   pure subroutine search(joint, path, longest, step, length, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values
@@ -113,17 +117,22 @@ contains
     type(step_type), intent(inout) :: step       !! the step
     real(wp), intent(inout) :: length            !! of the step
     type(report_type), intent(inout) :: report   !! work, and whether several branches continue
-    !> Lengths that are tried, as fractions of the longest step.
-    real(wp), parameter :: lengths(3) = [2.0_wp**(-12), 2.0_wp**(-8), 2.0_wp**(-4)]
-    integer :: i
+    !> Lengths that are tried, as fractions of the longest of them.
+    real(wp), parameter :: lengths(4) = [1.0_wp, 2.0_wp**(-4), 2.0_wp**(-8), 2.0_wp**(-12)]
+    integer :: ended, i
+    ended = ended_complete
     do i = 1, size(lengths)
-      length = lengths(i)*longest
+      length = lengths(i)*min(longest, snap_resolution*joint%material%s0)
+      report%ended = ended_complete
       call look(joint, path, length, step, report)
-      if (step%good .or. report%ended /= ended_complete) return
+      if (step%good) return
+      if (report%ended /= ended_complete) ended = report%ended
     end do
+    report%ended = ended
   end subroutine search
 
-  !> Look for equilibria at a given distance in all directions. If exactly one continues the branch, it is the step.
+  !> Look for equilibria at a given distance in all directions. If exactly one continues the branch, it is the step. One
+  !> that goes back on the last step is the step if there is no other.
   pure subroutine look(joint, path, length, step, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values
@@ -132,25 +141,31 @@ contains
     type(report_type), intent(inout) :: report   !! work, and whether several branches continue
     !> Distance of two results that differ, relative to the length of the step.
     real(wp), parameter :: apart = 0.01_wp
-    real(wp) :: difference(4), direction(4), first(4)
-    !> Irregular shares of the directions, so that they have no symmetry of the pattern.
+    !> Components of the directions, with irregular shares, so that they have no symmetry of the pattern.
+    real(wp), parameter :: components(0:4) = [0.0_wp, 0.5_wp, 1.0_wp, -1.0_wp, -0.5_wp]
     real(wp), parameter :: irregular(4) = [0.07_wp, -0.13_wp, 0.19_wp, 0.11_wp]
+    real(wp) :: behind(4), difference(4), direction(4), first(4)
     integer :: code, j, n
     logical :: found
     n = step%balance%n
+    behind = 0.0_wp
     first = 0.0_wp
     found = .false.
-    do code = 0, 3**(n + 1) - 1
-      ! the digits of the code in base 3 are the components 0, 1 and -1
+    do code = 0, size(components)**(n + 1) - 1
+      ! the digits of the code are the indices of the components
       direction = 0.0_wp
       do j = 1, n + 1
-        direction(j) = real(modulo(code/3**(j - 1) + 1, 3) - 1, wp) + irregular(j)
+        direction(j) = components(modulo(code/size(components)**(j - 1), size(components))) + irregular(j)
       end do
       direction = direction/sqrt(length_product(path, direction, direction))
       call solve(joint, path, length, direction, step, report, turns=.true.)
       if (.not. step%good) cycle
       if (has_no_folds(joint, step%point)) return
       direction = (step%to - step%from)/length
+      if (goes_back(path, step, length)) then
+        behind = direction
+        cycle
+      end if
       difference = direction - first
       if (found .and. length_product(path, difference, difference) > apart**2) then
         report%ended = ended_divided
@@ -161,7 +176,19 @@ contains
       first = direction
     end do
     step%good = .false.
-    if (found) call solve(joint, path, length, first, step, report, turns=.true.)
+    if (.not. found) first = behind
+    if (any(abs(first) > 0.0_wp)) call solve(joint, path, length, first, step, report, turns=.true.)
   end subroutine look
+
+  !> Whether a step goes back on the last one.
+  pure function goes_back(path, step, length) result(yes)
+    type(path_type), intent(in) :: path      !! the prescribed values
+    type(step_type), intent(in) :: step      !! the step
+    real(wp), intent(in) :: length           !! of the step
+    logical :: yes
+    !> Product of the directions of the two steps.
+    real(wp), parameter :: opposite = -0.99_wp
+    yes = length_product(path, step%to - step%from, step%last) < opposite*length
+  end function goes_back
 
 end module asperity_arc_step

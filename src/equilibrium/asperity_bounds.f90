@@ -12,7 +12,7 @@ module asperity_bounds
   use asperity_pattern, only: plane_normal
   implicit none
   private
-  public :: beyond_bounds
+  public :: beyond_bounds, away_from_contact
 
 contains
 
@@ -65,19 +65,97 @@ contains
     end do
   end subroutine beyond_bounds
 
+  !> The direction, among those in which no contact carries a traction, that is nearest to prescribed tractions; the
+  !> zero vector if they have no part in such a direction.
+  pure function away_from_contact(joint, control, given) result(direction)
+    type(interface_type), intent(in) :: joint      !! the interface
+    type(control_type), intent(in) :: control      !! what is given
+    real(wp), intent(in) :: given(3)               !! its values
+    real(wp) :: direction(3)
+    !> Azimuths that are compared; smallest change of the azimuth.
+    integer, parameter :: azimuths = 16
+    real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp), finest = 1.0e-10_wp
+    real(wp) :: best, change, last
+    logical :: counts(3)
+    integer :: i
+    direction = 0.0_wp
+    counts = control%traction .and. .not. control%spring > 0.0_wp
+    if (.not. counts(1) .or. all(abs(given) <= 0.0_wp)) return
+    direction = -given/sqrt(sum(given**2))
+    best = 0.0_wp
+    change = turn/real(azimuths, wp)
+    do i = 0, azimuths - 1
+      call consider(joint, given, counts, real(i, wp)*change, best, direction)
+    end do
+    do while (change > finest .and. all(counts))
+      last = best
+      call consider(joint, given, counts, last + change, best, direction)
+      call consider(joint, given, counts, last - change, best, direction)
+      if (.not. abs(best - last) > 0.0_wp) change = 0.5_wp*change
+    end do
+    if (.not. dot_product(direction, given) > 0.0_wp) direction = 0.0_wp
+  end function away_from_contact
+
+  !> Take the direction nearest to prescribed tractions at an azimuth if it is nearer than another direction.
+  pure subroutine consider(joint, given, counts, azimuth, best, direction)
+    type(interface_type), intent(in) :: joint      !! the interface
+    real(wp), intent(in) :: given(3)               !! prescribed tractions
+    logical, intent(in) :: counts(3)               !! components that the direction may have
+    real(wp), intent(in) :: azimuth                !! about N
+    real(wp), intent(inout) :: best                !! azimuth of the direction
+    real(wp), intent(inout) :: direction(3)        !! the other direction -> the nearer one
+    real(wp) :: e(2), nearest(3)
+    e = [cos(azimuth), sin(azimuth)]
+    ! sines of multiples of a right angle are rounding errors
+    where (abs(e) < epsilon(1.0_wp) .or. .not. counts(2:3)) e = 0.0_wp
+    if (any(abs(e) > 0.0_wp)) e = e/sqrt(sum(e**2))
+    nearest = nearest_direction(joint, given, e)
+    if (.not. dot_product(nearest, given) > dot_product(direction, given)) return
+    direction = nearest
+    best = azimuth
+  end subroutine consider
+
+  !> The direction nearest to prescribed tractions at an azimuth, among those in which no contact carries a traction;
+  !> the zero vector if there is none.
+  pure function nearest_direction(joint, given, e) result(d)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: given(3)            !! prescribed tractions
+    real(wp), intent(in) :: e(2)                !! direction (Tx, Ty) of the azimuth
+    real(wp) :: d(3)
+    !> Distance from the cones of friction, so that rounding errors do not reach them.
+    real(wp), parameter :: distance = 1.0e-12_wp
+    real(wp) :: angle, e_n, norm, normal(3)
+    integer :: k
+    d = 0.0_wp
+    angle = atan2(dot_product(given(2:3), e), given(1))
+    do k = 1, joint%pattern%n
+      normal = plane_normal(joint%pattern, k)
+      e_n = dot_product(normal(2:3), e)
+      norm = sqrt(normal(1)**2 + e_n**2)
+      if (norm < sine_of_friction(joint)) return
+      angle = min(angle, acos(sine_of_friction(joint)/norm) + atan2(e_n, normal(1)) - distance)
+    end do
+    d = [cos(max(0.0_wp, angle)), sin(max(0.0_wp, angle))*e]
+  end function nearest_direction
+
   !> Whether no contact carries a traction in a direction: it is outside every cone of friction.
   pure function free_of_contact(joint, d) result(yes)
     type(interface_type), intent(in) :: joint   !! the interface
     real(wp), intent(in) :: d(3)                !! unit vector (N, Tx, Ty)
     logical :: yes
-    real(wp) :: sine
     integer :: k
-    sine = joint%material%mu/sqrt(1.0_wp + joint%material%mu**2)
     yes = .true.
     do k = 1, joint%pattern%n
-      yes = yes .and. dot_product(d, plane_normal(joint%pattern, k)) >= sine
+      yes = yes .and. dot_product(d, plane_normal(joint%pattern, k)) >= sine_of_friction(joint)
     end do
   end function free_of_contact
+
+  !> Sine of the angle of friction.
+  pure function sine_of_friction(joint) result(sine)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp) :: sine
+    sine = joint%material%mu/sqrt(1.0_wp + joint%material%mu**2)
+  end function sine_of_friction
 
   !> Sum of the strengths of the bonds in a direction, stress. The traction of a bond is (1 - alpha) r times a vector on
   !> the ellipse of the strengths, and (1 - alpha) r is largest where the damage (7) begins to grow again.

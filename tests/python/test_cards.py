@@ -358,7 +358,7 @@ def test_run_of_a_case(folder: Path) -> None:
         ("sides = 2", "sides = 2, weights = 1.0", None, "sides, theta, flat, turn do not go with normals"),
         ("sides = 2, theta = 30.0", "normals = 1.0, 0.0, weights = 1.0", None, "2 values of normals"),
         ("mu = 0.5", "mu = 0.5", "3", "--value 3: expected where a constant is the name of a sweep only"),
-        ("0 /\n&step", "0 /\n&sweep name = 'x', values = 1, 2 /\n&step", "1", "--value 1: expected where"),
+        ("-1.0,", "x, /\n&sweep name = 'x', values = -1, -2 /\n&step", "-1", "--value -1: expected where"),
         ("0.5 /", "m /\n&sweep name = 'm', values = 1, 2 /", "3", "--value 3: expected one of m, as 1, 2"),
         ("0.5 /", "m /\n&sweep name = 'm', values = 1, 2 /", "x", "--value = 'x': expected a finite number"),
     ],

@@ -100,6 +100,8 @@ PATTERN = "sides = 4, theta = 30.0"
         (END, END + "\n&sweep name = 'x', values = 1, 2, 1 /", 5, ["1 is given twice"]),
         (END, END + "\n&sweep name = '1', values = 1 /", 5, ["expected a name of letters"]),
         (END, END + "\n&sweep values = 1 /", 5, ["expected name and values"]),
+        (END, END + "\n&sweep name = 'y', values = 1, 2 /", 5, ["name = 'y' stands for no number"]),
+        (END, END + "\n&case title = 'y' /\n&sweep name = 'y', values = 1 /", 6, ["stands for no number"]),
         (END, END + "\n&material /", 5, ["given twice, first in line 1"]),
         (END, END + "\n&case planes = 3 /", 5, ["planes = 3: expected .true. or .false."]),
         (END, END + "\n&case title = x /", 5, ["expected one string in quotes"]),
@@ -117,6 +119,28 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments:
     for fragment in fragments:
         assert fragment in messages, messages
     assert not (tmp_path / "case.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("increments = 10", "tolerance = NaN"),
+        ("increments = 10", "tolerance = NaN, follow = 'stable'"),
+        ("increments = 10", "increments = NaN"),
+        ("increments = 10", "follow = 'branch', arc = NaN"),
+        ("mu = 0.5", "mu = NaN"),
+        ("theta = 30.0", "theta = NaN"),
+        ("s_Tx = 0.1", "s_Tx = NaN"),
+        ("s_Tx = 0.1", "slip = 0.1, direction = NaN"),
+        (END, END + "\n&expect t_N = 1, tolerance = NaN /"),
+        (END, END + "\n&sweep name = 'x', values = NaN /"),
+    ],
+)
+def test_no_number(run, old: str, new: str) -> None:
+    """A value that is no number has one message."""
+    assert old in PLAIN
+    messages = run(PLAIN.replace(old, new, 1), code=1).messages
+    assert messages.count("\n") == 1 and '"NaN": expected a number' in messages, messages
 
 
 def test_all_bad_values_at_once(run) -> None:
@@ -184,8 +208,8 @@ def test_truncated_case(run) -> None:
 def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
     """A randomly changed case ends with exit code 0, 1 or 2, complete rows, and a message unless it is 0."""
     rng = random.Random(5)
-    base = PLAIN + (
-        "&expect end = 'complete', t_N = -5.0, tolerance = 1e-6 /\n&sweep name = 'x', values = 1.0, 2.0 /\n"
+    base = PLAIN.replace("s_Tx = 0.1", "s_Tx = x") + (
+        "&expect end = 'complete', t_N = -5.0, tolerance = 1e-6 /\n&sweep name = 'x', values = 0.1, 0.2 /\n"
     )
     pieces = ["", "=", "/", "&", ",", "'", "1", "-", "*", "\n", "é", "x", "."]
     codes = set()

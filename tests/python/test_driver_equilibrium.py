@@ -86,6 +86,7 @@ def test_fold_is_noticed(
         assert result["s_N"][-1] == pytest.approx(SLOPE * 0.2, abs=1e-11)
 
 
+INCLINED = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n"
 LOSES = MATERIAL + FLAT + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n"
 
 
@@ -126,6 +127,16 @@ def test_loss_on_the_way(run) -> None:
     assert closed["t_N"][-1] == pytest.approx(-0.7)
 
 
+def test_loss_that_is_not_proved(run) -> None:
+    """The guard has no bounds: the message says what was searched with three free separations."""
+    material = MATERIAL.replace(" /", ", guard = 1 /")
+    steps = "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n"
+    assert (
+        "none found: the motion under the prescribed tractions reaches none, the smallest residual over"
+        in run(material + INCLINED + steps, code=2).messages
+    )
+
+
 @pytest.mark.parametrize(
     ("steps", "fragment"),
     [
@@ -144,7 +155,7 @@ def test_loss_on_the_way(run) -> None:
         ),
         (
             "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n",
-            "none found: the motion under the prescribed tractions reaches none, the smallest residual over",
+            "exists; proved by bounds of the traction over all separations",
         ),
         (
             "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0, increments = 3 /\n",
@@ -154,7 +165,7 @@ def test_loss_on_the_way(run) -> None:
 )
 def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, fragment: str) -> None:
     """A failed increment is reported without equilibrium, and OUT.failed.nml fails in the same way."""
-    pattern = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n" if "-5" in steps else FLAT
+    pattern = INCLINED if "-5" in steps else FLAT
     result = run(MATERIAL + pattern + steps, code=2)
     assert fragment in result.messages
     assert "the failed increment was written to case.failed.nml" in result.messages

@@ -212,9 +212,9 @@ def test_load_case_of_a_case_file(tmp_path: Path):
         ("&step slip = 0.3 /", "&step t_N = -3.0 /", "expected &step with t_N"),
         ("&step slip = 0.3 /", "&step s_N = 0.01 /", "expected &step with t_N"),
         ("&step slip = 0.3 /", "&step slip = 0.3, direction = 90.0 /", "in one direction"),
-        ("&step t_N = p /", "&step s_N = 0.01 /", "expected &step with t_N"),
+        ("&step t_N = p /", "&step s_N = p /", "expected &step with t_N"),
         ("&step t_N = p /", "&step t_N = p, -3.0 /", "expected &step with t_N"),
-        ("&step t_N = p /", "", "expected &step with t_N"),
+        ("&step t_N = p /\n&step slip = 0.2", "&step slip = p", "expected &step with t_N"),
         (
             "sides = 4, theta = 20.0, flat = 0.25",
             "normals = 1.0, 0.0, 0.0, weights = 1.0",
