@@ -29,7 +29,7 @@ module adaptive_judge
     real(wp) :: at(n_values) = 0.0_wp        !! their places: number of legs before + fraction of the leg
     logical :: resolved = .false.            !! whether twice as many uniform increments give the same errors
     logical :: decidable = .true.            !! whether the uniform increments converge at all, if there is a miss
-    logical :: loose = .false.               !! whether free separations are not judged where no traction determines them
+    logical :: loose = .false.               !! whether there are free separations that no traction determines
     integer :: jumps = 0                     !! snaps and losses of the uniform run
     integer :: rows = 0, updates = 0         !! rows; updates of the law, rejected increments included
     integer :: coarse = 0                    !! steps that are as small as allowed and exceed the tolerance

@@ -10,7 +10,7 @@ program adaptive_soak
   use random_numbers, only: largest_seed, seed_of
   implicit none
   !> Largest share of scenes that may miss (docs/solver.md), at least one.
-  real(wp), parameter :: most_misses = 0.05_wp
+  real(wp), parameter :: most_misses = 0.02_wp
   character(len=*), parameter :: names(n_values) = [character(len=8) :: "t_N", "t_Tx", "t_Ty", "s_N", "s_Tx", "s_Ty", &
     "rupture", "friction", "work"]
   type(scene_type) :: scene

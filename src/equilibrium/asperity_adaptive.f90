@@ -226,8 +226,9 @@ contains
     end subroutine find_rate
 
     !> Solve an increment in which planes switch once more, divided at the switches, and compare the results with the
-    !> line over the increment and with its end, which they replace. Equal states at both ends do not show what happens between them: where
-    !> a slip passes zero, the planes of one side of the asperities open while those of the other side close.
+    !> line over the increment and with its end. They replace the first result, except for its energies, which are
+    !> extrapolated. Equal states at both ends do not show what happens between them: where a slip passes zero, the
+    !> planes of one side of the asperities open while those of the other side close.
     pure subroutine check(old, from, new, to, error, place, used, walk)
       type(point_type), intent(in) :: old        !! start of the increment
       type(point_type), intent(inout) :: new     !! its end -> that of the divided increment
@@ -270,7 +271,6 @@ contains
       end do
       ! a snap is reported by the increment as it was
       if (snaps > 0) return
-      ! the energies are extrapolated
       moved%state([v_rupture, v_friction]) = new%state([v_rupture, v_friction])
       moved%work = new%work
       new = moved

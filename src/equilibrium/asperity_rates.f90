@@ -1,6 +1,7 @@
 !> Rates of traction and separation along the load path, and the error of the straight line between two rows by them.
 module asperity_rates
-  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, free_matrix, free_part, point_type, set_balance
+  use asperity_control_point, only: balance_type, control_type, elastic_stiffness, free_matrix, free_part, point_type, &
+    set_balance
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp

@@ -63,7 +63,7 @@ contains
     type(point_type), intent(in) :: other           !! the other result
     real(wp) :: d
     d = maxval(abs(traction - other%traction))/max(walk%traction, size_of(other%traction))
-    d = max(d, maxval(abs(s - other%s), mask=control%traction)/max(walk%separation, maxval(abs(other%s), &
+    d = max(d, maxval(merge(abs(s - other%s), 0.0_wp, control%traction))/max(walk%separation, maxval(abs(other%s), &
       mask=control%traction)))
     d = d/walk%tolerance
   end function distance
@@ -132,7 +132,7 @@ contains
     stress = max(walk%traction, size_of(ending%traction))
     length = max(walk%separation, maxval(abs(ending%s), mask=control%traction))
     traction = weight*size_of(whole%traction - ending%traction)/stress
-    separation = weight*maxval(abs(whole%s - ending%s), mask=control%traction)/length
+    separation = weight*maxval(merge(abs(whole%s - ending%s), 0.0_wp, control%traction))/length
     state = state_difference(joint, walk, whole, ending)
     energy = maxval(abs(spent(whole) - spent(ending)))/max(tiny(1.0_wp), stress*(size_of(middle%s - old%s) + &
       size_of(ending%s - middle%s)))
@@ -169,7 +169,7 @@ contains
       s = share*abs(middle%s - 0.5_wp*(old%s + ending%s))
     end if
     error = size_of(traction)/max(walk%traction, size_of(ending%traction))
-    error = max(error, maxval(s, mask=control%traction)/max(walk%separation, maxval(abs(ending%s), &
+    error = max(error, maxval(merge(s, 0.0_wp, control%traction))/max(walk%separation, maxval(abs(ending%s), &
       mask=control%traction)))
     error = error/walk%tolerance
   end function lines_error
