@@ -309,6 +309,7 @@ contains
     type(loss_type) :: loss
     type(verdict_type) :: verdict
     type(point_type) :: old
+    character(len=len(outcome%why)) :: why
     real(wp) :: reached, values(3)
     integer :: iterations
 
@@ -350,14 +351,16 @@ contains
     if (outcome%wrong) return
     outcome%worn = loss%kind == loss_worn
     outcome%explained = loss%kind /= loss_elsewhere
-    outcome%why = ""
-    if (outcome%limited) outcome%why = " limit of updates reached;"
+    why = ""
+    if (outcome%limited) why = " limit of updates reached;"
     associate (place => loss%scan%place)
-      if (loss%kind == loss_elsewhere) outcome%why = trim(outcome%why) // " there is an equilibrium at s = " // &
+      if (loss%kind == loss_elsewhere) why = trim(why) // " there is an equilibrium at s = " // &
         to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
     end associate
-    if (len_trim(outcome%why) > 0) outcome%why = "increment " // integer_text(outcome%increments + 1) // ":" // &
-      outcome%why
+    if (len_trim(why) == 0) return
+    ! rows before it may have a complaint, too
+    if (len_trim(outcome%why) > 0) outcome%why = trim(outcome%why) // "; "
+    outcome%why = trim(outcome%why) // "increment " // integer_text(outcome%increments + 1) // ":" // why
   end subroutine take
 
   !> Try to prove a loss. The same bounds must not exclude the last equilibrium.
