@@ -64,21 +64,23 @@ contains
   subroutine doubt(scene, decidable)
     type(scene_type), intent(in) :: scene    !! the scene
     logical, intent(out) :: decidable        !! whether they converge
-    type(rows_type) :: jumps, rows
-    type(verdict_type) :: verdict
     real(wp) :: errors(2)
-    integer :: i, n
-    n = trial
-    do i = 1, 2
-      call run_uniform(scene, n, scene%tolerance*separation_scale(scene), rows)
-      n = 4*n
-      jumps = rows_type()
-      verdict = verdict_type()
-      call compare(scene, rows, n, jumps, verdict)
-      errors(i) = maxval(verdict%errors(:curves))
-    end do
+    call judge_uniform(scene, trial, errors(1))
+    call judge_uniform(scene, 4*trial, errors(2))
     decidable = any(errors <= 1.0_wp) .or. errors(2) < 0.5_wp*errors(1)
   end subroutine doubt
+
+  !> Judge uniform increments by four times as many.
+  subroutine judge_uniform(scene, n, error)
+    type(scene_type), intent(in) :: scene    !! the scene
+    integer, intent(in) :: n                 !! uniform increments of a leg
+    real(wp), intent(out) :: error           !! largest error of a curve, relative to the tolerance
+    type(rows_type) :: jumps, rows
+    type(verdict_type) :: verdict
+    call run_uniform(scene, n, scene%tolerance*separation_scale(scene), rows)
+    call compare(scene, rows, 4*n, jumps, verdict)
+    error = maxval(verdict%errors(:curves))
+  end subroutine judge_uniform
 
   !> Smallest separation that the tolerance refers to: s_f.
   pure function separation_scale(scene) result(length)
