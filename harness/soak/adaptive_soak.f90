@@ -7,7 +7,8 @@ program adaptive_soak
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, to_text
   use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
-  use random_numbers, only: largest_seed, seed_of
+  use random_numbers, only: seed_of
+  use soak_options, only: options_type, read_options
   implicit none
   !> Largest share of scenes that may miss (docs/solver.md), at least one.
   real(wp), parameter :: most_misses = 0.02_wp
@@ -16,13 +17,14 @@ program adaptive_soak
   type(scene_type) :: scene
   type(verdict_type) :: verdict
   type(progress_type) :: progress
-  integer(int64) :: run, seed
-  integer :: i, loose, misses, only, samples, undecidable, unresolved, viscous, with_coarse, with_jump
+  integer(int64) :: seed
+  integer :: i, loose, misses, undecidable, unresolved, viscous, with_coarse, with_jump
   integer, allocatable :: rows(:), updates(:)
   real(wp), allocatable :: worst(:), worst_energy(:)
-  logical :: few, quiet
+  logical :: few
+  type(options_type) :: options
 
-  call read_options()
+  call read_options("adaptive_soak", 1000, "", options)
   allocate (rows(0), updates(0), worst(0), worst_energy(0))
   misses = 0
   loose = 0
@@ -31,10 +33,10 @@ program adaptive_soak
   viscous = 0
   with_coarse = 0
   with_jump = 0
-  call begin_progress(progress, "adaptive_soak", "scenes", quiet)
-  do i = 1, samples
-    if (only > 0 .and. i /= only) cycle
-    seed = seed_of(run, int(i, int64))
+  call begin_progress(progress, "adaptive_soak", "scenes", options%quiet)
+  do i = 1, options%samples
+    if (options%only > 0 .and. i /= options%only) cycle
+    seed = seed_of(options%seed, int(i, int64))
     call draw_scene(seed, scene)
     call judge_scene(scene, verdict)
     rows = [rows, verdict%rows]
@@ -46,8 +48,8 @@ program adaptive_soak
     else
       undecidable = undecidable + 1
     end if
-    if (maxval(verdict%errors(:curves)) > promise .or. only > 0) call tell()
-    call show_progress(progress, "", i, samples)
+    if (maxval(verdict%errors(:curves)) > promise .or. options%only > 0) call tell()
+    call show_progress(progress, "", i, options%samples)
   end do
   call clear_progress(progress)
   call write_table()
@@ -120,50 +122,5 @@ contains
       if (2*count(values < m) <= size(values) .and. 2*count(values <= m) >= size(values)) return
     end do
   end function middle
-
-  !> Read the options of the command.
-  subroutine read_options()
-    character(len=*), parameter :: usage = "usage: adaptive_soak [--samples N] [--only I] [--seed S] [--quiet]"
-    integer, parameter :: longest = 1000
-    character(len=longest) :: argument
-    integer :: a, status
-    samples = 1000
-    run = 1_int64
-    only = 0
-    quiet = .false.
-    a = 1
-    do while (a <= command_argument_count())
-      call get_command_argument(a, argument)
-      status = 0
-      select case (argument)
-      case ("--help")
-        write (output_unit, "(a)") usage
-        stop
-      case ("--quiet")
-        quiet = .true.
-      case ("--samples")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) samples
-      case ("--only")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) only
-      case ("--seed")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) run
-      case default
-        status = 1
-      end select
-      if (status /= 0 .or. samples < 1 .or. only < 0 .or. only > samples .or. run < 1_int64 .or. &
-        run > largest_seed) then
-        write (error_unit, "(a)") "adaptive_soak: " // trim(argument) // ": " // usage // &
-          ", N >= 1 (1000), S from 1 to " // integer_text(int(largest_seed)) // " (1), I from 1 to N: that scene alone"
-        stop 1
-      end if
-      a = a + 1
-    end do
-  end subroutine read_options
 
 end program adaptive_soak

@@ -9,7 +9,8 @@ program branch_soak
   use asperity_text, only: integer_text, to_text
   use branch_scene, only: describe, draw_scene, load_names, scene_type, start_scene
   use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
-  use random_numbers, only: largest_seed, seed_of
+  use random_numbers, only: seed_of
+  use soak_options, only: options_type, read_options
   implicit none
   !> Ends of a branch: complete; lost or divided where the stable path goes on; divided; lost; endless; too many rows.
   integer, parameter :: complete = 1, early = 2, divided = 3, lost = 4, endless = 5, long = 6
@@ -20,26 +21,27 @@ program branch_soak
   integer, parameter :: most_rows = 200000
   type(scene_type) :: scene
   type(progress_type) :: progress
-  integer(int64) :: run, seed
-  integer :: counts(size(load_names), size(end_names)), failures, found, i, only, samples
-  logical :: good, quiet
+  integer(int64) :: seed
+  integer :: counts(size(load_names), size(end_names)), failures, found, i
+  logical :: good
+  type(options_type) :: options
 
-  call read_options()
+  call read_options("branch_soak", 10000, "", options)
   counts = 0
-  call begin_progress(progress, "branch_soak", "scenes", quiet)
-  do i = 1, samples
-    if (only > 0 .and. i /= only) cycle
-    seed = seed_of(run, int(i, int64))
+  call begin_progress(progress, "branch_soak", "scenes", options%quiet)
+  do i = 1, options%samples
+    if (options%only > 0 .and. i /= options%only) cycle
+    seed = seed_of(options%seed, int(i, int64))
     call draw_scene(seed, scene)
     call follow(found, good)
     if (.not. good) cycle
     counts(scene%load, found) = counts(scene%load, found) + 1
-    if (only > 0 .or. found == early .or. found == long) then
+    if (options%only > 0 .or. found == early .or. found == long) then
       call clear_progress(progress)
       write (error_unit, "(a)") "branch_soak: scene " // integer_text(i) // ": " // trim(end_names(found)) // ": " // &
         describe(scene)
     end if
-    call show_progress(progress, "", i, samples)
+    call show_progress(progress, "", i, options%samples)
   end do
   call clear_progress(progress)
   call write_table()
@@ -123,51 +125,5 @@ contains
     end do
     write (output_unit, "(4x, a12, 6i10)") "all", sum(counts, dim=1)
   end subroutine write_table
-
-  !> Read the options of the command.
-  subroutine read_options()
-    character(len=*), parameter :: usage = "usage: branch_soak [--samples N] [--only I] [--seed S] [--quiet]"
-    integer, parameter :: longest = 1000
-    character(len=longest) :: argument
-    integer :: a, status
-    samples = 10000
-    run = 1_int64
-    only = 0
-    quiet = .false.
-    a = 1
-    do while (a <= command_argument_count())
-      call get_command_argument(a, argument)
-      status = 0
-      select case (argument)
-      case ("--help")
-        write (output_unit, "(a)") usage
-        stop
-      case ("--quiet")
-        quiet = .true.
-      case ("--samples")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) samples
-      case ("--only")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) only
-      case ("--seed")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) run
-      case default
-        status = 1
-      end select
-      if (status /= 0 .or. samples < 1 .or. only < 0 .or. only > samples .or. run < 1_int64 .or. &
-        run > largest_seed) then
-        write (error_unit, "(a)") "branch_soak: " // trim(argument) // ": " // usage // &
-          ", N >= 1 (10000), S from 1 to " // integer_text(int(largest_seed)) // &
-          " (1), I from 1 to N: that scene alone"
-        stop 1
-      end if
-      a = a + 1
-    end do
-  end subroutine read_options
 
 end program branch_soak

@@ -7,7 +7,7 @@ program solver_soak
   use asperity_text, only: integer_text, to_text
   use asperity_mixed_control, only: full_solver
   use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
-  use random_numbers, only: largest_seed
+  use soak_options, only: options_type, read_options
   use solver_judge, only: judge_start
   use solver_sample, only: describe, draw_sample, draw_state, outcome_type, run_sample, sample_type
   implicit none
@@ -34,20 +34,19 @@ program solver_soak
   integer(int64) :: seed
   integer(int64) :: unbalanced_states
   real(wp) :: worst_state
-  integer :: complaints, failed, i, method, only, ran, samples
-  logical :: folds, quiet, varied
-  integer, parameter :: longest_path = 1000
-  character(len=longest_path) :: csv
+  integer :: complaints, failed, i, method, ran
+  type(options_type) :: options
 
-  call read_options()
-  call begin_progress(progress, "solver_soak", "samples", quiet)
+  call read_options("solver_soak", 10000, "[--plain] [--folds] [--csv FILE] ", options)
+  call begin_progress(progress, "solver_soak", "samples", options%quiet)
   complaints = 0
   unbalanced_states = 0_int64
   worst_state = 0.0_wp
   ran = 0
-  do i = 1, samples
-    call draw_sample(seed, varied, folds, sample)
-    if (only > 0 .and. i /= only) cycle
+  seed = options%seed
+  do i = 1, options%samples
+    call draw_sample(seed, .not. options%plain, options%folds, sample)
+    if (options%only > 0 .and. i /= options%only) cycle
     ran = ran + 1
     do method = 1, n_methods
       call run_sample(sample, method, outcome(method))
@@ -63,12 +62,12 @@ program solver_soak
           trim(outcome(full_solver)%why)
       end if
     end if
-    call show_progress(progress, "", i, samples)
+    call show_progress(progress, "", i, options%samples)
   end do
   call clear_progress(progress)
-  if (only == 0) call run_states()
+  if (options%only == 0) call run_states()
   call write_table(output_unit, "    ")
-  if (len_trim(csv) > 0) call write_csv()
+  if (len_trim(options%csv) > 0) call write_csv()
   failed = int(min(int(ran, int64), total(full_solver)%failed + unbalanced_states))
   if (failed > 0) write (error_unit, "(a)") "solver_soak: FAILED: rows that are no equilibrium, jump without a " // &
     "report or do not balance, or losses that are not explained"
@@ -78,69 +77,13 @@ program solver_soak
 
 contains
 
-  !> Read the options of the command.
-  subroutine read_options()
-    character(len=*), parameter :: usage = "usage: solver_soak [--samples N] [--only I] [--seed S] [--plain] " // &
-      "[--folds] [--csv FILE] [--quiet]"
-    integer, parameter :: longest = 1000
-    character(len=longest) :: argument
-    integer :: a, status
-    samples = 10000
-    seed = 1_int64
-    quiet = .false.
-    varied = .true.
-    folds = .false.
-    only = 0
-    csv = ""
-    a = 1
-    do while (a <= command_argument_count())
-      call get_command_argument(a, argument)
-      status = 0
-      select case (argument)
-      case ("--help")
-        write (output_unit, "(a)") usage
-        stop
-      case ("--quiet")
-        quiet = .true.
-      case ("--plain")
-        varied = .false.
-      case ("--folds")
-        folds = .true.
-      case ("--only")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) only
-      case ("--samples")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) samples
-      case ("--seed")
-        a = a + 1
-        call get_command_argument(a, argument)
-        read (argument, *, iostat=status) seed
-      case ("--csv")
-        a = a + 1
-        call get_command_argument(a, argument)
-        csv = argument
-      case default
-        status = 1
-      end select
-      if (status /= 0 .or. samples < 1 .or. seed < 1_int64 .or. seed > largest_seed) then
-        write (error_unit, "(a)") "solver_soak: " // trim(argument) // ": " // usage // &
-          ", N >= 1 (10000), S from 1 to " // integer_text(int(largest_seed)) // " (1), I: that sample alone"
-        stop 1
-      end if
-      a = a + 1
-    end do
-  end subroutine read_options
-
   !> Draw as many initial states as samples, and check that their energies balance from the start on.
   subroutine run_states()
     !> Largest admissible imbalance, relative to K s0^2 or to the terms of the balance.
     real(wp), parameter :: largest = 1.0e-6_wp
     real(wp) :: defect
     integer :: k
-    do k = 1, samples
+    do k = 1, options%samples
       call draw_state(seed, sample)
       call judge_start(sample%joint, sample%state, largest, seed, defect)
       worst_state = max(worst_state, defect)
@@ -218,8 +161,8 @@ contains
     end associate
     write (unit, "(2a, 2(i0, a))") indent, "rows that jump without a report ", total(full_solver)%unreported, &
       ", whose energies do not balance ", total(full_solver)%unbalanced
-    if (only == 0) write (unit, "(a, 2(i0, a), es8.1)") indent, ran, " initial states, of which do not balance ", &
-      unbalanced_states, ", largest imbalance ", worst_state
+    if (options%only == 0) write (unit, "(a, 2(i0, a), es8.1)") indent, ran, &
+      " initial states, of which do not balance ", unbalanced_states, ", largest imbalance ", worst_state
   end subroutine write_table
 
   !> Percentage of the samples.
@@ -234,9 +177,9 @@ contains
     integer, parameter :: longest = 200
     character(len=longest) :: reason
     integer :: k, status, unit
-    open (newunit=unit, file=trim(csv), status="replace", action="write", iostat=status, iomsg=reason)
+    open (newunit=unit, file=trim(options%csv), status="replace", action="write", iostat=status, iomsg=reason)
     if (status /= 0) then
-      write (error_unit, "(a)") "solver_soak: " // trim(csv) // ": " // trim(reason)
+      write (error_unit, "(a)") "solver_soak: " // trim(options%csv) // ": " // trim(reason)
       stop 1
     end if
     write (unit, "(a)") "method,samples,completed,none_found,unexplained,wrong,increments,all_increments,updates," // &

@@ -67,8 +67,7 @@ contains
   pure function difference_of(a, b) result(c)
     type(enclosure_type), intent(in) :: a, b   !! its terms
     type(enclosure_type) :: c
-    c = enclosure_type(a%centre - b%centre, a%slope - b%slope, a%error + b%error, a%low - b%high, a%high - b%low)
-    call settle(c)
+    c = sum_of(a, enclosure_type(-b%centre, -b%slope, b%error, -b%high, -b%low))
   end function difference_of
 
   !> A multiple of a number.
