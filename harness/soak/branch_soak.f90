@@ -2,6 +2,7 @@
 program branch_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_arc, only: arc_step, arc_type, new_arc
+  use asperity_arc_equations, only: load_length
   use asperity_control_point, only: point_type
   use asperity_increment, only: path_type
   use asperity_kinds, only: wp
@@ -46,6 +47,11 @@ program branch_soak
   call clear_progress(progress)
   call write_table()
   failures = sum(counts(:, early)) + sum(counts(:, long))
+  if (sum(counts) == 0) then
+    write (error_unit, "(a)") "branch_soak: FAILED: no scene has a start"
+    write (output_unit, "(a)") "0 passed, 1 failed"
+    stop 1
+  end if
   if (real(failures, wp) > most_failures*real(sum(counts), wp)) then
     write (error_unit, "(a)") "branch_soak: FAILED: more than " // to_text(100.0_wp*most_failures) // &
       " % end where the stable path goes on, or have too many rows"
@@ -100,8 +106,7 @@ contains
     yes = .not. arc%back
     if (.not. yes) return
     associate (material => scene%joint%material)
-      length = sqrt(sum(merge(0.0_wp, path%change, path%control%traction)**2))
-      if (.not. length > 0.0_wp) length = sqrt(sum(path%change**2))/material%k_n
+      length = load_length(scene%joint, path)
       ahead = point
       factor = arc%factor
       do k = 1, parts
