@@ -51,8 +51,11 @@ def run_sweep(
 ) -> tuple[int, str]:
     """Run every value of a sweep, write the files, and return the worst exit code and the messages.
 
-    A line that is a message of several runs is returned once.
+    A line that is a message of several runs is returned once.  Raises OSError, before any work, if the folder
+    of the output does not exist.
     """
+    if not output.parent.is_dir():
+        raise FileNotFoundError(f"{output}: expected a file in a folder that exists, not in {output.parent}")
     job = Job(case.name, case.read_bytes(), output, tuple(options))
     done = map_in_order(partial(_one_run, job), range(1, number_of_runs(case) + 1), executor, tick)
     for one in done:

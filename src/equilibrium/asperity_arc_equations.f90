@@ -69,8 +69,8 @@ contains
     real(wp) :: a(4, 4)
     a = 0.0_wp
     a(:3, :3) = free_matrix(balance, point)
-    a(:3, balance%n + 1) = free_part(balance, matmul(point%tangent, prescribed_change(path)) - &
-      merge(path%change, 0.0_wp, path%control%traction))/load_length(joint, path)
+    a(:3, balance%n + 1) = free_part(balance, matmul(point%tangent, prescribed_change(path)) - path%change)/ &
+      load_length(joint, path)
     a = a/elastic_stiffness(joint)
   end function derivative
 
@@ -93,7 +93,6 @@ contains
     a = derivative(joint, path, balance, point)
     t = 0.0_wp
     do j = 1, n + 1
-      minor = 0.0_wp
       do k = 1, n
         minor(:, k) = a(:3, merge(k, k + 1, k < j))
       end do

@@ -35,9 +35,6 @@ contains
     real(wp) :: matrix(3, 3), predicted(3), work(3, 3)
     logical :: solved
     integer :: start
-    solved = .false.
-    predicted = 0.0_wp
-    matrix = 0.0_wp
     do start = 1, merge(3, 2, last .and. balance%control%traction(1))
       trial%s = here%s
       if (start == 2) then

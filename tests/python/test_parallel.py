@@ -199,6 +199,8 @@ def test_sweep_by_several_drivers(tmp_path: Path, capfd: pytest.CaptureFixture[s
         found.append((code, messages, files))
     assert found[0] == found[1]
     assert found[0][0] == 2 and len(found[0][2]) == 4
+    assert main(["run", str(tmp_path / "case.nml"), "-o", str(tmp_path / "none/out.csv"), "--jobs", "2"]) == 1
+    assert "none/out.csv: expected a file in a folder that exists" in capfd.readouterr().err
     (tmp_path / "replay.nml").write_text(
         "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n&pattern sides = 0 /\n"
         "&replay file = 's.csv' /\n"
