@@ -71,7 +71,8 @@ contains
     else if (table%last%lost .neqv. case%expect%lost) then
       code = exit_solve
       if (table%last%lost) then
-        call say(label // ": equilibrium lost beyond " // text // ": " // why(case, failed))
+        call say(label // ": " // trim(merge("stopped at             ", "equilibrium lost beyond", &
+          failed%report%ended == ended_rejected)) // " " // text // ": " // why(case, failed))
         call keep_failed(case, failed, label, output)
       else
         call say(label // ": the run ended at " // text // &
@@ -88,7 +89,8 @@ contains
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
       " iterations (at most " // integer_text(table%most_iterations) // "), " // &
       updates_and_snaps(table) // &
-      trim(merge("equilibrium lost after ", "ended at               ", table%last%lost)) // " " // text // &
+      trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
+      failed%report%ended /= ended_rejected)) // " " // text // &
       ", written to " // output)
   end subroutine run_case
 

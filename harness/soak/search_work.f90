@@ -203,13 +203,14 @@ contains
     type(point_type) :: point
     type(report_type) :: report
     real(wp) :: total(9)
-    integer :: back, counts(5), rows
+    integer :: back, counts(5), most(2), rows
     logical :: good
     call draw_branch(seed, scene)
     call start_scene(scene, point, path, good)
     if (.not. good) return
     arc = new_arc(scene%joint, scene%arc)
     back = 0
+    most = 0
     counts = 0
     total = 0.0_wp
     do rows = 1, most_rows
@@ -217,9 +218,10 @@ contains
       counts = counts + counts_of(report)
       total = total + results_of(point)
       if (arc%back) back = back + 1
+      most = max(most, [arc%short, arc%unstable])
       if (report%ended /= ended_complete .or. arc%factor >= 1.0_wp) exit
     end do
-    write (line, "(*(1x, i0))") rows, back, counts, sum_of(total), sum_of([arc%travelled, arc%factor])
+    write (line, "(*(1x, i0))") rows, back, arc%returns, most, counts, sum_of(total), sum_of([arc%travelled, arc%factor])
   end subroutine follow
 
   !> Increments of the full solver; if the equilibrium is lost, what the examination of the loss finds, and its proof.
