@@ -221,7 +221,8 @@ contains
       most = max(most, [arc%short, arc%unstable])
       if (report%ended /= ended_complete .or. arc%factor >= 1.0_wp) exit
     end do
-    write (line, "(*(1x, i0))") rows, back, arc%returns, most, counts, sum_of(total), sum_of([arc%travelled, arc%factor])
+    write (line, "(*(1x, i0))") rows, back, arc%returns, most, counts, sum_of(total), &
+      sum_of([arc%travelled, arc%factor])
   end subroutine follow
 
   !> Increments of the full solver; if the equilibrium is lost, what the examination of the loss finds, and its proof.

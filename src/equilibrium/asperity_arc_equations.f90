@@ -152,7 +152,6 @@ contains
       a = derivative(joint, path, balance, point)
       b = 0.0_wp
       b(:n) = -r(:n)/elastic_stiffness(joint)
-      a(n + 1, :) = 0.0_wp
       a(n + 1, :n) = change(:n)/length
       a(n + 1, n + 1) = weight(path)*change(n + 1)/length
       b(n + 1) = -excess

@@ -35,9 +35,7 @@ FAILED = "0.85"
 """Grey of a cell in which a method fails."""
 
 
-def draw_maps(
-    folder: Path, size: int, pdf: bool = False, executor: Executor | None = None
-) -> Iterator[Path]:
+def draw_maps(folder: Path, size: int, pdf: bool = False, executor: Executor | None = None) -> Iterator[Path]:
     """Compute and draw every map; size: cells along an axis.  Yields the names of the written files.
 
     executor: as in `map_in_order`; without one, one cell after the other.
