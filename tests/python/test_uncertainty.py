@@ -246,6 +246,7 @@ REFUSED = [
         ["--sd", "mu=0.1"],
         "&sweep: expected one that leaves mu alone",
     ),
+    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--samples", "1000001"], "1000001: expected 2 to 1000000"),
     (
         LAW + "&pattern sides = 0 /\n&step t_N = 2.0 /\n&step slip = 0.2 /\n",
         ["--sd", "mu=0.1", "--jobs", "1"],

@@ -24,7 +24,8 @@ from .spread import RESULTS, Spread, batch_size, spread
 LEVELS = (0.05, 0.5, 0.95)
 """Quantiles where none are given."""
 
-MOST_SAMPLES = 10_000_000
+MOST_SAMPLES = 1_000_000
+"""A sample takes up to 3 kB of memory."""
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
