@@ -246,7 +246,7 @@ contains
     direction = (step%to - step%from)/length
     do i = 1, halvings
       middle = 0.5_wp*(before + length)
-      call solve(joint, path, middle, direction, step, report)
+      call solve(joint, path, middle, direction, .false., step, report)
       if (step%good .and. (step%after(step%balance%n + 1) < 0.0_wp .neqv. arc%back)) then
         length = middle
         direction = (step%to - step%from)/length
@@ -254,7 +254,7 @@ contains
         before = middle
       end if
     end do
-    call solve(joint, path, length, direction, step, report)
+    call solve(joint, path, length, direction, .false., step, report)
   end subroutine find_fold
 
   !> Shorten a step to the load factor 1.

@@ -67,19 +67,20 @@ contains
     type(step_type), intent(inout) :: step       !! the step
     type(report_type), intent(inout) :: report   !! work
     step%good = .false.
-    if (any(abs(step%before) > 0.0_wp)) call solve(joint, path, length, step%before, step, report)
-    if (.not. step%good .and. any(abs(step%last) > 0.0_wp)) call solve(joint, path, length, step%last, step, report)
+    if (any(abs(step%before) > 0.0_wp)) call solve(joint, path, length, step%before, .false., step, report)
+    if (.not. step%good .and. any(abs(step%last) > 0.0_wp)) call solve(joint, path, length, step%last, .false., step, &
+      report)
   end subroutine try
 
   !> Solve for a step of a given length from a guess of its direction, and judge whether it continues the branch.
-  pure subroutine solve(joint, path, length, direction, step, report, turns)
+  pure subroutine solve(joint, path, length, direction, turns, step, report)
     type(interface_type), intent(in) :: joint    !! the interface
     type(path_type), intent(in) :: path          !! the prescribed values
     real(wp), intent(in) :: length               !! of the step
     real(wp), intent(in) :: direction(4)         !! unit vector (x, m)
+    logical, intent(in) :: turns                 !! whether the step may leave the direction of the branch
     type(step_type), intent(inout) :: step       !! the step
     type(report_type), intent(inout) :: report   !! work
-    logical, intent(in), optional :: turns       !! whether the step may leave the direction of the branch
     !> Largest distance of the direction of the step from the mean of those of the branch at its ends.
     real(wp), parameter :: straight = 0.1_wp
     !> Step whose energies are not judged, relative to s0: the traction of a facet may change abruptly where its
@@ -98,8 +99,7 @@ contains
     step%good = has_no_folds(joint, step%point) .or. length_product(path, change, step%after) > 0.0_wp
     if (step%good .and. length > tiny_step*joint%material%s0) step%good = energy_defect(joint, step%balance%old, &
       step%point) <= unbalanced_motion*min(1.0_wp, length/joint%material%s0)
-    if (.not. step%good .or. length <= snap_resolution*joint%material%s0) return
-    if (present(turns)) return
+    if (.not. step%good .or. turns .or. length <= snap_resolution*joint%material%s0) return
     bend = change - 0.5_wp*(step%before + step%after)
     step%good = length_product(path, bend, bend) <= straight**2
   end subroutine solve
@@ -158,7 +158,7 @@ contains
         direction(j) = components(modulo(code/size(components)**(j - 1), size(components))) + irregular(j)
       end do
       direction = direction/sqrt(length_product(path, direction, direction))
-      call solve(joint, path, length, direction, step, report, turns=.true.)
+      call solve(joint, path, length, direction, .true., step, report)
       if (.not. step%good) cycle
       if (has_no_folds(joint, step%point)) return
       direction = (step%to - step%from)/length
@@ -177,7 +177,7 @@ contains
     end do
     step%good = .false.
     if (.not. found) first = behind
-    if (any(abs(first) > 0.0_wp)) call solve(joint, path, length, first, step, report, turns=.true.)
+    if (any(abs(first) > 0.0_wp)) call solve(joint, path, length, first, .true., step, report)
   end subroutine look
 
   !> Whether a step goes back on the last one.
