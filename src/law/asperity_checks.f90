@@ -323,8 +323,7 @@ contains
   pure function height_ratio(fixed) result(ratio)
     real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
     real(wp) :: ratio
-    ratio = 1.0_wp
-    if (fixed(p_height) > 0.0_wp) ratio = fixed(p_height)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
+    ratio = merge(fixed(p_height)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc))), 1.0_wp, fixed(p_height) > 0.0_wp)
   end function height_ratio
 
   !> Whether a ratio is at most `limit` and at least 1/limit.
