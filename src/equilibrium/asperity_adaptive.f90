@@ -67,9 +67,7 @@ contains
 
     viscous = joint%material%tau_v > 0.0_wp .and. control%dt > 0.0_wp
     least = max(least_size*walk%tolerance, least_step)
-    error = 0.0_wp
     line = 0.0_wp
-    single = .false.
     switches = .false.
     size = min(walk%size, largest_size)
     if (.not. at > 0.0_wp) then
@@ -86,7 +84,6 @@ contains
     landed = .false.
     located = .false.
     switch = 0.0_wp
-    shorter = 0.0_wp
     do
       size = max(size, least)
       next = at + size
@@ -111,7 +108,7 @@ contains
         reports(2))
       if (reached < 1.0_wp) then
         if (last) exit
-        error = 1.0_wp/most_cut**2
+        error = huge(error)
       else
         switches(1) = any(walk%does .neqv. regime(joint, point, middle)) .or. &
           slips_back(joint, walk%slid, slips(joint, point, middle), middle)
@@ -134,7 +131,7 @@ contains
             if (error <= 1.0_wp) then
               ending = middle
               call solve_to(at_middle, next, ending, iterations(2), reached, walk, reports(2))
-              if (reached < 1.0_wp) error = 1.0_wp/most_cut**2
+              if (reached < 1.0_wp) error = huge(error)
             end if
           end if
           if (error <= 1.0_wp .and. checks(2)) call check(middle, at_middle, ending, next, error, switch, &
@@ -266,8 +263,10 @@ contains
         last = here
         error = max(error, distance(control, walk, between(old%traction, new%traction, shares(i)), &
           between(old%s, new%s, shares(i)), moved))
-        if (reached < 1.0_wp) error = 1.0_wp/most_cut**2
-        if (reached < 1.0_wp) return
+        if (reached < 1.0_wp) then
+          error = huge(error)
+          return
+        end if
       end do
       ! a snap is reported by the increment as it was
       if (snaps > 0) return
@@ -373,7 +372,6 @@ contains
       type(report_type) :: report
       integer :: used
       moved = point
-      margin = 0.0_wp
       call advance(joint, share_of(control, share - at), between(start, target, at), &
         between(start, target, share), moved, used, reached, report=report)
       walk%solves = walk%solves + 1
