@@ -73,7 +73,7 @@ contains
     if (.not. at > 0.0_wp) then
       ! the control or the direction may have changed
       middle = point
-      call solve_to(at, at + probe*size, middle, used, reached, walk, reports(1))
+      call solve_to(at, at + probe*size, middle, used, reached, walk, report)
       walk%does = regime(joint, point, middle)
       walk%slid = slips(joint, point, middle)
       call find_rate(at, point, size, rates(1), walk)

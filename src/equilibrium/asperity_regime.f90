@@ -139,7 +139,7 @@ contains
     !> Nearer to an end a switch belongs to the end.
     real(wp), parameter :: edge = 1.0e-3_wp
     real(wp) :: share
-    if (.not. abs(first) < abs(last - first)) return
+    if (first > 0.0_wp .eqv. last > 0.0_wp) return
     share = first/(first - last)
     if (share <= edge .or. share >= 1.0_wp - edge) return
     shares = [min(shares(1), share), max(shares(2), share)]
