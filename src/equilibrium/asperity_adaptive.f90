@@ -247,7 +247,7 @@ contains
       ! viscous damage that stops growing at a switch does not grow at all in an increment up to it
       shares(1) = 0.5_wp*shares(2)
       shares(5) = 1.0_wp
-      place = from + shares(2)*(to - from)
+      place = between(from, to, shares(2))
       moved = old
       last = from
       snaps = sum(reports%snaps)
@@ -255,8 +255,7 @@ contains
       do i = 1, ubound(shares, 1)
         if (i == 1 .and. .not. viscous) cycle
         if (i == 3 .and. shares(4) <= shares(2) + wide) cycle
-        here = from + shares(i)*(to - from)
-        if (i == ubound(shares, 1)) here = to
+        here = between(from, to, shares(i))
         call solve_to(last, here, moved, more, reached, walk, report)
         total = total + more
         snaps = snaps + report%snaps
@@ -349,11 +348,11 @@ contains
       if (any(margin < 0.0_wp .and. far_margin < 0.0_wp)) then
         far = trial
         far_margin = margin
-        side = merge(-1, min(side, 0) - 1, abs(side) > 1)
+        side = merge(-2, -1, side == -1)
       else
         near = trial
         near_margin = margin
-        side = merge(1, max(side, 0) + 1, abs(side) > 1)
+        side = merge(2, 1, side == 1)
       end if
     end do
     switch = far
