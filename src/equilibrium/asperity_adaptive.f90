@@ -323,8 +323,8 @@ contains
     ! stop when the bracket is as narrow as the tolerance: the kink inside is then drawn within the tolerance
     real(wp), dimension(n_regimes, joint%pattern%n) :: far_margin, margin, near_margin
     real(wp) :: far, near, near_least, far_least, trial
-    logical :: good
-    integer :: i, side
+    logical :: far_moved, far_moves, good, twice
+    integer :: i
 
     switch = 0.0_wp
     near = at + probe*(next - at)
@@ -333,7 +333,8 @@ contains
     far = next
     call margins_at(far, far_margin, good, walk)
     if (.not. good .or. all(far_margin >= 0.0_wp)) return
-    side = 0
+    far_moved = .false.
+    twice = .false.
     do i = 1, most
       if (far - near <= walk%tolerance*(next - at)) exit
       ! only planes that have switched at the far end count
@@ -341,19 +342,20 @@ contains
       far_least = minval(far_margin)
       if (near_least <= 0.0_wp) return
       trial = near + (far - near)*near_least/(near_least - far_least)
-      ! bisect if the same end moved twice: margins have kinks, and those of planes that just touch begin near zero
-      if (abs(side) > 1 .or. .not. (trial > near .and. trial < far)) trial = 0.5_wp*(near + far)
+      ! bisect if the same end has moved twice: margins have kinks, and those of planes that just touch begin near zero
+      if (twice .or. .not. (trial > near .and. trial < far)) trial = 0.5_wp*(near + far)
       call margins_at(trial, margin, good, walk)
       if (.not. good) return
-      if (any(margin < 0.0_wp .and. far_margin < 0.0_wp)) then
+      far_moves = any(margin < 0.0_wp .and. far_margin < 0.0_wp)
+      if (far_moves) then
         far = trial
         far_margin = margin
-        side = merge(-2, -1, side == -1)
       else
         near = trial
         near_margin = margin
-        side = merge(2, 1, side == 1)
       end if
+      twice = i > 1 .and. (far_moves .eqv. far_moved) .and. .not. twice
+      far_moved = far_moves
     end do
     switch = far
 
