@@ -276,9 +276,9 @@ class Bench:
         lines = text.splitlines(keepends=True)
         lines[mutant.line - 1] = mutant.after + "\n"
         sources = self.sources_of(path)
-        changed = {s.stem for s in sources}
         if "parameter, public" in mutant.before:
             sources += self.users_of(path)
+        changed = {s.stem for s in sources}
         kept = {
             f: f.read_bytes() for f in [self.commands[s][1] for s in sources] + self.interfaces_of(changed)
         }

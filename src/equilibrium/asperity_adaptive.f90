@@ -67,15 +67,13 @@ contains
 
     viscous = joint%material%tau_v > 0.0_wp .and. control%dt > 0.0_wp
     least = max(least_size*walk%tolerance, least_step)
-    error = 0.0_wp
     line = 0.0_wp
-    single = .false.
     switches = .false.
     size = min(walk%size, largest_size)
     if (.not. at > 0.0_wp) then
       ! the control or the direction may have changed
       middle = point
-      call solve_to(at, at + probe*size, middle, used, reached, walk, reports(1))
+      call solve_to(at, at + probe*size, middle, used, reached, walk, report)
       walk%does = regime(joint, point, middle)
       walk%slid = slips(joint, point, middle)
       call find_rate(at, point, size, rates(1), walk)
@@ -86,7 +84,6 @@ contains
     landed = .false.
     located = .false.
     switch = 0.0_wp
-    shorter = 0.0_wp
     do
       size = max(size, least)
       next = at + size
@@ -111,7 +108,7 @@ contains
         reports(2))
       if (reached < 1.0_wp) then
         if (last) exit
-        error = 1.0_wp/most_cut**2
+        error = huge(error)
       else
         switches(1) = any(walk%does .neqv. regime(joint, point, middle)) .or. &
           slips_back(joint, walk%slid, slips(joint, point, middle), middle)
@@ -134,7 +131,7 @@ contains
             if (error <= 1.0_wp) then
               ending = middle
               call solve_to(at_middle, next, ending, iterations(2), reached, walk, reports(2))
-              if (reached < 1.0_wp) error = 1.0_wp/most_cut**2
+              if (reached < 1.0_wp) error = huge(error)
             end if
           end if
           if (error <= 1.0_wp .and. checks(2)) call check(middle, at_middle, ending, next, error, switch, &
@@ -250,7 +247,7 @@ contains
       ! viscous damage that stops growing at a switch does not grow at all in an increment up to it
       shares(1) = 0.5_wp*shares(2)
       shares(5) = 1.0_wp
-      place = from + shares(2)*(to - from)
+      place = between(from, to, shares(2))
       moved = old
       last = from
       snaps = sum(reports%snaps)
@@ -258,16 +255,17 @@ contains
       do i = 1, ubound(shares, 1)
         if (i == 1 .and. .not. viscous) cycle
         if (i == 3 .and. shares(4) <= shares(2) + wide) cycle
-        here = from + shares(i)*(to - from)
-        if (i == ubound(shares, 1)) here = to
+        here = between(from, to, shares(i))
         call solve_to(last, here, moved, more, reached, walk, report)
         total = total + more
         snaps = snaps + report%snaps
         last = here
         error = max(error, distance(control, walk, between(old%traction, new%traction, shares(i)), &
           between(old%s, new%s, shares(i)), moved))
-        if (reached < 1.0_wp) error = 1.0_wp/most_cut**2
-        if (reached < 1.0_wp) return
+        if (reached < 1.0_wp) then
+          error = huge(error)
+          return
+        end if
       end do
       ! a snap is reported by the increment as it was
       if (snaps > 0) return
@@ -325,8 +323,8 @@ contains
     ! stop when the bracket is as narrow as the tolerance: the kink inside is then drawn within the tolerance
     real(wp), dimension(n_regimes, joint%pattern%n) :: far_margin, margin, near_margin
     real(wp) :: far, near, near_least, far_least, trial
-    logical :: good
-    integer :: i, side
+    logical :: far_moved, far_moves, good, twice
+    integer :: i
 
     switch = 0.0_wp
     near = at + probe*(next - at)
@@ -335,7 +333,8 @@ contains
     far = next
     call margins_at(far, far_margin, good, walk)
     if (.not. good .or. all(far_margin >= 0.0_wp)) return
-    side = 0
+    far_moved = .false.
+    twice = .false.
     do i = 1, most
       if (far - near <= walk%tolerance*(next - at)) exit
       ! only planes that have switched at the far end count
@@ -343,19 +342,20 @@ contains
       far_least = minval(far_margin)
       if (near_least <= 0.0_wp) return
       trial = near + (far - near)*near_least/(near_least - far_least)
-      ! bisect if the same end moved twice: margins have kinks, and those of planes that just touch begin near zero
-      if (abs(side) > 1 .or. .not. (trial > near .and. trial < far)) trial = 0.5_wp*(near + far)
+      ! bisect if the same end has moved twice: margins have kinks, and those of planes that just touch begin near zero
+      if (twice .or. .not. (trial > near .and. trial < far)) trial = 0.5_wp*(near + far)
       call margins_at(trial, margin, good, walk)
       if (.not. good) return
-      if (any(margin < 0.0_wp .and. far_margin < 0.0_wp)) then
+      far_moves = any(margin < 0.0_wp .and. far_margin < 0.0_wp)
+      if (far_moves) then
         far = trial
         far_margin = margin
-        side = merge(-1, min(side, 0) - 1, abs(side) > 1)
       else
         near = trial
         near_margin = margin
-        side = merge(1, max(side, 0) + 1, abs(side) > 1)
       end if
+      twice = i > 1 .and. (far_moves .eqv. far_moved) .and. .not. twice
+      far_moved = far_moves
     end do
     switch = far
 
@@ -373,7 +373,6 @@ contains
       type(report_type) :: report
       integer :: used
       moved = point
-      margin = 0.0_wp
       call advance(joint, share_of(control, share - at), between(start, target, at), &
         between(start, target, share), moved, used, reached, report=report)
       walk%solves = walk%solves + 1

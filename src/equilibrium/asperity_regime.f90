@@ -113,7 +113,7 @@ contains
         c = 1.0_wp/(1.0_wp - m%eta*old%state(i))
         call include_zero(a - c, b - c, shares)
         c = 1.0_wp/(1.0_wp - m%eta)
-        if (old%state(i) < 1.0_wp) call include_zero(a - c, b - c, shares)
+        call include_zero(a - c, b - c, shares)
         ! the elastic part of the slip reaches or leaves the limit of friction: |elastic|^2 = limit^2
         if (.not. new%state(i) > 0.0_wp) cycle
         elastic = first%contact(2:3) - old%state(i + 1:i + 2)
@@ -139,7 +139,7 @@ contains
     !> Nearer to an end a switch belongs to the end.
     real(wp), parameter :: edge = 1.0e-3_wp
     real(wp) :: share
-    if (.not. abs(first) < abs(last - first)) return
+    if (first > 0.0_wp .eqv. last > 0.0_wp) return
     share = first/(first - last)
     if (share <= edge .or. share >= 1.0_wp - edge) return
     shares = [min(shares(1), share), max(shares(2), share)]

@@ -165,7 +165,7 @@ contains
               line_error(ending%s - middle%s, half*rates(2)%s, half*rates(3)%s, switches(2)))
     else
       share = merge(kink_share, smooth_share, any(switches))
-      traction = share*abs(middle%traction - 0.5_wp*(old%traction + ending%traction))
+      traction = share*(middle%traction - 0.5_wp*(old%traction + ending%traction))
       s = share*abs(middle%s - 0.5_wp*(old%s + ending%s))
     end if
     error = size_of(traction)/max(walk%traction, size_of(ending%traction))
