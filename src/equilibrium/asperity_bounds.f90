@@ -30,8 +30,8 @@ contains
     real(wp), intent(out) :: direction(3)          !! unit vector (N, Tx, Ty)
     real(wp), intent(out) :: most                  !! largest traction in this direction, stress
     !> Directions to a quarter of the circle; excess that is no rounding error, relative to the strength.
-    integer, parameter :: quarter = 90
-    real(wp), parameter :: unit = acos(-1.0_wp)/real(2*quarter, wp), rounding = 1.0e-12_wp
+    integer, parameter :: quarter = 90, half = 2*quarter, last = 4*quarter - 1
+    real(wp), parameter :: unit = acos(-1.0_wp)/real(half, wp), rounding = 1.0e-12_wp
     logical :: counts(3)
     real(wp) :: d(3), excess, largest, strength
     integer :: i, j
@@ -46,8 +46,8 @@ contains
     counts = control%traction .and. .not. control%spring > 0.0_wp
     largest = rounding*joint%material%k_n*joint%material%s0
     ! angles from N and about N
-    do i = 0, 2*quarter
-      do j = 0, 4*quarter - 1
+    do i = 0, half
+      do j = 0, last
         d = [cos(unit*real(i, wp)), sin(unit*real(i, wp))*[cos(unit*real(j, wp)), sin(unit*real(j, wp))]]
         ! sines of multiples of a right angle are rounding errors
         where (abs(d) < epsilon(1.0_wp)) d = 0.0_wp
@@ -124,18 +124,26 @@ contains
     real(wp) :: d(3)
     !> Distance from the cones of friction, so that rounding errors do not reach them.
     real(wp), parameter :: distance = 1.0e-12_wp
-    real(wp) :: angle, e_n, norm, normal(3)
+    real(wp) :: angle, e_n, first, half, last, norm, normal(3)
     integer :: k
     d = 0.0_wp
-    angle = atan2(dot_product(given(2:3), e), given(1))
+    ! angles from N at which no contact carries a traction
+    first = 0.0_wp
+    last = huge(last)
     do k = 1, joint%pattern%n
       normal = plane_normal(joint%pattern, k)
       e_n = dot_product(normal(2:3), e)
       norm = sqrt(normal(1)**2 + e_n**2)
       if (norm < sine_of_friction(joint)) return
-      angle = min(angle, acos(sine_of_friction(joint)/norm) + atan2(e_n, normal(1)) - distance)
+      angle = atan2(e_n, normal(1))
+      half = acos(sine_of_friction(joint)/norm) - distance
+      first = max(first, angle - half)
+      last = min(last, angle + half)
     end do
-    d = [cos(max(0.0_wp, angle)), sin(max(0.0_wp, angle))*e]
+    if (first > last) return
+    angle = atan2(dot_product(given(2:3), e), given(1))
+    if (angle < first .or. angle > last) angle = merge(first, last, cos(angle - first) > cos(angle - last))
+    d = [cos(angle), sin(angle)*e]
   end function nearest_direction
 
   !> Whether no contact carries a traction in a direction: it is outside every cone of friction.
