@@ -80,9 +80,9 @@ contains
     call look(x(2), at, here)
     scan%short = here < 0.0_wp
     sense = merge(1.0_wp, -1.0_wp, scan%short)
-    best = -huge(best)
+    best = sense*here
+    a = x(2)
     width = (scan%upper - scan%lower)/real(steps, wp)
-    a = 0.0_wp
     do i = 0, steps
       x(1) = scan%lower + width*real(i, wp)
       call look(x(1), at, f(1))
@@ -92,9 +92,8 @@ contains
       end if
     end do
     scan%samples = steps + 2 + 2*refinements
-    if (sense*here > best) a = x(2)
-    b = a + width
-    a = a - width
+    b = min(a + width, scan%upper)
+    a = max(a - width, scan%lower)
     ! refine the extreme between the neighbours of the best sample
     do i = 1, refinements
       x = [b - golden*(b - a), a + golden*(b - a)]
@@ -106,7 +105,7 @@ contains
         a = x(1)
       end if
     end do
-    best = max(best, sense*here, maxval(f))
+    best = max(best, maxval(f))
     scan%place = point%s
     scan%place(scan%free) = 0.5_wp*(a + b)
     scan%extreme = balance%given(scan%free) + sense*best
