@@ -102,7 +102,7 @@ contains
     i = balance%free(maxloc(box(balance%free(:balance%n))%high - box(balance%free(:balance%n))%low, 1))
     least = epsilon(1.0_wp)*joint%material%s0
     near = max(joint%material%s0, min(abs(box(i)%low), abs(box(i)%high)))
-    far = max(abs(box(i)%low), abs(box(i)%high))
+    far = max(-box(i)%low, box(i)%high)
     middle = box(i)%low + 0.5_wp*(box(i)%high - box(i)%low)
     if (far > orders*near) then
       middle = sign(sqrt(far)*sqrt(near), middle)
@@ -129,14 +129,12 @@ contains
     end do
     call enclose_traction(joint, question%material, state, s, question%outward, traction, most)
     associate (balance => question%balance)
-      outside = .false.
-      if (any(abs(question%outward) > 0.0_wp)) outside = most + rounding_of_law*sum(abs(balance%given)) < &
-        dot_product(question%outward, balance%given)
+      outside = most + rounding_of_law*sum(abs(balance%given)) < dot_product(question%outward, balance%given)
       equations%n = balance%n
       do i = 1, balance%n
         k = balance%free(i)
         force = sum_of(traction(k), multiple(balance%control%spring(k), s(k)))
-        error = rounding_of_law*(size_of(force) + abs(balance%given(k)))
+        error = rounding_of_law*size_of(force)
         outside = outside .or. force%low - error > balance%given(k) .or. force%high + error < balance%given(k)
         equations%centre(i) = force%centre - balance%given(k)
         do j = 1, balance%n
@@ -164,9 +162,9 @@ contains
     real(wp) :: error, half, middle
     half = 0.5_wp*(side%high - side%low)
     middle = side%low + half
-    error = rounding*(abs(middle) + half + s0)
-    if (from > -1.0_wp) side%low = max(side%low, middle + from*half - error)
-    if (to < 1.0_wp) side%high = min(side%high, middle + to*half + error)
+    error = rounding*(max(-side%low, side%high) + s0)
+    side%low = max(side%low, middle + from*half - error)
+    side%high = min(side%high, middle + to*half + error)
   end subroutine shorten
 
 end module asperity_exclusion
