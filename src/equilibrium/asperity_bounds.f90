@@ -73,46 +73,48 @@ contains
     real(wp), intent(in) :: given(3)               !! its values
     real(wp) :: direction(3)
     !> Azimuths that are compared; smallest change of the azimuth.
-    integer, parameter :: azimuths = 16
+    integer, parameter :: azimuths = 16, last = azimuths - 1
     real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp), finest = 1.0e-10_wp
-    real(wp) :: best, change, last
+    real(wp) :: best, change, middle, product
     logical :: counts(3)
     integer :: i
     direction = 0.0_wp
     counts = control%traction .and. .not. control%spring > 0.0_wp
-    if (.not. counts(1) .or. all(abs(given) <= 0.0_wp)) return
-    direction = -given/sqrt(sum(given**2))
+    if (.not. counts(1)) return
     best = 0.0_wp
+    product = -huge(product)
     change = turn/real(azimuths, wp)
-    do i = 0, azimuths - 1
-      call consider(joint, given, counts, real(i, wp)*change, best, direction)
+    do i = 0, last
+      call consider(joint, given, counts, real(i, wp)*change, best, direction, product)
     end do
-    do while (change > finest .and. all(counts))
-      last = best
-      call consider(joint, given, counts, last + change, best, direction)
-      call consider(joint, given, counts, last - change, best, direction)
-      if (.not. abs(best - last) > 0.0_wp) change = 0.5_wp*change
+    do while (change > finest)
+      middle = best
+      call consider(joint, given, counts, middle + change, best, direction, product)
+      call consider(joint, given, counts, middle - change, best, direction, product)
+      change = 0.5_wp*change
     end do
-    if (.not. dot_product(direction, given) > 0.0_wp) direction = 0.0_wp
+    if (.not. product > 0.0_wp) direction = 0.0_wp
   end function away_from_contact
 
   !> Take the direction nearest to prescribed tractions at an azimuth if it is nearer than another direction.
-  pure subroutine consider(joint, given, counts, azimuth, best, direction)
+  pure subroutine consider(joint, given, counts, azimuth, best, direction, product)
     type(interface_type), intent(in) :: joint      !! the interface
     real(wp), intent(in) :: given(3)               !! prescribed tractions
     logical, intent(in) :: counts(3)               !! components that the direction may have
     real(wp), intent(in) :: azimuth                !! about N
     real(wp), intent(inout) :: best                !! azimuth of the direction
     real(wp), intent(inout) :: direction(3)        !! the other direction -> the nearer one
+    real(wp), intent(inout) :: product             !! of the direction and the tractions
     real(wp) :: e(2), nearest(3)
     e = [cos(azimuth), sin(azimuth)]
-    ! sines of multiples of a right angle are rounding errors
+    ! sines of multiples of a right angle are rounding errors; a vector that becomes shorter is farther from the
+    ! tractions than those along the axes, which are considered, too
     where (abs(e) < epsilon(1.0_wp) .or. .not. counts(2:3)) e = 0.0_wp
-    if (any(abs(e) > 0.0_wp)) e = e/sqrt(sum(e**2))
     nearest = nearest_direction(joint, given, e)
-    if (.not. dot_product(nearest, given) > dot_product(direction, given)) return
-    direction = nearest
+    if (.not. dot_product(nearest, given) > product) return
     best = azimuth
+    direction = nearest
+    product = dot_product(nearest, given)
   end subroutine consider
 
   !> The direction nearest to prescribed tractions at an azimuth, among those in which no contact carries a traction;

@@ -20,7 +20,7 @@ module asperity_enclosure
   end type enclosure_type
 
   !> Rounding errors of an operation, relative to the magnitudes of its terms.
-  real(wp), parameter :: ulp = 8.0_wp*epsilon(1.0_wp)
+  real(wp), parameter, public :: ulp = 8.0_wp*epsilon(1.0_wp)
 
 contains
 

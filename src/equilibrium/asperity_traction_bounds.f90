@@ -6,7 +6,7 @@
 module asperity_traction_bounds
   use asperity_contract, only: plane_statev, v_offset
   use asperity_enclosure, only: combination, constant, difference_of, enclosure_type, limited, multiple, norm_of, &
-    positive_part, product_of, reciprocal, secant, size_of, sum_of, unknown
+    positive_part, product_of, reciprocal, secant, size_of, sum_of, ulp, unknown
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_material, only: material_type
@@ -17,8 +17,6 @@ module asperity_traction_bounds
 
   !> Rounding errors of the law and of sums, relative to the magnitudes of their terms.
   real(wp), parameter, public :: rounding_of_law = 256.0_wp*epsilon(1.0_wp)
-  !> Rounding errors of a function, relative to the magnitudes of its terms.
-  real(wp), parameter :: ulp = 8.0_wp*epsilon(1.0_wp)
 
 contains
 
@@ -158,16 +156,16 @@ contains
     ! the share decreases with the norm, or it does not change
     if (.not. last < first) return
     slope = (last - first)/(norm%high - norm%low)
-    ! distances from the chord are extreme at its ends, where they are zero, at kinks, and where the derivative
-    ! -take_eta/norm**2 between onset and full damage is that of the chord
+    ! the distance from the chord is largest at the kink of the onset, and smallest at that of full damage or where the
+    ! derivative -take_eta/norm**2 between them is that of the chord, or zero at the ends
     at = [onset(m, old), 1.0_wp/(1.0_wp - m%eta), sqrt(-m%take_eta/slope)]
     do i = 1, size(at)
       at(i) = min(max(at(i), norm%low), norm%high)
       distances(i) = share(at(i)) - first - slope*(at(i) - norm%low)
     end do
     rounding = ulp*(1.0_wp + m%take_eta)
-    left = secant(norm, norm%low, first, slope, min(0.0_wp, minval(distances)) - rounding, &
-      max(0.0_wp, maxval(distances)) + rounding, last - rounding, first + rounding)
+    left = secant(norm, norm%low, first, slope, minval(distances) - rounding, maxval(distances) + rounding, &
+      last - rounding, first + rounding)
 
   contains
 
