@@ -180,7 +180,6 @@ contains
     associate (m => joint%material)
       do k = 1, joint%pattern%n
         alpha = point%state(plane_statev(k))
-        if (alpha >= 1.0_wp) cycle
         normal = dot_product(d, plane_normal(joint%pattern, k))
         strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha)/(1.0_wp - m%eta*alpha)* &
           sqrt(m%k_n**2/m%inv_s01_2*normal**2 + m%k_t**2/m%inv_s02_2*max(0.0_wp, 1.0_wp - normal**2))
