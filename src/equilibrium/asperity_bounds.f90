@@ -30,8 +30,8 @@ contains
     real(wp), intent(out) :: direction(3)          !! unit vector (N, Tx, Ty)
     real(wp), intent(out) :: most                  !! largest traction in this direction, stress
     !> Directions to a quarter of the circle; excess that is no rounding error, relative to the strength.
-    integer, parameter :: quarter = 90
-    real(wp), parameter :: unit = acos(-1.0_wp)/real(2*quarter, wp), rounding = 1.0e-12_wp
+    integer, parameter :: quarter = 90, half = 2*quarter, last = 4*quarter - 1
+    real(wp), parameter :: unit = acos(-1.0_wp)/real(half, wp), rounding = 1.0e-12_wp
     logical :: counts(3)
     real(wp) :: d(3), excess, largest, strength
     integer :: i, j
@@ -46,8 +46,8 @@ contains
     counts = control%traction .and. .not. control%spring > 0.0_wp
     largest = rounding*joint%material%k_n*joint%material%s0
     ! angles from N and about N
-    do i = 0, 2*quarter
-      do j = 0, 4*quarter - 1
+    do i = 0, half
+      do j = 0, last
         d = [cos(unit*real(i, wp)), sin(unit*real(i, wp))*[cos(unit*real(j, wp)), sin(unit*real(j, wp))]]
         ! sines of multiples of a right angle are rounding errors
         where (abs(d) < epsilon(1.0_wp)) d = 0.0_wp
@@ -73,46 +73,48 @@ contains
     real(wp), intent(in) :: given(3)               !! its values
     real(wp) :: direction(3)
     !> Azimuths that are compared; smallest change of the azimuth.
-    integer, parameter :: azimuths = 16
+    integer, parameter :: azimuths = 16, last = azimuths - 1
     real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp), finest = 1.0e-10_wp
-    real(wp) :: best, change, last
+    real(wp) :: best, change, middle, product
     logical :: counts(3)
     integer :: i
     direction = 0.0_wp
     counts = control%traction .and. .not. control%spring > 0.0_wp
-    if (.not. counts(1) .or. all(abs(given) <= 0.0_wp)) return
-    direction = -given/sqrt(sum(given**2))
+    if (.not. counts(1)) return
     best = 0.0_wp
+    product = -huge(product)
     change = turn/real(azimuths, wp)
-    do i = 0, azimuths - 1
-      call consider(joint, given, counts, real(i, wp)*change, best, direction)
+    do i = 0, last
+      call consider(joint, given, counts, real(i, wp)*change, best, direction, product)
     end do
-    do while (change > finest .and. all(counts))
-      last = best
-      call consider(joint, given, counts, last + change, best, direction)
-      call consider(joint, given, counts, last - change, best, direction)
-      if (.not. abs(best - last) > 0.0_wp) change = 0.5_wp*change
+    do while (change > finest)
+      middle = best
+      call consider(joint, given, counts, middle + change, best, direction, product)
+      call consider(joint, given, counts, middle - change, best, direction, product)
+      change = 0.5_wp*change
     end do
-    if (.not. dot_product(direction, given) > 0.0_wp) direction = 0.0_wp
+    if (.not. product > 0.0_wp) direction = 0.0_wp
   end function away_from_contact
 
   !> Take the direction nearest to prescribed tractions at an azimuth if it is nearer than another direction.
-  pure subroutine consider(joint, given, counts, azimuth, best, direction)
+  pure subroutine consider(joint, given, counts, azimuth, best, direction, product)
     type(interface_type), intent(in) :: joint      !! the interface
     real(wp), intent(in) :: given(3)               !! prescribed tractions
     logical, intent(in) :: counts(3)               !! components that the direction may have
     real(wp), intent(in) :: azimuth                !! about N
     real(wp), intent(inout) :: best                !! azimuth of the direction
     real(wp), intent(inout) :: direction(3)        !! the other direction -> the nearer one
+    real(wp), intent(inout) :: product             !! of the direction and the tractions
     real(wp) :: e(2), nearest(3)
     e = [cos(azimuth), sin(azimuth)]
-    ! sines of multiples of a right angle are rounding errors
+    ! sines of multiples of a right angle are rounding errors; a vector that becomes shorter is farther from the
+    ! tractions than those along the axes, which are considered, too
     where (abs(e) < epsilon(1.0_wp) .or. .not. counts(2:3)) e = 0.0_wp
-    if (any(abs(e) > 0.0_wp)) e = e/sqrt(sum(e**2))
     nearest = nearest_direction(joint, given, e)
-    if (.not. dot_product(nearest, given) > dot_product(direction, given)) return
-    direction = nearest
+    if (.not. dot_product(nearest, given) > product) return
     best = azimuth
+    direction = nearest
+    product = dot_product(nearest, given)
   end subroutine consider
 
   !> The direction nearest to prescribed tractions at an azimuth, among those in which no contact carries a traction;
@@ -124,18 +126,26 @@ contains
     real(wp) :: d(3)
     !> Distance from the cones of friction, so that rounding errors do not reach them.
     real(wp), parameter :: distance = 1.0e-12_wp
-    real(wp) :: angle, e_n, norm, normal(3)
+    real(wp) :: angle, e_n, first, half, last, norm, normal(3)
     integer :: k
     d = 0.0_wp
-    angle = atan2(dot_product(given(2:3), e), given(1))
+    ! angles from N at which no contact carries a traction
+    first = 0.0_wp
+    last = huge(last)
     do k = 1, joint%pattern%n
       normal = plane_normal(joint%pattern, k)
       e_n = dot_product(normal(2:3), e)
       norm = sqrt(normal(1)**2 + e_n**2)
       if (norm < sine_of_friction(joint)) return
-      angle = min(angle, acos(sine_of_friction(joint)/norm) + atan2(e_n, normal(1)) - distance)
+      angle = atan2(e_n, normal(1))
+      half = acos(sine_of_friction(joint)/norm) - distance
+      first = max(first, angle - half)
+      last = min(last, angle + half)
     end do
-    d = [cos(max(0.0_wp, angle)), sin(max(0.0_wp, angle))*e]
+    if (first > last) return
+    angle = atan2(dot_product(given(2:3), e), given(1))
+    if (angle < first .or. angle > last) angle = merge(first, last, cos(angle - first) > cos(angle - last))
+    d = [cos(angle), sin(angle)*e]
   end function nearest_direction
 
   !> Whether no contact carries a traction in a direction: it is outside every cone of friction.
@@ -170,7 +180,6 @@ contains
     associate (m => joint%material)
       do k = 1, joint%pattern%n
         alpha = point%state(plane_statev(k))
-        if (alpha >= 1.0_wp) cycle
         normal = dot_product(d, plane_normal(joint%pattern, k))
         strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha)/(1.0_wp - m%eta*alpha)* &
           sqrt(m%k_n**2/m%inv_s01_2*normal**2 + m%k_t**2/m%inv_s02_2*max(0.0_wp, 1.0_wp - normal**2))

@@ -20,7 +20,7 @@ module asperity_enclosure
   end type enclosure_type
 
   !> Rounding errors of an operation, relative to the magnitudes of its terms.
-  real(wp), parameter :: ulp = 8.0_wp*epsilon(1.0_wp)
+  real(wp), parameter, public :: ulp = 8.0_wp*epsilon(1.0_wp)
 
 contains
 
@@ -41,7 +41,7 @@ contains
     c%high = high
     c%slope(i) = 0.5_wp*(high - low)
     c%centre = low + c%slope(i)
-    c%error = ulp*max(abs(low), abs(high))
+    c%error = ulp*max(-low, high)
   end function coordinate
 
   !> A number of which only bounds are known.
@@ -52,7 +52,7 @@ contains
     c%high = high
     c%error = 0.5_wp*(high - low)
     c%centre = low + c%error
-    c%error = c%error + ulp*max(abs(low), abs(high))
+    c%error = c%error + ulp*max(-low, high)
   end function unknown
 
   !> Sum of two numbers.
@@ -94,7 +94,7 @@ contains
       c%error = c%error + abs(factors(i))*a(i)%error
       c%low = c%low + min(factors(i)*a(i)%low, factors(i)*a(i)%high)
       c%high = c%high + max(factors(i)*a(i)%low, factors(i)*a(i)%high)
-      rounding = rounding + ulp*abs(factors(i))*max(size_of(a(i)), abs(a(i)%low), abs(a(i)%high))
+      rounding = rounding + ulp*abs(factors(i))*size_of(a(i))
     end do
     c%error = c%error + rounding
     c%low = c%low - rounding
@@ -115,7 +115,8 @@ contains
     c%centre = a%centre*b%centre
     c%slope = a%centre*b%slope + b%centre*a%slope
     c%error = abs(a%centre)*b%error + abs(b%centre)*a%error + of_a*of_b
-    c%error = c%error + ulp*(abs(a%centre)*of_b + abs(b%centre)*of_a + of_a*of_b)
+    ! what `settle` adds is more than the rounding errors of a slope whose terms cancel: with x = of_a/|a%centre| and y
+    ! alike, x + y <= |x - y| + 1 + x y
     call settle(c)
   end function product_of
 
@@ -141,7 +142,8 @@ contains
     c%centre = value + slope*(a%centre - from) + 0.5_wp*(below + above)
     c%slope = slope*a%slope
     c%error = abs(slope)*a%error + 0.5_wp*(above - below)
-    c%error = c%error + ulp*(abs(value) + abs(slope*(a%centre - from)) + abs(below) + abs(above))
+    ! terms that cancel, one of which is one of these
+    c%error = c%error + ulp*max(abs(value), abs(slope*(a%centre - from)))
     c%low = low
     c%high = high
     call settle(c)
@@ -180,7 +182,7 @@ contains
     integer :: i
     do i = 1, 3
       near(i) = max(0.0_wp, a(i)%low, -a(i)%high)
-      far(i) = max(abs(a(i)%low), abs(a(i)%high))
+      far(i) = max(-a(i)%low, a(i)%high)
       direction(i) = a(i)%centre
     end do
     low = sqrt(near(1)**2 + near(2)**2 + near(3)**2)*(1.0_wp - ulp)
@@ -190,9 +192,7 @@ contains
     along = combination(direction/norm, a)
     if (.not. along%low > 0.0_wp) return
     above = 0.5_wp*(radius(a(1))**2 + radius(a(2))**2 + radius(a(3))**2)/along%low
-    above = min(above, c%high - along%low)*(1.0_wp + ulp)
-    if (0.5_wp*above + along%error < c%error) c = secant(along, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, above, &
-      max(low, along%low), c%high)
+    c = secant(along, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, above, low, c%high)
   end function norm_of
 
   !> Largest magnitude of the terms that describe a number. Rounding errors of sums are proportional to it.

@@ -80,9 +80,9 @@ contains
     call look(x(2), at, here)
     scan%short = here < 0.0_wp
     sense = merge(1.0_wp, -1.0_wp, scan%short)
-    best = -huge(best)
+    best = sense*here
+    a = x(2)
     width = (scan%upper - scan%lower)/real(steps, wp)
-    a = 0.0_wp
     do i = 0, steps
       x(1) = scan%lower + width*real(i, wp)
       call look(x(1), at, f(1))
@@ -92,9 +92,8 @@ contains
       end if
     end do
     scan%samples = steps + 2 + 2*refinements
-    if (sense*here > best) a = x(2)
-    b = a + width
-    a = a - width
+    b = min(a + width, scan%upper)
+    a = max(a - width, scan%lower)
     ! refine the extreme between the neighbours of the best sample
     do i = 1, refinements
       x = [b - golden*(b - a), a + golden*(b - a)]
@@ -106,7 +105,7 @@ contains
         a = x(1)
       end if
     end do
-    best = max(best, sense*here, maxval(f))
+    best = max(best, maxval(f))
     scan%place = point%s
     scan%place(scan%free) = 0.5_wp*(a + b)
     scan%extreme = balance%given(scan%free) + sense*best
@@ -136,7 +135,7 @@ contains
     type(point_type), intent(in) :: point           !! where the search ended
     type(scan_type), intent(inout) :: scan          !! range -> findings
     !> Grid points for each of two and of three separations; number of best points from which Newton's method starts.
-    integer, parameter :: steps(3) = [0, 200, 40], starts = 20
+    integer, parameter :: points(3) = [1, 201, 41], starts = 20
     type(point_type) :: at
     type(newton_type) :: result
     !> A candidate counts only if its residual is below this fraction of the residual at the last point.
@@ -151,11 +150,11 @@ contains
     x = free_part(balance, point%s)
     call evaluate(joint, balance, x, at, r, scale, good)
     here = maxval(abs(r))
-    do i = 0, (steps(n) + 1)**n - 1
+    do i = 0, points(n)**n - 1
       k = i
       do j = 1, n
-        x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, steps(n) + 1), wp)/real(steps(n), wp)
-        k = k/(steps(n) + 1)
+        x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, points(n)), wp)/real(points(n) - 1, wp)
+        k = k/points(n)
       end do
       call evaluate(joint, balance, x, at, r, scale, good)
       if (.not. good) cycle
@@ -166,7 +165,7 @@ contains
         seeds(:, k) = x
       end if
     end do
-    scan%samples = (steps(n) + 1)**n
+    scan%samples = points(n)**n
     scan%extreme = minval(best)
     scan%place = balance%given
     scan%place(balance%free(:n)) = seeds(:n, minloc(best, 1))

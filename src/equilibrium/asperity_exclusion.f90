@@ -5,6 +5,7 @@
 !> otherwise the polyhedron tells which part of the box may have one, and what is left of the box is halved. If no box
 !> is left, no equilibrium exists, up to the largest separation that a load path may have.
 module asperity_exclusion
+  use asperity_bounded_equations, only: bound_solutions, equations_type
   use asperity_bounds, only: away_from_contact
   use asperity_control_point, only: balance_type, control_type, point_type, prescribed_bound, set_balance
   use asperity_enclosure, only: coordinate, enclosure_type, multiple, size_of, sum_of
@@ -30,15 +31,6 @@ module asperity_exclusion
     type(material_type) :: material     !! constants of the law over the increment
     real(wp) :: outward(3) = 0.0_wp     !! direction in which no contact carries a traction
   end type question_type
-
-  !> The prescribed tractions as linear equations for the coordinates xi of a box, 0 = centre + slope . xi + an error.
-  type :: equations_type
-    integer :: n = 0                                    !! number of equations and of coordinates
-    real(wp) :: centre(3) = 0.0_wp                      !! missing traction in the middle of the box
-    real(wp) :: generators(3, 6) = 0.0_wp               !! n columns for the coordinates, n for the errors
-    real(wp) :: low(3) = -1.0_wp, high(3) = 1.0_wp      !! where the coordinates of an equilibrium are
-    logical :: solvable = .true.                        !! whether there may be an equilibrium
-  end type equations_type
 
 contains
 
@@ -110,7 +102,7 @@ contains
     i = balance%free(maxloc(box(balance%free(:balance%n))%high - box(balance%free(:balance%n))%low, 1))
     least = epsilon(1.0_wp)*joint%material%s0
     near = max(joint%material%s0, min(abs(box(i)%low), abs(box(i)%high)))
-    far = max(abs(box(i)%low), abs(box(i)%high))
+    far = max(-box(i)%low, box(i)%high)
     middle = box(i)%low + 0.5_wp*(box(i)%high - box(i)%low)
     if (far > orders*near) then
       middle = sign(sqrt(far)*sqrt(near), middle)
@@ -137,14 +129,12 @@ contains
     end do
     call enclose_traction(joint, question%material, state, s, question%outward, traction, most)
     associate (balance => question%balance)
-      outside = .false.
-      if (any(abs(question%outward) > 0.0_wp)) outside = most + rounding_of_law*sum(abs(balance%given)) < &
-        dot_product(question%outward, balance%given)
+      outside = most + rounding_of_law*sum(abs(balance%given)) < dot_product(question%outward, balance%given)
       equations%n = balance%n
       do i = 1, balance%n
         k = balance%free(i)
         force = sum_of(traction(k), multiple(balance%control%spring(k), s(k)))
-        error = rounding_of_law*(size_of(force) + abs(balance%given(k)))
+        error = rounding_of_law*size_of(force)
         outside = outside .or. force%low - error > balance%given(k) .or. force%high + error < balance%given(k)
         equations%centre(i) = force%centre - balance%given(k)
         do j = 1, balance%n
@@ -153,7 +143,7 @@ contains
         equations%generators(i, balance%n + i) = force%error + error
       end do
       if (outside) return
-      call solve(equations)
+      call bound_solutions(equations)
       outside = .not. equations%solvable
       if (outside) return
       do i = 1, balance%n
@@ -161,59 +151,6 @@ contains
       end do
     end associate
   end subroutine examine_box
-
-  !> Find bounds of the coordinates in linear equations, or that there is no solution.
-  !>
-  !> The values that centre + slope . xi + error may have form a polyhedron, every face of which contains the directions
-  !> of two generators (of one, if there are two equations). The equations have no solution if zero is outside a face.
-  pure subroutine solve(equations)
-    type(equations_type), intent(inout) :: equations   !! bounds of the coordinates are set
-    integer :: i, j
-    associate (g => equations%generators)
-      select case (equations%n)
-      case (1)
-        call cut(equations, [1.0_wp, 0.0_wp, 0.0_wp])
-      case (2)
-        do i = 1, 4
-          call cut(equations, [-g(2, i), g(1, i), 0.0_wp])
-        end do
-      case default
-        do i = 1, 6
-          do j = i + 1, 6
-            call cut(equations, [g(2, i)*g(3, j) - g(3, i)*g(2, j), g(3, i)*g(1, j) - g(1, i)*g(3, j), &
-              g(1, i)*g(2, j) - g(2, i)*g(1, j)])
-          end do
-        end do
-      end select
-    end associate
-  end subroutine solve
-
-  !> Find bounds of the coordinates from a linear combination of the equations.
-  pure subroutine cut(equations, weights)
-    type(equations_type), intent(inout) :: equations   !! bounds of the coordinates are improved
-    real(wp), intent(in) :: weights(3)                 !! of the equations
-    !> Rounding errors of the sums, and the smallest coefficient of a coordinate that is divided by, relative to the
-    !> magnitudes of the terms.
-    real(wp), parameter :: rounding = 32.0_wp*epsilon(1.0_wp), smallest = 1.0e-6_wp
-    real(wp) :: centre, coefficients(6), ends(2), most, rest, terms
-    integer :: j
-    if (.not. equations%solvable) return
-    centre = sum(weights*equations%centre)
-    terms = sum(abs(weights*equations%centre))
-    do j = 1, 6
-      coefficients(j) = sum(weights*equations%generators(:, j))
-      terms = terms + sum(abs(weights*equations%generators(:, j)))
-    end do
-    most = sum(abs(coefficients)) + rounding*terms
-    equations%solvable = .not. abs(centre) > most
-    do j = 1, equations%n
-      if (.not. abs(coefficients(j)) > smallest*terms) cycle
-      rest = most - abs(coefficients(j))
-      ends = [-centre - rest, -centre + rest]/coefficients(j)
-      equations%low(j) = max(equations%low(j), minval(ends))
-      equations%high(j) = min(equations%high(j), maxval(ends))
-    end do
-  end subroutine cut
 
   !> Shorten a side of a box to a range of its coordinate, and a little more because of rounding errors. Round an
   !> equilibrium at zero it would become so short that products of the equations vanish.
@@ -225,9 +162,9 @@ contains
     real(wp) :: error, half, middle
     half = 0.5_wp*(side%high - side%low)
     middle = side%low + half
-    error = rounding*(abs(middle) + half + s0)
-    if (from > -1.0_wp) side%low = max(side%low, middle + from*half - error)
-    if (to < 1.0_wp) side%high = min(side%high, middle + to*half + error)
+    error = rounding*(max(-side%low, side%high) + s0)
+    side%low = max(side%low, middle + from*half - error)
+    side%high = min(side%high, middle + to*half + error)
   end subroutine shorten
 
 end module asperity_exclusion

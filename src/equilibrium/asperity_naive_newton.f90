@@ -199,7 +199,7 @@ contains
         trial = hypot(s_t(1) - old%state(j + 1), s_t(2) - old%state(j + 2))
         kept = 0.0_wp
         if (s_n <= 0.0_wp) kept = 1.0_wp
-        if (trial > 0.0_wp) kept = min(1.0_wp, hypot(s_t(1) - new%state(j + 1), s_t(2) - new%state(j + 2))/trial)
+        if (trial > 0.0_wp) kept = hypot(s_t(1) - new%state(j + 1), s_t(2) - new%state(j + 2))/trial
         along = m%k_t*(1.0_wp - alpha + alpha*kept)
         normal = merge(m%k_c, m%k_n*(1.0_wp - alpha), s_n < 0.0_wp)
         do i = 1, 3
@@ -217,17 +217,16 @@ contains
     type(point_type), intent(in) :: old             !! the point at the start of the increment
     type(point_type), intent(in) :: new             !! the point now
     real(wp) :: matrix(3, 3)
-    real(wp) :: beside(3), sides(3, 2), step, state(joint%n_statev), tangent(3, 3)
-    integer :: i, side
+    real(wp) :: after(3), before(3), beside(3), step, state(joint%n_statev), tangent(3, 3)
+    integer :: i
+    step = difference*joint%material%s0
     do i = 1, 3
-      step = difference*joint%material%s0
-      do side = 1, 2
-        beside = new%s
-        beside(i) = new%s(i) + real(2*side - 3, wp)*step
-        call update_point(joint, old%s, beside, old%state, state, sides(:, side), tangent, &
-          control%dt)
-      end do
-      matrix(:, i) = (sides(:, 2) - sides(:, 1))/(2.0_wp*step)
+      beside = new%s
+      beside(i) = new%s(i) - step
+      call update_point(joint, old%s, beside, old%state, state, before, tangent, control%dt)
+      beside(i) = new%s(i) + step
+      call update_point(joint, old%s, beside, old%state, state, after, tangent, control%dt)
+      matrix(:, i) = (after - before)/(2.0_wp*step)
     end do
   end function central_differences
 

@@ -6,7 +6,7 @@
 module asperity_traction_bounds
   use asperity_contract, only: plane_statev, v_offset
   use asperity_enclosure, only: combination, constant, difference_of, enclosure_type, limited, multiple, norm_of, &
-    positive_part, product_of, reciprocal, secant, size_of, sum_of, unknown
+    positive_part, product_of, reciprocal, secant, size_of, sum_of, ulp, unknown
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_material, only: material_type
@@ -17,8 +17,6 @@ module asperity_traction_bounds
 
   !> Rounding errors of the law and of sums, relative to the magnitudes of their terms.
   real(wp), parameter, public :: rounding_of_law = 256.0_wp*epsilon(1.0_wp)
-  !> Rounding errors of a function, relative to the magnitudes of its terms.
-  real(wp), parameter :: ulp = 8.0_wp*epsilon(1.0_wp)
 
 contains
 
@@ -80,7 +78,11 @@ contains
     integer :: i
     ! norm (6), in which all separations at the onset of damage are 1
     scale = [sqrt(m%inv_s01_2), sqrt(m%inv_s02_2), sqrt(m%inv_s02_2)]
-    bond = [multiple(scale(1), positive_part(s(1))), multiple(scale(2), s(2)), multiple(scale(3), s(3))]
+    bond = s
+    bond(1) = positive_part(s(1))
+    do i = 1, 3
+      bond(i) = multiple(scale(i), bond(i))
+    end do
     norm = norm_of(bond)
     left = bond_left(m, old(1), norm)
     strength = bond_strength(m, old(1), norm)
@@ -134,7 +136,7 @@ contains
       factor = difference_of(constant(1.0_wp), product_of(strength, reciprocal(norm)))
       factor = difference_of(constant(1.0_wp), positive_part(factor))
     end if
-    factor = limited(factor, (1.0_wp - ulp)*min(1.0_wp, max(0.0_wp, strength%low/norm%high)), 1.0_wp)
+    factor = limited(factor, strength%low/norm%high, 1.0_wp)
     do i = 1, 2
       friction(i) = limited(product_of(factor, trial(i)), -strength%high, strength%high)
     end do
@@ -146,33 +148,24 @@ contains
     real(wp), intent(in) :: old                        !! damage at the start
     type(enclosure_type), intent(in) :: norm           !! 1 + beta
     type(enclosure_type) :: left
-    !> Range of the norm, relative to it, below which the slope would be a rounding error.
-    real(wp), parameter :: narrow = 1.0e-9_wp
-    real(wp) :: above, at(3), below, distance, first, last, slope, rounding
+    real(wp) :: at(3), distances(3), first, last, rounding, slope
     integer :: i
-    first = share((1.0_wp - ulp)*norm%low)
+    first = share(norm%low)
     last = share(norm%high)
     left = multiple(1.0_wp, constant(first))
     ! the share decreases with the norm, or it does not change
     if (.not. last < first) return
-    slope = 0.0_wp
-    at = [norm%high, onset(m, old), 1.0_wp/(1.0_wp - m%eta)]
-    if (norm%high - norm%low > narrow*norm%high) then
-      slope = (last - first)/(norm%high - norm%low)
-      ! where the derivative -take_eta/norm**2 between onset and full damage is that of the chord
-      at(1) = sqrt(-m%take_eta/slope)
-    end if
-    ! distances from the chord are extreme at its ends, at kinks and where the derivatives are the same
-    below = min(0.0_wp, last - first - slope*(norm%high - norm%low))
-    above = max(0.0_wp, last - first - slope*(norm%high - norm%low))
+    slope = (last - first)/(norm%high - norm%low)
+    ! the distance from the chord is largest at the kink of the onset, and smallest at that of full damage or where the
+    ! derivative -take_eta/norm**2 between them is that of the chord, or zero at the ends
+    at = [onset(m, old), 1.0_wp/(1.0_wp - m%eta), sqrt(-m%take_eta/slope)]
     do i = 1, size(at)
       at(i) = min(max(at(i), norm%low), norm%high)
-      distance = share(at(i)) - first - slope*(at(i) - norm%low)
-      below = min(below, distance)
-      above = max(above, distance)
+      distances(i) = share(at(i)) - first - slope*(at(i) - norm%low)
     end do
     rounding = ulp*(1.0_wp + m%take_eta)
-    left = secant(norm, norm%low, first, slope, below - rounding, above + rounding, last - rounding, first + rounding)
+    left = secant(norm, norm%low, first, slope, minval(distances) - rounding, maxval(distances) + rounding, &
+      last - rounding, first + rounding)
 
   contains
 
