@@ -80,7 +80,7 @@ contains
     end if
     do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
       call follow(joint, path, point, reached, what)
-      if (reached >= 1.0_wp) exit
+      if (reached >= 1.0_wp) cycle
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       next = min(1.0_wp, reached + 2.0_wp*smallest_share)
       what%beyond = values_at(path, next)
