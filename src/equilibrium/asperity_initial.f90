@@ -72,7 +72,7 @@ contains
     if (present(endless)) endless = .false.
     status = state_status(joint, state)
     if (status /= status_ok) return
-    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(joint)))) status = status_initial
+    if (any(held .and. .not. bounded(target, largest_traction(joint)))) status = status_initial
     if (status /= status_ok) return
     ! an initial state is in viscous equilibrium: no relaxation
     rested = joint
@@ -268,15 +268,15 @@ contains
     real(wp), dimension(joint%n_statev) :: pressed
     real(wp) :: carried(3), in_proportion(3), most
     integer :: dead, i, status
-    logical :: endless
+    logical :: endless, excessive(3)
 
     most = largest_traction(joint)
+    excessive = held .and. .not. bounded(target, most)
     do i = 1, 3
-      if (.not. held(i) .or. bounded(target(i), most)) cycle
-      call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
+      if (excessive(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
         ": expected a finite traction of magnitude up to " // to_text(most))
     end do
-    if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
+    if (any(excessive)) return
     pressed = state(:joint%n_statev)
     call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
     if (status /= status_initial) return

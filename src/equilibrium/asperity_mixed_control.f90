@@ -86,11 +86,12 @@ contains
       what%beyond = values_at(path, next)
       if (.not. any(control%traction)) then
         what%ended = ended_lost
-      else if (what%updates < most_updates) then
+      else if (what%updates >= most_updates) then
+        what%ended = ended_limit
+      else
         call jump(joint, control, what%beyond, point, what)
         if (what%ended == ended_complete) reached = next
       end if
-      if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
     end do
     iterations = what%iterations
     if (present(report)) report = what
