@@ -164,7 +164,7 @@ contains
     if (.not. yes) yes = energy_defect(joint, old, new) <= unbalanced_motion*min(1.0_wp, length/joint%material%s0)
   end function balanced
 
-  !> Whether a step from a negative value of a function may pass two of its roots: the tangent is not negative at its end.
+  !> Whether a step from a negative value of a function may pass two of its roots: the tangent has a root within it.
   pure function predicts_root(f, slope, step) result(yes)
     real(wp), intent(in) :: f       !! value, < 0
     real(wp), intent(in) :: slope   !! derivative
