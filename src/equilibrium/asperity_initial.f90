@@ -95,7 +95,7 @@ contains
     reached = 0.0_wp
     step = 1.0_wp/real(parts, wp)
     left = most_steps
-    do while (reached < 1.0_wp .and. left > 0)
+    do while (left > 0)
       next = min(1.0_wp, reached + step)
       goal = target
       if (next < 1.0_wp) goal = start + next*(target - start)
@@ -109,7 +109,7 @@ contains
         if (reached < 1.0_wp) cycle
         ! damage that the guard prevented on the load path may grow at its end: solve once more from there
         call put_point(rested, balance%old%s, balance%old%state, trial)
-        if (.not. most_growth_of(joint, balance%old%state, trial%state) > 0.0_wp) cycle
+        if (.not. most_growth_of(joint, balance%old%state, trial%state) > 0.0_wp) exit
         start = trial%traction
         call move_point(trial, balance%old)
         reached = 0.0_wp

@@ -169,7 +169,7 @@ contains
     end do
     if (share > reached) then
       ! the equations may still be those of a rejected step
-      if (share < 1.0_wp) call set_share(joint, path, share, reached, balance)
+      call set_share(joint, path, share, reached, balance)
       call close_opening(joint, balance, here, what%updates)
       if (.not. balances(joint, path, balance, here)) then
         before = balance%old
