@@ -245,11 +245,12 @@ contains
     end select
   end function unstable
 
-  !> Largest prescribed separation of a load path, length.
+  !> Largest prescribed separation of a load path, length. It is smaller than `separation_bound`, as 1 - eta is a
+  !> rounding error at least.
   pure function prescribed_bound(joint) result(bound)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: bound
-    bound = min(separation_bound(joint), farthest_prescribed*joint%material%s0/(1.0_wp - joint%material%eta))
+    bound = farthest_prescribed*joint%material%s0/(1.0_wp - joint%material%eta)
   end function prescribed_bound
 
   !> Work of the traction on the separation over an increment, by the trapezoidal rule, stress*length.

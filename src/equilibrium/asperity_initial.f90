@@ -72,7 +72,7 @@ contains
     if (present(endless)) endless = .false.
     status = state_status(joint, state)
     if (status /= status_ok) return
-    if (.not. all(bounded(merge(target, 0.0_wp, held), largest_traction(joint)))) status = status_initial
+    if (any(held .and. .not. bounded(target, largest_traction(joint)))) status = status_initial
     if (status /= status_ok) return
     ! an initial state is in viscous equilibrium: no relaxation
     rested = joint
@@ -95,7 +95,7 @@ contains
     reached = 0.0_wp
     step = 1.0_wp/real(parts, wp)
     left = most_steps
-    do while (reached < 1.0_wp .and. left > 0)
+    do while (left > 0)
       next = min(1.0_wp, reached + step)
       goal = target
       if (next < 1.0_wp) goal = start + next*(target - start)
@@ -109,7 +109,7 @@ contains
         if (reached < 1.0_wp) cycle
         ! damage that the guard prevented on the load path may grow at its end: solve once more from there
         call put_point(rested, balance%old%s, balance%old%state, trial)
-        if (.not. most_growth_of(joint, balance%old%state, trial%state) > 0.0_wp) cycle
+        if (.not. most_growth_of(joint, balance%old%state, trial%state) > 0.0_wp) exit
         start = trial%traction
         call move_point(trial, balance%old)
         reached = 0.0_wp
@@ -150,12 +150,11 @@ contains
     type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
     type(point_type), intent(inout) :: trial           !! work space
     logical, intent(out) :: found                      !! whether there is an equilibrium
-    real(wp) :: damping, far, softest
+    real(wp) :: damping, far
     logical :: good
     found = .false.
     associate (m => joint%material)
-      softest = max(tiny(softest), min(m%k_n, m%k_t, m%k_c))
-      far = min(maxval(abs(balance%given), mask=balance%control%traction), softest*separation_bound(joint))/softest
+      far = maxval(abs(balance%given), mask=balance%control%traction)/elastic_stiffness(joint)
       far = maxval(abs(balance%old%s)) + farthest*(m%s0/(1.0_wp - m%eta) + far)
     end associate
     damping = 1.0_wp
@@ -268,15 +267,15 @@ contains
     real(wp), dimension(joint%n_statev) :: pressed
     real(wp) :: carried(3), in_proportion(3), most
     integer :: dead, i, status
-    logical :: endless
+    logical :: endless, excessive(3)
 
     most = largest_traction(joint)
+    excessive = held .and. .not. bounded(target, most)
     do i = 1, 3
-      if (.not. held(i) .or. bounded(target(i), most)) cycle
-      call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
+      if (excessive(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
         ": expected a finite traction of magnitude up to " // to_text(most))
     end do
-    if (.not. all(bounded(merge(target, 0.0_wp, held), most))) return
+    if (any(excessive)) return
     pressed = state(:joint%n_statev)
     call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
     if (status /= status_initial) return

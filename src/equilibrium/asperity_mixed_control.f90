@@ -80,17 +80,18 @@ contains
     end if
     do while (chosen == full_solver .and. reached < 1.0_wp .and. what%ended == ended_complete)
       call follow(joint, path, point, reached, what)
-      if (reached >= 1.0_wp) exit
+      if (reached >= 1.0_wp) cycle
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       next = min(1.0_wp, reached + 2.0_wp*smallest_share)
       what%beyond = values_at(path, next)
       if (.not. any(control%traction)) then
         what%ended = ended_lost
-      else if (what%updates < most_updates) then
+      else if (what%updates >= most_updates) then
+        what%ended = ended_limit
+      else
         call jump(joint, control, what%beyond, point, what)
         if (what%ended == ended_complete) reached = next
       end if
-      if (reached < 1.0_wp .and. what%updates >= most_updates) what%ended = ended_limit
     end do
     iterations = what%iterations
     if (present(report)) report = what
@@ -168,7 +169,7 @@ contains
     end do
     if (share > reached) then
       ! the equations may still be those of a rejected step
-      if (share < 1.0_wp) call set_share(joint, path, share, reached, balance)
+      call set_share(joint, path, share, reached, balance)
       call close_opening(joint, balance, here, what%updates)
       if (.not. balances(joint, path, balance, here)) then
         before = balance%old
