@@ -261,7 +261,7 @@ class Bench:
         return sorted({source for file in files for source in self.sources_of(file)})
 
     def users_of(self, path: Path) -> list[Path]:
-        """Return the compiled files that use a file's module: public constants are part of their code."""
+        """Return the compiled files that use a file's module: its constants are part of their code."""
         using = re.compile(rf"^ *use {path.stem}\b", re.MULTILINE)
         return [f for f in self.commands if f != path and using.search(f.read_text(encoding="utf-8"))]
 
@@ -276,7 +276,8 @@ class Bench:
         lines = text.splitlines(keepends=True)
         lines[mutant.line - 1] = mutant.after + "\n"
         sources = self.sources_of(path)
-        if "parameter, public" in mutant.before:
+        declared = text[: text.index("\ncontains")] if "\ncontains" in text else text
+        if "parameter" in mutant.before and mutant.before in declared:
             sources += self.users_of(path)
         changed = {s.stem for s in sources}
         kept = {
