@@ -203,7 +203,8 @@ contains
     end do
   end function free_part
 
-  !> Derivative of the residual with respect to the free separations, in the upper left n x n, stress/length.
+  !> Derivative of the residual with respect to the free separations, in the upper left n x n, zero elsewhere,
+  !> stress/length.
   pure function free_matrix(balance, point) result(a)
     type(balance_type), intent(in) :: balance   !! the equations
     type(point_type), intent(in) :: point       !! the point, its tangent
