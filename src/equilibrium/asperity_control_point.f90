@@ -136,7 +136,7 @@ contains
     do i = 1, balance%n
       point%s(balance%free(i)) = x(i)
     end do
-    good = all_bounded(3, point%s, separation_bound(joint))
+    good = all_bounded(size(point%s), point%s, separation_bound(joint))
     if (.not. good) return
     if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
     call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, point%tangent, &
