@@ -136,7 +136,7 @@ contains
     do i = 1, balance%n
       point%s(balance%free(i)) = x(i)
     end do
-    good = all_bounded(3, point%s, separation_bound(joint))
+    good = all_bounded(size(point%s), point%s, separation_bound(joint))
     if (.not. good) return
     if (.not. allocated(point%state)) allocate (point%state(joint%n_statev))
     call update_point(joint, balance%old%s, point%s, balance%old%state, point%state, point%traction, point%tangent, &
@@ -203,7 +203,8 @@ contains
     end do
   end function free_part
 
-  !> Derivative of the residual with respect to the free separations, in the upper left n x n, stress/length.
+  !> Derivative of the residual with respect to the free separations, in the upper left n x n, zero elsewhere,
+  !> stress/length.
   pure function free_matrix(balance, point) result(a)
     type(balance_type), intent(in) :: balance   !! the equations
     type(point_type), intent(in) :: point       !! the point, its tangent

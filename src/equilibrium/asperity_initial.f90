@@ -150,11 +150,12 @@ contains
     type(balance_type), intent(inout) :: balance       !! what is given; the point at the start -> in equilibrium
     type(point_type), intent(inout) :: trial           !! work space
     logical, intent(out) :: found                      !! whether there is an equilibrium
-    real(wp) :: damping, far
+    real(wp) :: damping, far, softest
     logical :: good
     found = .false.
     associate (m => joint%material)
-      far = maxval(abs(balance%given), mask=balance%control%traction)/elastic_stiffness(joint)
+      softest = max(tiny(softest), min(m%k_n, m%k_t, m%k_c))
+      far = min(maxval(abs(balance%given), mask=balance%control%traction), softest*separation_bound(joint))/softest
       far = maxval(abs(balance%old%s)) + farthest*(m%s0/(1.0_wp - m%eta) + far)
     end associate
     damping = 1.0_wp

@@ -69,7 +69,7 @@ contains
     chosen = full_solver
     if (present(method)) chosen = method
     reached = 0.0_wp
-    if (.not. all_bounded(3, target, largest_target)) then
+    if (.not. all_bounded(size(target), target, largest_target)) then
       what%ended = ended_rejected
     else if (state_status(joint, point%state) /= status_ok) then
       what%ended = ended_rejected
