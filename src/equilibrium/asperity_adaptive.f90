@@ -241,7 +241,7 @@ contains
       real(wp) :: here, last, reached, shares(5)
       integer :: i, more, snaps, total
       if (distance(control, walk, old%traction, old%s, new) < least_change) return
-      shares(2:4:2) = switch_shares(joint, old, new)
+      shares([2, 4]) = switch_shares(joint, old, new)
       if (shares(4) <= shares(2) + narrow) shares(4) = 0.5_wp*(1.0_wp + shares(2))
       shares(3) = 0.5_wp*(shares(2) + shares(4))
       ! viscous damage that stops growing at a switch does not grow at all in an increment up to it
