@@ -41,7 +41,8 @@ program search_work
     call print_all()
   else
     read (percentage, *, iostat=status) allowed
-    if (status /= 0) call fail("'" // trim(percentage) // "' is no percentage; usage: search_work [RECORD PERCENTAGE]")
+    if (status /= 0 .or. allowed < 0 .or. allowed > 100) call fail("'" // trim(percentage) // &
+      "' is no percentage from 0 to 100; usage: search_work [RECORD PERCENTAGE]")
     call compare(trim(record), allowed)
   end if
 
