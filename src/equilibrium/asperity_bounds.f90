@@ -1,15 +1,10 @@
-!> What an interface can carry at most, in closed form: a proof that prescribed tractions have no equilibrium.
-!>
-!> The traction of a plane is that of its bond plus that of its contact. In a direction that is inclined to every
-!> contact by more than the angle of friction, no contact carries anything, and the bonds carry no more than their
-!> strength. If the prescribed tractions exceed the sum of these strengths in one such direction, no separation carries
-!> them.
+!> Directions in which no contact carries a traction, and the proof of asperity_strength for a point.
 module asperity_bounds
-  use asperity_contract, only: plane_statev
   use asperity_control_point, only: control_type, point_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
+  use asperity_strength, only: beyond_strength, sine_of_friction
   implicit none
   private
   public :: beyond_bounds, away_from_contact
@@ -18,9 +13,6 @@ contains
 
   !> Whether prescribed tractions are beyond what the interface can carry from the state of a point on, in which
   !> direction, and how much it carries in this direction.
-  !>
-  !> With viscous damage over a time, and with the guard, the bond of a plane has no such strength; the contact on a
-  !> curved facet has no such direction.
   pure subroutine beyond_bounds(joint, control, given, point, beyond, direction, most)
     type(interface_type), intent(in) :: joint      !! the interface
     type(control_type), intent(in) :: control      !! what is given
@@ -29,40 +21,8 @@ contains
     logical, intent(out) :: beyond                 !! whether no equilibrium exists
     real(wp), intent(out) :: direction(3)          !! unit vector (N, Tx, Ty)
     real(wp), intent(out) :: most                  !! largest traction in this direction, stress
-    !> Directions to a quarter of the circle; excess that is no rounding error, relative to the strength.
-    integer, parameter :: quarter = 90, half = 2*quarter, last = 4*quarter - 1
-    real(wp), parameter :: unit = acos(-1.0_wp)/real(half, wp), rounding = 1.0e-12_wp
-    logical :: counts(3)
-    real(wp) :: d(3), excess, largest, strength
-    integer :: i, j
-
-    beyond = .false.
-    direction = 0.0_wp
-    most = 0.0_wp
-    associate (m => joint%material)
-      if (m%guard .or. m%curved .or. (m%tau_v > 0.0_wp .and. control%dt > 0.0_wp)) return
-    end associate
-    ! the force of a spring is not prescribed
-    counts = control%traction .and. .not. control%spring > 0.0_wp
-    largest = rounding*joint%material%k_n*joint%material%s0
-    ! angles from N and about N
-    do i = 0, half
-      do j = 0, last
-        d = [cos(unit*real(i, wp)), sin(unit*real(i, wp))*[cos(unit*real(j, wp)), sin(unit*real(j, wp))]]
-        ! sines of multiples of a right angle are rounding errors
-        where (abs(d) < epsilon(1.0_wp)) d = 0.0_wp
-        if (any(abs(d) > 0.0_wp .and. .not. counts)) cycle
-        if (.not. dot_product(d, given) > 0.0_wp) cycle
-        if (.not. free_of_contact(joint, d)) cycle
-        strength = bond_strength(joint, point, d)
-        excess = dot_product(d, given) - strength
-        if (excess <= largest) cycle
-        beyond = .true.
-        largest = excess
-        direction = d
-        most = strength
-      end do
-    end do
+    call beyond_strength(joint, control%traction, control%spring, given, control%dt, point%state, direction, most)
+    beyond = any(abs(direction) > 0.0_wp)
   end subroutine beyond_bounds
 
   !> The direction, among those in which no contact carries a traction, that is nearest to prescribed tractions; the
@@ -147,44 +107,5 @@ contains
     if (angle < first .or. angle > last) angle = merge(first, last, cos(angle - first) > cos(angle - last))
     d = [cos(angle), sin(angle)*e]
   end function nearest_direction
-
-  !> Whether no contact carries a traction in a direction: it is outside every cone of friction.
-  pure function free_of_contact(joint, d) result(yes)
-    type(interface_type), intent(in) :: joint   !! the interface
-    real(wp), intent(in) :: d(3)                !! unit vector (N, Tx, Ty)
-    logical :: yes
-    integer :: k
-    yes = .true.
-    do k = 1, joint%pattern%n
-      yes = yes .and. dot_product(d, plane_normal(joint%pattern, k)) >= sine_of_friction(joint)
-    end do
-  end function free_of_contact
-
-  !> Sine of the angle of friction.
-  pure function sine_of_friction(joint) result(sine)
-    type(interface_type), intent(in) :: joint   !! the interface
-    real(wp) :: sine
-    sine = joint%material%mu/sqrt(1.0_wp + joint%material%mu**2)
-  end function sine_of_friction
-
-  !> Sum of the strengths of the bonds in a direction, stress. The traction of a bond is (1 - alpha) r times a vector on
-  !> the ellipse of the strengths, and (1 - alpha) r is largest where the damage (7) begins to grow again.
-  pure function bond_strength(joint, point, d) result(strength)
-    type(interface_type), intent(in) :: joint   !! the interface
-    type(point_type), intent(in) :: point       !! its state
-    real(wp), intent(in) :: d(3)                !! unit vector (N, Tx, Ty)
-    real(wp) :: strength
-    real(wp) :: alpha, normal
-    integer :: k
-    strength = 0.0_wp
-    associate (m => joint%material)
-      do k = 1, joint%pattern%n
-        alpha = point%state(plane_statev(k))
-        normal = dot_product(d, plane_normal(joint%pattern, k))
-        strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha)/(1.0_wp - m%eta*alpha)* &
-          sqrt(m%k_n**2/m%inv_s01_2*normal**2 + m%k_t**2/m%inv_s02_2*max(0.0_wp, 1.0_wp - normal**2))
-      end do
-    end associate
-  end function bond_strength
 
 end module asperity_bounds

@@ -4,7 +4,7 @@ module asperity_text
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: append, set_text, put_text, to_text, integer_text, piece_end
+  public :: append, set_text, put_text, to_text, short_text, integer_text, piece_end
 
 contains
 
@@ -42,6 +42,22 @@ contains
     ! not a result of deferred length: gfortran stores its length in static memory, which threads would share
     call write_number(value, text, length)
   end function to_text
+
+  !> As to_text, of the number rounded to six digits, for a message.
+  pure function short_text(value) result(text)
+    real(wp), intent(in) :: value   !! finite
+    character(len=text_length(six_digits(value))) :: text
+    text = to_text(six_digits(value))
+  end function short_text
+
+  !> A number rounded to six decimal digits.
+  pure function six_digits(value) result(rounded)
+    real(wp), intent(in) :: value   !! finite
+    real(wp) :: rounded
+    character(len=16) :: buffer
+    write (buffer, "(es16.5e3)") value
+    read (buffer, "(f16.0)") rounded
+  end function six_digits
 
   !> Text of an integer.
   pure function integer_text(value) result(text)
