@@ -8,6 +8,15 @@ module asperity_text
 
 contains
 
+  !> A number rounded to six decimal digits.
+  pure function six_digits(value) result(rounded)
+    real(wp), intent(in) :: value   !! finite
+    real(wp) :: rounded
+    character(len=16) :: buffer
+    write (buffer, "(es16.5e3)") value
+    read (buffer, "(f16.0)") rounded
+  end function six_digits
+
   !> Length of the text of a number.
   pure function text_length(value) result(length)
     real(wp), intent(in) :: value   !! any bits
@@ -49,15 +58,6 @@ contains
     character(len=text_length(six_digits(value))) :: text
     text = to_text(six_digits(value))
   end function short_text
-
-  !> A number rounded to six decimal digits.
-  pure function six_digits(value) result(rounded)
-    real(wp), intent(in) :: value   !! finite
-    real(wp) :: rounded
-    character(len=16) :: buffer
-    write (buffer, "(es16.5e3)") value
-    read (buffer, "(f16.0)") rounded
-  end function six_digits
 
   !> Text of an integer.
   pure function integer_text(value) result(text)
