@@ -56,7 +56,7 @@ contains
 
     proven = .false.
     boxes = 0
-    if (joint%material%guard .or. joint%material%curved) return
+    if (joint%material%guard .or. joint%material%general .or. joint%material%damage0 > 0.0_wp) return
     call set_balance(joint, control, given, question%balance)
     if (question%balance%n == 0) return
     question%material = timed_constants(joint%material, control%dt)

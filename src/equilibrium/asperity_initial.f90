@@ -138,7 +138,7 @@ contains
     integer :: k
     growth = 0.0_wp
     do k = 1, joint%pattern%n
-      growth = max(growth, new(plane_statev(k)) - old(plane_statev(k)))
+      growth = max(growth, new(plane_statev(k)) - max(old(plane_statev(k)), joint%material%damage0))
     end do
   end function most_growth_of
 

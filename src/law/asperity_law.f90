@@ -80,7 +80,7 @@ contains
     growth = growth_of(joint%material, dt)
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
-      lanes%alpha(k) = state(i)
+      lanes%alpha(k) = max(state(i), joint%material%damage0)
       lanes%s_dit(k) = state(i + 1)
       lanes%s_dih(k) = state(i + 2)
     end do
@@ -89,7 +89,7 @@ contains
       lanes%s_dit(k) = 0.0_wp
       lanes%s_dih(k) = 0.0_wp
     end do
-    if (joint%material%curved) then
+    if (joint%material%general) then
       lanes%omega(:joint%pattern%lanes) = 0.0_wp
       lanes%wear_work(:joint%pattern%lanes) = 0.0_wp
     end if
@@ -102,7 +102,7 @@ contains
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the flag is a literal, so that the compiler generates a separate loop for each value
-    if (joint%material%curved) then
+    if (joint%material%general) then
       call sum_planes(joint, .true., growth, worn_share, from, to, lanes, sums)
     else
       call sum_planes(joint, .false., growth, worn_share, from, to, lanes, sums)
@@ -160,9 +160,9 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, curved, whole, share, from, to, lanes, sums)
+  pure subroutine sum_planes(joint, general, whole, share, from, to, lanes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
-    logical, intent(in) :: curved                 !! whether the contacts lie on facets
+    logical, intent(in) :: general                !! whether contacts lie on facets or are not linear
     type(growth_type), intent(in) :: whole        !! growth of the damage that no guard limits
     real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
@@ -185,7 +185,7 @@ contains
     integer :: k
 
     m = joint%material
-    m%curved = curved
+    m%general = general
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp
@@ -203,7 +203,7 @@ contains
     d_xy = 0.0_wp
     d_yy = 0.0_wp
     limit(:joint%pattern%lanes) = whole%limit
-    if (m%curved) then
+    if (m%general) then
       rho_old(:joint%pattern%lanes) = 1.0_wp - lanes%omega(:joint%pattern%lanes)
       rho(:joint%pattern%lanes) = rho_old(:joint%pattern%lanes)
       worn(:joint%pattern%lanes) = 0.0_wp
@@ -248,7 +248,7 @@ contains
       before = plane_forces(m, at_start, old)
       after = plane_forces(m, at, now%new)
       spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
-      if (m%curved) then
+      if (m%general) then
         ! wear: work of the friction, and energy that the facet releases
         drive = wear_drive(m, at%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
         lanes%wear_work(k) = lanes%wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)
