@@ -80,7 +80,7 @@ contains
     growth = growth_of(joint%material, dt)
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
-      lanes%alpha(k) = max(state(i), joint%material%damage0)
+      lanes%alpha(k) = state(i)
       lanes%s_dit(k) = state(i + 1)
       lanes%s_dih(k) = state(i + 2)
     end do
@@ -212,7 +212,7 @@ contains
         !$omp simd
         do k = 1, joint%pattern%lanes
           plane = plane_of(joint%pattern, k)
-          old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+          old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
           wear = wear_at_start(m, plane, from, old, lanes%omega(k), lanes%wear_work(k))
           drive_old(k) = wear%drive
           worn(k) = share*(wear%omega - lanes%omega(k))
@@ -225,7 +225,7 @@ contains
       !$omp simd
       do k = 1, joint%pattern%lanes
         plane = plane_of(joint%pattern, k)
-        old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+        old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
         at_start = separations(m, plane, rho_old(k), from)
         at = separations(m, plane, rho(k), to)
         limit(k) = guarded_limit(m, whole, at_start, at, old)
@@ -236,7 +236,7 @@ contains
     do k = 1, joint%pattern%lanes
       plane = plane_of(joint%pattern, k)
       weight = plane%gamma*m%k_t
-      old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+      old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
       growth = whole
       growth%limit = limit(k)
       at_start = separations(m, plane, rho_old(k), from)
