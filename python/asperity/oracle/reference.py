@@ -40,6 +40,9 @@ GUARD_ROUNDINGS = 16
 OPEN, STICK, SLIP = 0, 1, 2
 """Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
 
+MOST_CLOSED = 0.99
+"""Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent."""
+
 PARALLEL = 1.0e-12
 """Sine of the inclination below which a plane counts as parallel to the average surface."""
 
@@ -51,7 +54,8 @@ class Parameters:
     sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
     tau_v: relaxation time of the damage, 0 for none; guard: the damage of a plane does not grow where the
     rupture energy would decrease; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
-    work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear.
+    work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; damage0: damage
+    of every plane from the start; closure: largest closure of the hyperbolic contact, length, 0 for linear.
     Raises ValueError naming every value out of range.
     """
 
@@ -66,6 +70,8 @@ class Parameters:
     guard: bool = False
     height: float = 0.0
     W0: float = 0.0
+    damage0: float = 0.0
+    closure: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -80,6 +86,8 @@ class Parameters:
             ("tau_v", self.tau_v >= 0, ">= 0"),
             ("height", self.height >= 0, ">= 0"),
             ("W0", self.W0 >= 0, ">= 0"),
+            ("damage0", 0 <= self.damage0 <= 1, "0 to 1"),
+            ("closure", self.closure >= 0, ">= 0"),
         )
         wrong = [
             f"{name} = {getattr(self, name)!r}: expected {admissible}"
@@ -249,7 +257,7 @@ def update(
     state = np.broadcast_to(blank if state is None else state, (*lead, len(blank)))
     s_old = np.broadcast_to(np.zeros(3) if s_old is None else s_old, s.shape)
     offset = state[..., 5:8]
-    alpha_old, slip_old = _histories(state, len(gamma))
+    alpha_old, slip_old = _histories(parameters, state, len(gamma))
     omega_old, work_old = _wear_histories(state, len(gamma))
 
     start = _start(parameters, frame, s_old + offset, state)
@@ -316,10 +324,10 @@ def _floats(values: ArrayLike) -> Floats:
     return array.astype(np.result_type(array.dtype, float))
 
 
-def _histories(state: Floats, count: int) -> tuple[Floats, Floats]:
-    """Damage (..., k) and slip (..., k, 2) of the planes in a state."""
+def _histories(parameters: Parameters, state: Floats, count: int) -> tuple[Floats, Floats]:
+    """Damage (..., k), which is at least damage0, and slip (..., k, 2) of the planes in a state."""
     planes = state[..., HEADER : HEADER + PER_PLANE * count].reshape(*state.shape[:-1], count, PER_PLANE)
-    return planes[..., 0], planes[..., 1:]
+    return np.maximum(planes[..., 0], parameters.damage0), planes[..., 1:]
 
 
 def _wear_histories(state: Floats, count: int) -> tuple[Floats, Floats]:
@@ -368,7 +376,7 @@ class _Start:
 
 def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) -> _Start:
     """Start of an increment at s_old (..., 3), the offset included; its wear is known there already."""
-    alpha, slip = _histories(state, len(frame))
+    alpha, slip = _histories(parameters, state, len(frame))
     omega, work = _wear_histories(state, len(frame))
     straight, contact, facet = _kinematics(parameters, frame, s_old, omega)
     tau_d = parameters.Kt * (contact[..., 1:] - slip)
@@ -381,8 +389,9 @@ def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) 
 
 def _rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats:
     """What rounding may leave of a trapezoid of Y (..., k) that is zero."""
-    stiffness = np.array([max(1.0, parameters.kc) * parameters.Kn, parameters.Kt, parameters.Kt])
-    size = (stiffness * (s_before**2 + s_new**2)).sum(-1)
+    closed = np.maximum(_stiffness(parameters, s_before), _stiffness(parameters, s_new))
+    normal = np.maximum(parameters.Kn, closed) * (s_before[..., 0] ** 2 + s_new[..., 0] ** 2)
+    size = normal + parameters.Kt * (s_before[..., 1:] ** 2 + s_new[..., 1:] ** 2).sum(-1)
     return GUARD_ROUNDINGS * np.finfo(size.dtype).eps * size
 
 
@@ -474,8 +483,23 @@ def _friction(
 
 
 def _pressure(parameters: Parameters, s: Floats) -> Floats:
-    """Contact pressure p = -kc Kn min(s_n, 0) >= 0 of the damaged part, from (13)."""
-    return -parameters.kc * parameters.Kn * np.minimum(s[..., 0], 0.0)
+    """Contact pressure p >= 0 of the damaged part, from (13): -kc Kn min(s_n, 0), or Bandis' hyperbola."""
+    c = np.maximum(-s[..., 0], 0.0)
+    if parameters.closure == 0.0:
+        return parameters.kc * parameters.Kn * c
+    Vm = parameters.closure
+    bend = np.minimum(c, MOST_CLOSED * Vm)
+    return parameters.kc * parameters.Kn * bend * Vm / (Vm - bend) + _stiffness(parameters, s) * (c - bend)
+
+
+def _stiffness(parameters: Parameters, s: Floats) -> Floats:
+    """Derivative of the contact pressure with respect to the closure; beyond MOST_CLOSED it is constant."""
+    c = np.maximum(-s[..., 0], 0.0)
+    closing = np.full(c.shape, parameters.kc * parameters.Kn, c.dtype)
+    if parameters.closure == 0.0:
+        return closing
+    Vm = parameters.closure
+    return closing * (Vm / (Vm - np.minimum(c, MOST_CLOSED * Vm))) ** 2
 
 
 def _parts(parameters: Parameters, s: Floats, contact: Floats, tau_d: Floats) -> tuple[Floats, Floats]:
@@ -493,7 +517,7 @@ def _tangent(
 
     At s_n = 0 this is the derivative for closing, except that slip there has no coupling to s_n.
     """
-    closing = parameters.kc * parameters.Kn
+    closing = _stiffness(parameters, s)
     out = np.zeros((*alpha.shape, 3, 3))
     open_ = branch == OPEN
     out[..., 0, 0] = np.where(open_, (1.0 - alpha) * parameters.Kn, closing)
@@ -534,8 +558,24 @@ def _stored(parameters: Parameters, s: Floats, contact: Floats, alpha: Floats, s
 
 
 def _closing(parameters: Parameters, s: Floats) -> Floats:
-    """Energy stored in a closed contact."""
-    return 0.5 * parameters.kc * parameters.Kn * np.minimum(s[..., 0], 0.0) ** 2
+    """Energy stored in a closed contact: the integral of its pressure."""
+    c = np.maximum(-s[..., 0], 0.0)
+    if parameters.closure == 0.0:
+        return 0.5 * parameters.kc * parameters.Kn * c**2
+    Vm = parameters.closure
+    bend = np.minimum(c, MOST_CLOSED * Vm)
+    x = bend / Vm
+    # -x - log(1 - x), by its series where the terms would cancel
+    series = sum(x**n / n for n in range(2, 40))
+    integral = np.where(x < 0.2, series, -x - np.log1p(-x))
+    beyond = c - bend
+    edge = np.zeros_like(s)
+    edge[..., 0] = -bend
+    return (
+        parameters.kc * parameters.Kn * Vm**2 * integral
+        + _pressure(parameters, edge) * beyond
+        + 0.5 * _stiffness(parameters, s) * beyond**2
+    )
 
 
 # --- slip under a constant normal traction -------------------------------
@@ -633,7 +673,7 @@ class _HeldPoint:
 
     def _normal(self, s: Floats, lanes: NDArray[np.intp] | int) -> tuple[Floats, Floats]:
         """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
-        alpha_old, slip_old = _histories(self.state[lanes], len(self.pattern[1]))
+        alpha_old, slip_old = _histories(self.parameters, self.state[lanes], len(self.pattern[1]))
         kinematics = straight, contact, _ = _kinematics(self.parameters, self.frame, s, self.omega[lanes])
         damage = _damage(self.parameters, straight, alpha_old, self.dt)
         friction = _friction(self.parameters, contact, slip_old)
