@@ -7,7 +7,7 @@
 !> 3: as 2, and separation and energies are added up with compensation (Kahan 1965).
 subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, traction, damage, work, status)
   use, intrinsic :: iso_fortran_env, only: real32, real64
-  use asperity_block_single, only: block_type, chunk, new_block, update_block
+  use asperity_block_single, only: block_type, chunk, new_block, points_type, update_block
   use asperity_contract, only: status_ok, v_damage, v_friction, v_offset, v_rupture
   use asperity_interface, only: interface_type, new_interface
   implicit none
@@ -54,7 +54,7 @@ subroutine interface_single_replay(nprops, props, way, n, s, stride, n_kept, tra
       to(1, :) = real(s(:, i) - last, wp)
     end if
     if (way == 3) state(1, ledger) = 0.0_wp
-    call update_block(block, 1, from, to, 1, (state), 1, state, stress)
+    call update_block(block, points_type(from, to, 1, 1, 1), (state), state, stress)
     spent = [state(1, ledger), 0.5_wp*sum((before + stress(1, :))*(to(1, :) - from(1, :)))]
     before = stress(1, :)
     if (way == 2) state(1, v_offset:v_offset + 2) = state(1, v_offset:v_offset + 2) + to(1, :)
