@@ -161,15 +161,13 @@ contains
   end subroutine review_state
 
   !> Whether points of a VUMAT's block are admissible, in double precision.
-  pure subroutine check_block_double(first, last, n, n_strain, strain, strain_bound, n_planes, n_statev, &
-    state, energy, slip, good)
+  pure subroutine check_block_double(first, last, strain, state, n_planes, n_statev, bounds, good)
     integer, parameter :: wp = real64, ik = int64
     include "asperity_check_block.inc"
   end subroutine check_block_double
 
   !> Whether points of a VUMAT's block are admissible, in single precision.
-  pure subroutine check_block_single(first, last, n, n_strain, strain, strain_bound, n_planes, n_statev, &
-    state, energy, slip, good)
+  pure subroutine check_block_single(first, last, strain, state, n_planes, n_statev, bounds, good)
     integer, parameter :: wp = real32, ik = int32
     include "asperity_check_block.inc"
   end subroutine check_block_single
