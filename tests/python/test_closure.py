@@ -58,6 +58,6 @@ def test_bad_values() -> None:
     with pytest.raises(ValueError) as error:
         Material(3.0, 0.3, 0.9, 0.5, damage0=1.5, closure=-1.0)
     assert "damage0 = 1.5: expected 0 to 1" in str(error.value)
-    assert "closure = -1.0: expected >= 0" in str(error.value)
+    assert "closure = -1: expected >= 0" in str(error.value)
     with pytest.raises(TypeError):
         Material(3.0, 0.3, 0.9, 0.5, slot22=0.0)
