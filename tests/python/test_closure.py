@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from asperity import Interface, Material, Pattern
 from asperity.oracle import compare, reference
 

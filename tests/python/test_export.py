@@ -130,6 +130,9 @@ def test_rows_of_the_readme_are_those_of_the_deck() -> None:
 
 # --- the check of the decks -------------------------------------------------------------------------------
 
+PROPS = contract.N_FIXED_PROPS
+"""Number of constants of a regular pattern."""
+
 MISTAKES = {
     "no heading": ("*Heading\n", "**\n", "data before the first keyword"),
     "unknown keyword": ("*Elastic", "*Elastik", "*Elastik: unknown keyword"),
@@ -148,10 +151,14 @@ MISTAKES = {
         "before the first step",
     ),
     "load outside a step": ("*Equation", "*Cload\n1, 1, 1.\n*Equation", "*cload: expected in a step"),
-    "constants miscounted": ("constants=19", "constants=18", "19 values: expected constants = 18"),
+    "constants miscounted": (
+        f"constants={PROPS}",
+        f"constants={PROPS - 1}",
+        f"{PROPS} values: expected constants = {PROPS - 1}",
+    ),
     "a constant too few": (
-        "constants=19, unsymm\n1.0, 0.02, ",
-        "constants=18, unsymm\n0.02, ",
+        f"constants={PROPS}, unsymm\n1.0, 0.02, ",
+        f"constants={PROPS - 1}, unsymm\n0.02, ",
         "expected eight constants on a line",
     ),
     "a constant out of range": (
@@ -159,7 +166,11 @@ MISTAKES = {
         "\n1.0, 0.02, 0.95, -0.6,",
         "mu = -0.6: expected >= 0",
     ),
-    "symmetric material": ("constants=19, unsymm", "constants=19", "unsymm is missing, which friction needs"),
+    "symmetric material": (
+        f"constants={PROPS}, unsymm",
+        f"constants={PROPS}",
+        "unsymm is missing, which friction needs",
+    ),
     "symmetric step": (", unsymm=YES", "", "unsymm=YES is missing"),
     "state variables miscounted": ("*Depvar\n17,", "*Depvar\n16,", "17 names: expected 16"),
     "too few state variables": (
@@ -169,7 +180,7 @@ MISTAKES = {
         ("17, s_dih_3, s_dih_3\n", ""),
     ),
     "state variables of a VUMAT": ("6, offset_N", "6, separation_N", "*Depvar: expected 17: damage"),
-    "wear without its variables": ("\n0.0, 0.0, 0.0\n", "\n0.0, 0.0, 0.1\n", "*Depvar: expected 23"),
+    "wear without its variables": ("\n0.0, 0.0, 0.0, ", "\n0.0, 0.0, 0.1, ", "*Depvar: expected 23"),
     "section without material": (
         "*Cohesive Section, elset=JOINT, material=JOINT",
         "*Cohesive Section, elset=JOINT, material=GLUE",

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asperity import contract
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.fit import study

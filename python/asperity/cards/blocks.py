@@ -236,7 +236,7 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
 
 def _comments(block: Block, run: str) -> str:
     """Head of a block: its origin, the entries of PROPS, how to run it, and the remarks."""
-    names = ", ".join([row.name for row in contract.props_table()[: contract.N_USED_PROPS]] + ["reserved ones"])
+    names = ", ".join(row.name for row in contract.props_table()[: contract.N_USED_PROPS])
     head, *others = _remarks(block, run)
     return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
 

@@ -41,7 +41,7 @@ OPEN, STICK, SLIP = 0, 1, 2
 """Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
 
 MOST_CLOSED = 0.99
-"""Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent."""
+"""Share of the largest closure up to which the pressure is a hyperbola, beyond which it is linear."""
 
 PARALLEL = 1.0e-12
 """Sine of the inclination below which a plane counts as parallel to the average surface."""
