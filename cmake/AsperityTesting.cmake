@@ -39,7 +39,7 @@ else()
       message(FATAL_ERROR "add_pfunit_ctest(${name}): no TEST_SOURCES, or unknown argument: ${PF_UNPARSED_ARGUMENTS}")
     endif()
     list(TRANSFORM PF_TEST_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
-    set(translated ${CMAKE_CURRENT_BINARY_DIR}/${name}_pf.f90)
+    set(translated ${CMAKE_CURRENT_BINARY_DIR}/${name}_pf.F90)
     add_custom_command(
       OUTPUT ${translated}
       COMMAND Python3::Interpreter ${ASPERITY_PF_SUPPORT}/pf2f90.py ${PF_TEST_SOURCES} -o ${translated}
@@ -66,7 +66,8 @@ function(asperity_add_suite name)
     endif()
   endforeach()
   add_pfunit_ctest(${ARGV})
-  set_target_properties(${name} PROPERTIES ASPERITY_SUITE ON)
+  # what is generated has directives
+  set_target_properties(${name} PROPERTIES ASPERITY_SUITE ON Fortran_PREPROCESS ON)
   set_property(TEST ${name} APPEND PROPERTY LABELS suite)
   if(PFUNIT_FOUND)
     # pFUnit passes over what it does not understand: check first.

@@ -167,7 +167,7 @@ def read(path: Path) -> Suite:
                 suite.lines.append("")
             elif directive[1].lower().startswith("assert"):
                 suite.lines += assertion(directive[1][6:], directive[2], path.name, number)
-                suite.lines += ["if (pf_raised()) return", f'# {number + 1} "{path}"']
+                suite.lines += ["if (pf_raised()) return", f'#line {number + 1} "{path}"']
             else:
                 raise PfError(f"unknown directive @{directive[1]}")
         except PfError as error:
@@ -187,11 +187,12 @@ def read(path: Path) -> Suite:
 
 def fortran_of(suites: list[Suite]) -> str:
     """Return one source: every suite's module, a module that runs its tests, and the main program."""
-    text: list[str] = []
+    # Only a preprocessor makes Fortran of RUN_SUITE: pFUnit's main program needs one, too.
+    text = ["#define RUN_SUITE(name) call name()"]
     for suite in suites:
         tests, before, after = (suite.procedures[role] for role in ("test", "before", "after"))
         fixture = "".join(f", {role}={n[0]}" for role, n in (("before", before), ("after", after)) if n)
-        text += [f'# 1 "{suite.path}"', *suite.lines, ""]
+        text += [f'#line 1 "{suite.path}"', *suite.lines, ""]
         text += [f"module {suite.module}_suite", "use funit, only: pf_run"]
         text += [f"use {suite.module}, only: {name}" for name in tests + before + after]
         text += ["implicit none", "private", "public :: run_suite", "contains", "subroutine run_suite()"]
@@ -199,7 +200,7 @@ def fortran_of(suites: list[Suite]) -> str:
         text += ["end subroutine run_suite", f"end module {suite.module}_suite", ""]
     text += ["program pf_main", "use funit, only: pf_finish"]
     text += [f"use {suite.module}_suite, only: run_{i} => run_suite" for i, suite in enumerate(suites)]
-    text += ["implicit none", *(f"call run_{i}()" for i in range(len(suites)))]
+    text += ["implicit none", *(f"RUN_SUITE(run_{i})" for i in range(len(suites)))]
     text += ["call pf_finish()", "end program pf_main"]
     return "\n".join(text) + "\n"
 

@@ -56,7 +56,7 @@ def one_test(*lines: str, name: str = "only") -> str:
 
 def run_suite(tmp_path: Path, text: str, name: str = "sample") -> subprocess.CompletedProcess[str]:
     """Translate, build and run a .pf text."""
-    source, main = tmp_path / f"{name}.pf", tmp_path / "main.f90"
+    source, main = tmp_path / f"{name}.pf", tmp_path / "main.F90"
     source.write_text(text)
     done = translate(source, main)
     assert done.returncode == 0, done.stderr
@@ -76,8 +76,8 @@ def test_verdicts(tmp_path: Path, flags: list[str]) -> None:
 
     The program is compiled with floating-point traps and with optimisation.
     """
-    assert translate(VERDICTS, tmp_path / "main.f90").returncode == 0
-    done = run(build(tmp_path / "main.f90", flags))
+    assert translate(VERDICTS, tmp_path / "main.F90").returncode == 0
+    done = run(build(tmp_path / "main.F90", flags))
     names = names_in(VERDICTS.read_text())
     expected = {name: "ok" if name.startswith("holds_") else "FAILED" for name in names}
     assert len(expected) == len(names) > 100
@@ -156,7 +156,7 @@ def test_before_and_after(tmp_path: Path) -> None:
 @needs_gfortran
 def test_no_test_is_a_failure(tmp_path: Path) -> None:
     """An executable that ran no test exits with an error."""
-    main = tmp_path / "main.f90"
+    main = tmp_path / "main.F90"
     main.write_text("program no\nuse funit, only: pf_finish\nimplicit none\ncall pf_finish()\nend program\n")
     done = run(build(main, []))
     assert (done.returncode, done.stdout) == (1, "0 passed, 0 failed\n")
@@ -167,8 +167,8 @@ def test_flang_compiles_the_stand_in(tmp_path: Path) -> None:
     flang = next(filter(None, map(shutil.which, ("flang-new", "flang-new-16", "flang"))), None)
     if not flang:
         pytest.skip("no flang")
-    translate(VERDICTS, tmp_path / "main.f90")
-    for source in (SUPPORT / "pf_operands.f90", SUPPORT / "funit.f90", tmp_path / "main.f90"):
+    translate(VERDICTS, tmp_path / "main.F90")
+    for source in (SUPPORT / "pf_operands.f90", SUPPORT / "funit.f90", tmp_path / "main.F90"):
         done = run(flang, "-c", source, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
 
@@ -236,7 +236,7 @@ REFUSED = {
 def test_malformed_file_is_refused(tmp_path: Path, case: str) -> None:
     """For a malformed file the translator reports file, line and text, and writes no output."""
     text, number = REFUSED[case]
-    source, output = tmp_path / "sample.pf", tmp_path / "main.f90"
+    source, output = tmp_path / "sample.pf", tmp_path / "main.F90"
     source.write_text(text)
     done = translate(source, output)
     assert done.returncode == 1 and not output.exists()
@@ -249,7 +249,7 @@ def test_malformed_file_is_refused(tmp_path: Path, case: str) -> None:
 
 def test_well_formed_file_is_translated(tmp_path: Path) -> None:
     """The translator accepts the file from which the malformed files are derived."""
-    source, output = tmp_path / "sample.pf", tmp_path / "main.f90"
+    source, output = tmp_path / "sample.pf", tmp_path / "main.F90"
     source.write_text(suite(GOOD))
     assert translate(source, output).returncode == 0 and output.exists()
 
