@@ -1,6 +1,6 @@
 # Test suites: genuine pFUnit files (.pf), run by pFUnit where it is found, elsewhere by the stand-in in tests/pfunit_stand_in.
 #
-#   asperity_add_suite(<name> TEST_SOURCES <a.pf>... [LINK_LIBRARIES <lib>...] [OTHER_SOURCES ...] [LABELS ...]
+#   asperity_add_suite(<name> TEST_SOURCES <a.pf> [LINK_LIBRARIES <lib>...] [OTHER_SOURCES ...] [LABELS ...]
 #                      [WORKING_DIRECTORY <dir>])
 #
 # builds the executable <name> and the CTest test <name> (label: suite), which fails when an assertion fails and when no
@@ -25,8 +25,7 @@ if(PFUNIT_FOUND)
   message(STATUS "Test suites: pFUnit ${PFUNIT_VERSION}, ${PFUNIT_DIR}")
 else()
   message(STATUS "Test suites: pFUnit not found, its stand-in in tests/pfunit_stand_in")
-  add_library(asperity_funit STATIC EXCLUDE_FROM_ALL
-    ${ASPERITY_PF_SUPPORT}/pf_operands.f90 ${ASPERITY_PF_SUPPORT}/funit.f90)
+  add_library(asperity_funit STATIC EXCLUDE_FROM_ALL ${ASPERITY_PF_SUPPORT}/funit.f90)
   set_target_properties(asperity_funit PROPERTIES
     ASPERITY_SUITE ON
     Fortran_MODULE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/mod/funit)
