@@ -75,8 +75,7 @@ def test_an_entry_that_does_not_show_is_found() -> None:
 
 
 def test_snap_is_where_the_fold_is() -> None:
-    """RP-16 snaps from s_N = .0926 to .1002 at s_L = .1736, as the independent reference does, for all steps.
-    """
+    """RP-16 snaps from s_N = .0926 to .1002 at s_L = .1736, as the independent reference does, for all steps."""
     slip, before, after, energy = numbers(measured("snap", "solver"))
     assert slip == pytest.approx(0.1736, abs=2e-4)
     assert before == pytest.approx(0.0926, abs=2e-4)
@@ -233,6 +232,6 @@ def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["stability", "run", "wrong-tangents", "--fill", str(page)]
     assert main([*command, "--check"]) == 1
     assert main(command) == 0
-    assert "| zero tangent | **fails** |" in page.read_text(encoding="utf-8")
+    assert "- *Fails:* wrong-signed tangent (" in page.read_text(encoding="utf-8")
     assert main([*command, "--check"]) == 0
     assert "the table is not up to date" in capsys.readouterr().out
