@@ -189,7 +189,7 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
                     label=f"{theta:g}°, {'odd' if odd else 'even'}",
                 )
         cells = []
-        for name in ("tau_L", "across", "s_N", "loop"):
+        for name in ("tau_L", "s_N"):
             for aim in AIMS[:2]:
                 good = [e for e in errors if getattr(e, name) <= aim]
                 cells.append(_fewest(errors, good))
@@ -204,6 +204,6 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     head = [
         "µ",
         "θ",
-        *(f"{q}, {100 * aim:g} %" for q in ("τ_L", "across", "s_N", "loops") for aim in AIMS[:2]),
+        *(f"{q}, {100 * aim:g} %" for q in ("τ_L", "s_N") for aim in AIMS[:2]),
     ]
     return {"materials": figure}, table(head, rows)
