@@ -75,7 +75,8 @@ def test_an_entry_that_does_not_show_is_found() -> None:
 
 
 def test_snap_is_where_the_fold_is() -> None:
-    """RP-16 snaps from s_N = .0926 to .1002 at s_L = .1736, as the independent reference does, for all steps."""
+    """RP-16 snaps from s_N = .0926 to .1002 at s_L = .1736, as the independent reference does, for all steps.
+    """
     slip, before, after, energy = numbers(measured("snap", "solver"))
     assert slip == pytest.approx(0.1736, abs=2e-4)
     assert before == pytest.approx(0.0926, abs=2e-4)
