@@ -8,6 +8,8 @@ import os
 import re
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from statistics import NormalDist
 
@@ -19,7 +21,6 @@ from asperity.cli import main
 from asperity.fit import covariance, study
 from asperity.fit.fitting import fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.parallel import Processes, Serial
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import DrivenPath, PrescribedPath, SlipPath, load_paths
 from asperity.uncertainty.spread import RESULTS, spread
@@ -49,7 +50,7 @@ def test_friction_of_a_flat_joint(case) -> None:
     count, sd, levels = 4000, 0.05, (0.05, 0.5, 0.95)
     distribution = of_deviations({"mu": 0.5}, {"mu": sd}, {})
     [path] = load_paths(case(FLAT))
-    found = spread(path, ("mu",), distribution.draw(count, 1), levels, Serial())
+    found = spread(path, ("mu",), distribution.draw(count, 1), levels, ThreadPoolExecutor(1))
     assert found.lost == 0 and not found.refused and len(found.results) == count
     end = found.results[:, RESULTS.index("traction at the end")]
     for i, level in enumerate(levels):
@@ -145,8 +146,8 @@ def test_workers_make_no_difference(case) -> None:
     """Processes give the same bits as one process."""
     [path] = load_paths(case(ROUGH + CYCLE))
     samples = of_deviations({"mu": 0.5}, {"mu": 0.1}, {}).draw(600, 0)
-    with Processes(2) as processes:
-        found = [spread(path, ("mu",), samples, (0.1, 0.9), one) for one in (Serial(), processes)]
+    with ProcessPoolExecutor(2, get_context("spawn")) as processes:
+        found = [spread(path, ("mu",), samples, (0.1, 0.9), one) for one in (None, processes)]
     np.testing.assert_array_equal(found[0].curves, found[1].curves)
     np.testing.assert_array_equal(found[0].results, found[1].results)
 

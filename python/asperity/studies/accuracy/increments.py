@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,6 @@ from matplotlib.lines import Line2D
 from ... import _core
 from ...contract import Floats
 from ...interface import Interface
-from ...parallel import Serial
 from ...pattern import Pattern, direction_vector
 from ...slip_curves import slip_curves
 from ...style import COLOURS, TWO, new_figure
@@ -102,7 +102,8 @@ def step_errors(
 
 def _fixed(interface: Interface, slips: Floats, sigma_N: float, times: int) -> _Path:
     """Curves of a timed run, which computes the same curve several times."""
-    curve = slip_curves(interface, np.full(times, STEP_DIRECTION), slips, sigma_N, PRELOAD, executor=Serial())
+    directions, one = np.full(times, STEP_DIRECTION), ThreadPoolExecutor(1)
+    curve = slip_curves(interface, directions, slips, sigma_N, PRELOAD, executor=one)
     return _Path(_way(slips), curve.tau_L[0], curve.s_N[0], float(curve.work[0, -1]))
 
 
