@@ -19,7 +19,7 @@ from asperity.slip_curves import slip_curves
 
 @pytest.mark.parametrize("processes", [0, 2])
 def test_executors(processes: int) -> None:
-    """Order, bits, progress, a loop in a loop, the error of the first item, and a task that ends its process."""
+    """Order, bits, progress, a loop in a loop, the error of the first item, a task that ends its process."""
     executor = ProcessPoolExecutor(processes, get_context("spawn")) if processes else None
     done: list[int] = []
     assert map_in_order(math.sqrt, [9.0, 4.0, 1.0], executor, lambda: done.append(1)) == [3.0, 2.0, 1.0]
