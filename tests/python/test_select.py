@@ -45,7 +45,7 @@ def random_case(seed: int) -> LoadCase:
 def rows_of(case: LoadCase) -> np.ndarray:
     """Slips of the independent references."""
     ways = zip([0.0, *case.turns], case.turns, strict=False)
-    return np.concatenate([np.linspace(a, b, 91)[1:] for a, b in ways])
+    return np.concatenate([np.linspace(a, b, 46)[1:] for a, b in ways])
 
 
 def curves(case: LoadCase, pattern: Pattern, angles: np.ndarray, sigma_N: float) -> tuple[np.ndarray, ...]:
