@@ -19,7 +19,7 @@ from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.fit import covariance, study
-from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit.fitting import Fit, fit, residual_ratio
 from asperity.fit.report import case_text
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import DrivenPath, PrescribedPath, SlipPath, load_paths
@@ -43,6 +43,12 @@ def case(tmp_path: Path):
         return read_case(path)
 
     return write
+
+
+@pytest.fixture(scope="module")
+def found() -> Fit:
+    """A fit of a synthetic record."""
+    return fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
 
 
 def test_friction_of_a_flat_joint(case) -> None:
@@ -89,9 +95,8 @@ def test_units_do_not_change_samples() -> None:
 
 
 @pytest.mark.slow
-def test_samples_of_a_fit_have_its_intervals(tmp_path: Path) -> None:
+def test_samples_of_a_fit_have_its_intervals(found: Fit, tmp_path: Path) -> None:
     """The file of a fit gives samples whose intervals are those of the fit, also of the residual ratio."""
-    found = fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
     path = tmp_path / "case.fit.json"
     path.write_text(covariance.covariance_text(found))
     known = covariance.read(path)
@@ -177,9 +182,11 @@ def test_samples_without_a_result_are_counted(tmp_path: Path, capsys: pytest.Cap
 
 
 @pytest.mark.slow
-def test_from_a_record_to_quantiles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_from_a_record_to_quantiles(
+    found: Fit, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """`fit -o` then `uncertainty`, with the same output for any number of jobs."""
-    found = fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
     path.write_text(case_text(found))
     beside.write_text(covariance.covariance_text(found))
