@@ -95,7 +95,7 @@ def test_tilted_ridge() -> None:
 
 
 def test_unequal_sides() -> None:
-    """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for each direction."""
+    """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for a direction."""
     rise, fall = np.tan(np.radians([20.0, 40.0]))
     # five points up and five down, repeated four times
     period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
