@@ -11,8 +11,7 @@ module asperity_exclusion
   use asperity_enclosure, only: coordinate, enclosure_type, multiple, size_of, sum_of
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_material, only: material_type, over_time
-  use asperity_traction_bounds, only: enclose_traction, rounding_of_law
+  use asperity_traction_bounds, only: enclose_traction, rounding_of_law, timed_constants, timed_type
   implicit none
   private
   public :: exclude_equilibria
@@ -28,7 +27,7 @@ module asperity_exclusion
   !> What does not differ from box to box.
   type :: question_type
     type(balance_type) :: balance       !! the equations
-    type(material_type) :: material     !! constants of the law over the increment
+    type(timed_type) :: material     !! constants of the law over the increment
     real(wp) :: outward(3) = 0.0_wp     !! direction in which no contact carries a traction
   end type question_type
 
@@ -60,7 +59,7 @@ contains
     if (joint%material%guard .or. joint%material%curved) return
     call set_balance(joint, control, given, question%balance)
     if (question%balance%n == 0) return
-    question%material = over_time(joint%material, control%dt)
+    question%material = timed_constants(joint%material, control%dt)
     question%outward = away_from_contact(joint, control, given)
     do i = 1, 3
       pending(i, 1) = range_type(given(i), given(i))

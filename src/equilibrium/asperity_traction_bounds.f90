@@ -9,21 +9,37 @@ module asperity_traction_bounds
     positive_part, product_of, reciprocal, secant, size_of, sum_of, ulp, unknown
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_material, only: material_type
+  use asperity_material, only: damage_share, material_type
   use asperity_pattern, only: plane_normal
   implicit none
   private
-  public :: enclose_traction
+  public :: enclose_traction, timed_constants
 
   !> Rounding errors of the law and of sums, relative to the magnitudes of their terms.
   real(wp), parameter, public :: rounding_of_law = 256.0_wp*epsilon(1.0_wp)
 
+  !> Constants of the law over an increment: weights of the old damage and of (7) in the new damage.
+  type, extends(material_type), public :: timed_type
+    real(wp) :: keep, take, take_eta
+  end type timed_type
+
 contains
+
+  !> The constants of the law for an increment of duration dt.
+  pure function timed_constants(material, dt) result(timed)
+    type(material_type), intent(in) :: material   !! constants
+    real(wp), intent(in) :: dt                    !! duration, >= 0, time
+    type(timed_type) :: timed
+    timed%material_type = material
+    timed%take = damage_share(material, dt)
+    timed%keep = merge(1.0_wp - timed%take, 0.0_wp, material%tau_v > 0.0_wp)
+    timed%take_eta = timed%take*material%inv_eta
+  end function timed_constants
 
   !> Enclose the traction over a box, rounding errors of the law included.
   pure subroutine enclose_traction(joint, material, state, s, outward, traction, most)
     type(interface_type), intent(in) :: joint           !! the interface
-    type(material_type), intent(in) :: material         !! constants of the law over the increment
+    type(timed_type), intent(in) :: material            !! constants of the law over the increment
     real(wp), intent(in) :: state(:)                    !! STATEV at the start of the increment
     type(enclosure_type), intent(in) :: s(3)            !! separation (N, Tx, Ty)
     real(wp), intent(in) :: outward(3)                  !! a vector
@@ -66,7 +82,7 @@ contains
 
   !> Enclose the traction of a plane, over K_t, in its axes.
   pure subroutine enclose_plane(m, old, s, outward, sigma, most)
-    type(material_type), intent(in) :: m             !! constants of the law over the increment
+    type(timed_type), intent(in) :: m             !! constants of the law over the increment
     real(wp), intent(in) :: old(3)                   !! damage and inelastic slip at the start
     type(enclosure_type), intent(in) :: s(3)         !! separation of the plane
     real(wp), intent(in) :: outward(3)               !! a vector
@@ -144,7 +160,7 @@ contains
 
   !> Enclose the share 1 - alpha of the bond that is left after an increment to a norm (6).
   pure function bond_left(m, old, norm) result(left)
-    type(material_type), intent(in) :: m               !! constants of the law over the increment
+    type(timed_type), intent(in) :: m               !! constants of the law over the increment
     real(wp), intent(in) :: old                        !! damage at the start
     type(enclosure_type), intent(in) :: norm           !! 1 + beta
     type(enclosure_type) :: left
@@ -181,7 +197,7 @@ contains
   !> Upper bound of the strength (1 - alpha) (1 + beta) of a bond over a range of the norm 1 + beta. Without viscosity
   !> it is largest at the onset of damage.
   pure function bond_strength(m, old, norm) result(strength)
-    type(material_type), intent(in) :: m               !! constants of the law over the increment
+    type(timed_type), intent(in) :: m               !! constants of the law over the increment
     real(wp), intent(in) :: old                        !! damage at the start
     type(enclosure_type), intent(in) :: norm           !! 1 + beta
     real(wp) :: strength
@@ -196,7 +212,7 @@ contains
 
   !> Norm 1 + beta at which the damage begins to grow.
   pure function onset(m, old) result(norm)
-    type(material_type), intent(in) :: m   !! constants of the law over the increment
+    type(timed_type), intent(in) :: m   !! constants of the law over the increment
     real(wp), intent(in) :: old            !! damage at the start
     real(wp) :: norm
     norm = 1.0_wp/(1.0_wp - m%eta*old)
@@ -204,7 +220,7 @@ contains
 
   !> Damage (7) with its history (25) where the norm 1 + beta of (6) has a value; it grows with this value.
   pure function damage_at(m, old, norm) result(alpha)
-    type(material_type), intent(in) :: m   !! constants of the law over the increment
+    type(timed_type), intent(in) :: m   !! constants of the law over the increment
     real(wp), intent(in) :: old            !! damage at the start
     real(wp), intent(in) :: norm           !! 1 + beta
     real(wp) :: alpha
