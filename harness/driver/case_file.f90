@@ -2,20 +2,20 @@
 !> `rie_driver --help` calls, describes the groups and their entries.
 module case_file
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_arc, only: explain_no_branch
   use asperity_checks, only: review_props
   use asperity_contract, only: status_ok
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use asperity_steps, only: check_steps, step_type
   use asperity_text, only: append, integer_text, to_text
   use case_initial, only: carry_initial, initial_type, read_initial
   use case_material, only: prop_entries, read_props
   use case_state, only: check_state, read_state, state_type
+  use case_steps, only: read_steps
   use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, &
     token_text, unknown_name
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
-  use load_path, only: check_separations, read_steps, step_type
   use recorded_strains, only: read_strains, strains_type
   use text_file, only: lower
   implicit none
@@ -207,9 +207,6 @@ contains
       call append(message, text%path // ": " // complaint)
       return
     end if
-    if (case%joint%material%wears .and. any(case%steps%tolerance > 0.0_wp)) call append(message, text%path // &
-      ": tolerance with W0 > 0: expected increments, on which wear depends to first order")
-    call check_branch_law(text, case, message)
     held = .true.
     held(3) = case%replay%ntens > 2
     call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)
@@ -218,7 +215,7 @@ contains
       case%state%statev = case%initial%carried
     end if
     call check_state(text, case%joint, case%state, message)
-    call check_separations(text, case%steps, case%joint, message)
+    call check_steps(case%joint, case%steps, text%path // ": ", message)
     if (size(case%steps) > 0) return
     if (case%replay%block > 0) then
       call read_strains(case%replay%file, case%replay%ntens, vumat_map(1, case%replay%ntens - 1), 0.5_wp, &
@@ -228,18 +225,6 @@ contains
         1.0_wp, case%replay%dtime, case%joint, case%strains, message)
     end if
   end subroutine interpret_case
-
-  !> Check that the law has a branch that can be followed if a step asks for it.
-  subroutine check_branch_law(text, case, message)
-    type(text_type), intent(in) :: text                       !! the file
-    type(case_type), intent(in) :: case                       !! with its steps
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    character(len=:), allocatable :: reason
-    if (.not. any(case%steps%arc > 0.0_wp)) return
-    allocate (character(len=0) :: reason)
-    call explain_no_branch(case%joint, reason)
-    if (len(reason) > 0) call append(message, text%path // ": follow = 'branch' with " // reason)
-  end subroutine check_branch_law
 
   !> Check that every group is known and not given too often.
   subroutine check_groups(text, message)
