@@ -7,6 +7,7 @@ module case_file
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use asperity_refine, only: explain_tolerance
   use asperity_steps, only: check_steps, step_type
   use asperity_text, only: append, integer_text, to_text
   use case_initial, only: carry_initial, initial_type, read_initial
@@ -29,6 +30,8 @@ module case_file
   character(len=*), parameter :: case_format(42) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
+    "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
+    "               agree; rows are left out where straight lines stay within it", &
     "  &material  {material}", &
     "  &pattern   sides, {pattern}", &
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
@@ -40,13 +43,11 @@ module case_file
     "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
     "               k (s - s at the start of the step), until k is set again or s is prescribed", &
     "    increments = 100      to each target, one number or a list", &
-    "    tolerance             relative, 1e-8 to 0.1: adaptive increments; bound of the error of straight", &
-    "               lines between the rows; increments is the first guess", &
     "    follow = 'stable'     jumps where the stable path ends; 'branch': continues along the unstable", &
     "               part, where the prescribed values turn back and forward again; every step is a row", &
     "    arc = 0.05            longest step along the branch over s0, instead of increments", &
     "    cycles = 1            number of times that the lists are followed", &
-    "    time = 1.0            duration of the step", &
+    "    time = 1.0            duration of the step, or a list: to each target", &
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
@@ -65,7 +66,7 @@ module case_file
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, Newton iterations (of a replay:", &
-    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, coarse, cut, lost; joined by +", &
+    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, cut, lost; joined by +", &
     "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
     "  turn: the prescribed values turn; substeps: sub-increments; cut: umat requested a smaller one;", &
     "  lost: no equilibrium beyond it"]
@@ -98,6 +99,7 @@ module case_file
   type, public :: case_type
     character(len=:), allocatable :: title
     logical :: planes = .false.                   !! whether each plane has columns
+    real(wp) :: tolerance = 0.0_wp                !! of the load path, 0: increments as they are given
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     type(interface_type) :: joint
@@ -197,6 +199,8 @@ contains
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
+    if (abs(case%tolerance) > 0.0_wp .and. len(message) == earlier) call explain_tolerance(case%tolerance, case%steps, &
+      group_where(text, group_index(text, "case")), message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
@@ -267,8 +271,12 @@ contains
         call get_string(text, e, case%title, message)
       case ("planes")
         call get_logical(text, e, case%planes, message)
+      case ("tolerance")
+        ! no admissible value remains if the given one is no number
+        case%tolerance = -1.0_wp
+        call get_real(text, e, case%tolerance, message)
       case default
-        call unknown_name(text, e, "title, planes", message)
+        call unknown_name(text, e, "title, planes, tolerance", message)
       end select
     end do
   end subroutine read_case_group

@@ -42,7 +42,7 @@ contains
     if (table%good) then
       call begin_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
-        call run_path(case, label, table, progress, run)
+        call run_path(case, label, table, progress, run, failure)
       else
         if (case%initial%given) call start_from(table, case%joint, new_point(case%joint, case%initial%carried))
         if (case%replay%block > 0) then

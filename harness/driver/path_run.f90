@@ -1,7 +1,9 @@
 !> Run of the load path of a case: every increment gives a row of the file.
 module path_run
   use asperity_control_point, only: new_point, point_type
+  use asperity_kinds, only: wp
   use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_refine, only: refine_path
   use asperity_text, only: integer_text, short
   use case_file, only: case_type
   use driver_messages, only: tell
@@ -14,22 +16,36 @@ module path_run
 contains
 
   !> Run all steps, or up to a loss of equilibrium.
-  subroutine run_path(case, label, table, progress, run)
+  subroutine run_path(case, label, table, progress, run, failure)
     type(case_type), intent(in) :: case              !! the case
     character(len=*), intent(in) :: label            !! name of the run, for the progress line
     type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
     type(progress_type), intent(inout) :: progress   !! clock
     type(run_type), intent(out) :: run               !! at its end
+    character(len=:), allocatable, intent(inout) :: failure   !! a line is appended if the tolerance is not reached
     type(point_type) :: start
     type(row_type) :: row
+    type(row_type), allocatable :: rows(:)
+    integer :: i
     logical :: found
     start = new_point(case%joint)
     if (case%state%given) start = new_point(case%joint, case%state%statev, case%state%s)
     if (case%state%has_work) start%work = case%state%work
     if (case%state%given) call start_from(table, case%joint, start)
-    call begin_run(case%joint, case%steps, run, start)
+    if (case%tolerance > 0.0_wp) then
+      call refine_path(case%joint, case%steps, start, case%tolerance, rows, run, failure)
+    else
+      call begin_run(case%joint, case%steps, run, start)
+    end if
+    i = 0
     do
-      call next_row(run, row, found)
+      if (allocated(rows)) then
+        i = i + 1
+        found = i <= size(rows)
+        if (found) row = rows(i)
+      else
+        call next_row(run, row, found)
+      end if
       if (.not. found) exit
       if (row%report%snaps > 0) call tell_snap(label, row, table%snaps, progress)
       call add_row(table, row)
