@@ -1,8 +1,9 @@
 !> Output of a case as JSON, with all defaults; other programs read this instead of the case file.
 !>
 !> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
-!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the
-!> group initial or state that gives another start), `props` (PROPS) and `steps`, of which a replay has none.
+!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `tolerance` (0: none), `start` (virgin, or the
+!> group initial or state that gives another start, with its `separation`, `statev` and `work`), `props` (PROPS) and
+!> `steps`, of which a replay has none.
 !>
 !> A step has the entries of &step that give the same path: lists with all cycles, `increments` and `time` of each
 !> target, and k_N, k_Tx, k_Ty wherever the traction is prescribed.
@@ -46,7 +47,15 @@ contains
       start = "virgin"
       if (cases(i)%state%given) start = "state"
       if (cases(i)%initial%given) start = "initial"
-      call put(json, new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // ", ")
+      call put(json, new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // &
+        ", ""tolerance"": " // to_text(cases(i)%tolerance) // ", ")
+      if (cases(i)%state%given) then
+        call put_list(json, "separation", cases(i)%state%s)
+        call put_list(json, "statev", cases(i)%state%statev)
+        value = "null"
+        if (cases(i)%state%has_work) value = to_text(cases(i)%state%work)
+        call put(json, """work"": " // value // ", ")
+      end if
       call put_list(json, "props", cases(i)%props)
       call put(json, """steps"": [")
       do j = 1, size(cases(i)%steps)

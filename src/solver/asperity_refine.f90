@@ -216,8 +216,8 @@ contains
     real(wp), intent(in) :: mesh(:)                           !! ends of the increments
     real(wp), intent(in) :: scales(n_values)                  !! of the distance
     real(wp), allocatable, intent(out) :: distances(:)        !! of every increment of the mesh, relative
-    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of all rows after
-                                                              !! it, or to its own rows
+    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of its own rows,
+                                                              !! or to that of all rows after it
     real(wp), allocatable :: ends(:, :), places(:)
     logical, allocatable :: jumps(:)
     real(wp), dimension(n_values) :: before, delta, line, values

@@ -251,8 +251,8 @@ contains
       return
     end if
     if (size(times) > 1 .and. size(times) /= n) then
-      call append(message, step%place // integer_text(size(times)) // " values of time: expected 1, of the step, or " // &
-        integer_text(n) // ", as many as targets")
+      call append(message, step%place // integer_text(size(times)) // " values of time: expected 1, of the step, or " &
+        // integer_text(n) // ", as many as targets")
       return
     end if
     if (real(n, wp)*cycles > real(most_targets, wp)) then
@@ -297,6 +297,7 @@ contains
     character(len=*), intent(in) :: place                     !! of the whole path in messages
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: reason
+    character(len=16) :: name
     real(wp) :: bound
     integer :: bad, i, j, n
     if (any(steps%arc > 0.0_wp)) then
@@ -312,8 +313,11 @@ contains
         do j = 1, steps(n)%n_given(i)
           if (bounded(steps(n)%targets(i, j), bound)) cycle
           bad = bad + 1
-          if (bad <= most_named) call append(message, steps(n)%place // "s_" // trim(component_names(i)) // " = " // &
-            to_text(steps(n)%targets(i, j)) // ": expected a magnitude up to " // to_text(bound) // " (1e12 s_f)")
+          if (bad > most_named) cycle
+          name = component_names(i)
+          if (steps(n)%n_given(i) > 1) name = trim(name) // "[" // integer_text(j - 1) // "]"
+          call append(message, steps(n)%place // "s_" // trim(name) // " = " // to_text(steps(n)%targets(i, j)) // &
+            ": expected a magnitude up to " // to_text(bound) // " (1e12 s_f)")
         end do
       end do
     end do
