@@ -147,7 +147,7 @@ contains
     real(wp) :: reached, start(3), to(3)
     integer :: i
     law = new_rie_law(scene%joint)
-    call new_point(law, [(0.0_wp, i=1, law%n_state)], [0.0_wp, 0.0_wp, 0.0_wp], point)
+    point = new_point(law)
     to = 0.0_wp
     good = .true.
     do i = 1, parts

@@ -89,7 +89,7 @@ contains
     type(report_type) :: report
     real(wp) :: reached, start(3), target(3), x(3)
     integer :: i
-    call new_point(law, state, [0.0_wp, 0.0_wp, 0.0_wp], first)
+    first = new_point(law, state)
     point = first
     target = 0.0_wp
     defect = 0.0_wp

@@ -269,9 +269,9 @@ contains
     outcome%all_increments = preload + 2*n
     if (sample%load == all_tractions) outcome%all_increments = preload + n
     if (allocated(sample%state)) then
-      call new_point(sample%law, sample%state, [0.0_wp, 0.0_wp, 0.0_wp], point)
+      point = new_point(sample%law, sample%state)
     else
-      call new_point(sample%law, [(0.0_wp, i=1, sample%joint%n_statev)], [0.0_wp, 0.0_wp, 0.0_wp], point)
+      point = new_point(sample%law)
     end if
     target = merge(sample%traction, 0.0_wp, control%traction)
     do i = 1, outcome%all_increments
@@ -387,7 +387,7 @@ contains
       ! nor do the facets wear further
       still = sample%law
       still%joint%material%inv_w0 = 0.0_wp
-      call new_point(still, point%state, point%s, again)
+      again = new_point(still, point%state, point%s)
       gap = again%traction - point%traction
       outcome%wrong = any(abs(gap) > most .and. control%traction)
     end if

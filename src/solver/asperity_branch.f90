@@ -15,7 +15,7 @@ module asperity_branch
     search_steps, shortest_branch_step, straight_step
   implicit none
   private
-  public :: new_branch, branch_step, explain_no_branch, explain_end
+  public :: new_branch, branch_step, explain_end
 
   !> Longest step of a branch, relative to s0: default, smallest and largest admissible value.
   real(wp), parameter, public :: default_arc = 0.05_wp, least_arc = 1.0e-5_wp, largest_arc = 1.0_wp
@@ -32,18 +32,6 @@ module asperity_branch
   end type branch_type
 
 contains
-
-  !> Append why a law has no branch that can be followed; nothing if it has one. The state at a point of the branch must
-  !> not depend on time or on the length of the steps.
-  pure subroutine explain_no_branch(law, message)
-    class(point_law), intent(in) :: law                       !! the law
-    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
-    if (law%relaxes) then
-      call append(message, "tau_v > 0: expected tau_v = 0, as no time passes on a branch")
-    else if (law%wears) then
-      call append(message, "W0 > 0: expected W0 = 0, as wear depends on the increments")
-    end if
-  end subroutine explain_no_branch
 
   !> Append why a branch ended before the values that it was to reach.
   pure subroutine explain_end(ended, message)
@@ -130,6 +118,7 @@ contains
     if (good .and. direction(n + 1)*ending(n + 1) < 0.0_wp) call find_fold(law, equations, unit, y_0, direction, length, &
       trial, y, ending)
     if (good .and. y(n + 1) >= unit) call find_end(law, equations, unit, y_0, direction, length, trial, y, good)
+    report%parts = 1
     report%updates = equations%updates
     report%iterations = equations%iterations
     if (.not. good) then

@@ -46,19 +46,21 @@ module asperity_control_point
 
 contains
 
-  !> A point with the given state and separation; its traction and tangent are those of an update without increment,
+  !> A virgin point, or a point with the given state and separation; its traction and tangent are those of an update without increment,
   !> in which delayed damage may grow. Its work so far is the sum of its energies.
-  pure subroutine new_point(law, state, separation, point)
-    class(point_law), intent(in) :: law       !! the law
-    real(wp), intent(in) :: state(:)          !! STATEV to start from, size >= n_state
-    real(wp), intent(in) :: separation(3)     !! (N, Tx, Ty) to start from, length
-    type(point_type), intent(inout) :: point  !! -> the point
-    point%s = separation
-    if (.not. allocated(point%state)) allocate (point%state(law%n_state))
-    call law%update(separation, separation, state(:law%n_state), point%state, point%traction, point%tangent, 0.0_wp, &
-      0.0_wp)
+  pure function new_point(law, state, separation) result(point)
+    class(point_law), intent(in) :: law                  !! the law
+    real(wp), intent(in), optional :: state(:)           !! STATEV to start from; absent: virgin
+    real(wp), intent(in), optional :: separation(3)      !! (N, Tx, Ty) to start from, length; absent: 0
+    type(point_type) :: point
+    real(wp) :: old(law%n_state)
+    old = 0.0_wp
+    if (present(state)) old = state(:law%n_state)
+    if (present(separation)) point%s = separation
+    allocate (point%state(law%n_state))
+    call law%update(point%s, point%s, old, point%state, point%traction, point%tangent, 0.0_wp, 0.0_wp)
     point%work = sum(law%energies(point%state))
-  end subroutine new_point
+  end function new_point
 
   !> Move a point to another by exchanging their arrays of state variables: no array is copied.
   pure subroutine move_point(from, to)
@@ -137,7 +139,8 @@ contains
     if (equations%wears .and. equations%done < 1.0_wp) worn = part/(1.0_wp - equations%done)
     call law%update(equations%old%s, point%s, equations%old%state, point%state, point%traction, point%tangent, &
       part*equations%control%dt, worn)
-    point%work = equations%old%work + work_between(equations%old, point)
+    point%work = equations%old%work + work_between(equations%old%s, equations%old%traction, point%s, &
+      point%traction)
     given = 0.0_wp
     do i = 1, equations%n
       k = equations%free(i)
@@ -245,10 +248,11 @@ contains
   end function farthest_equilibrium
 
   !> Work of the traction on the separation between two points, by the trapezoidal rule, stress*length.
-  pure function work_between(old, new) result(work)
-    type(point_type), intent(in) :: old, new   !! both points
+  pure function work_between(s_old, traction_old, s, traction) result(work)
+    real(wp), intent(in) :: s_old(3), s(3)                 !! separation of both points, length
+    real(wp), intent(in) :: traction_old(3), traction(3)   !! traction there, stress
     real(wp) :: work
-    work = 0.5_wp*sum((old%traction + new%traction)*(new%s - old%s))
+    work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
 
 end module asperity_control_point

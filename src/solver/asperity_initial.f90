@@ -72,7 +72,7 @@ contains
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
     old(v_offset:v_offset + 2) = 0.0_wp
     control%traction = held
-    call new_point(law, old, s, equations%old)
+    equations%old = new_point(law, old, s)
     repeats = 0
     load: do
       start = equations%old%traction
@@ -83,7 +83,7 @@ contains
       end do
       ! damage that the guard prevented on the load path may grow at its end: solve once more from there
       old = equations%old%state
-      call new_point(law, old, equations%old%s, equations%old)
+      equations%old = new_point(law, old, equations%old%s)
       repeats = repeats + 1
       if (.not. joint%material%guard .or. repeats > most_repeats) exit
       if (.not. any(grown(joint, old, equations%old%state))) exit

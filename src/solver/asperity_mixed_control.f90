@@ -25,6 +25,7 @@ module asperity_mixed_control
     integer :: ended = ended_complete
     integer :: iterations = 0            !! tangent solves
     integer :: updates = 0               !! of the law
+    integer :: parts = 0                 !! updates that were committed, 1 without snaps
     integer :: snaps = 0                 !! jumps from one branch to another
     real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
     real(wp) :: after(3) = 0.0_wp        !! separation after it, length
@@ -76,6 +77,7 @@ contains
       if (share > equations%done) then
         call move_point(here, equations%old)
         equations%done = share
+        report%parts = report%parts + 1
         call close_opening(law, equations, spent(2), report)
       end if
       if (equations%done >= 1.0_wp) exit
@@ -91,6 +93,7 @@ contains
         equations%done = share
         exit
       end if
+      report%parts = report%parts + 1
       call note_snap(law, equations, before, report)
       if (equations%done >= 1.0_wp) exit
     end do
