@@ -73,7 +73,8 @@ contains
         trial%s(1) = trial%s(1) - closer*law%length
       end if
       call newton_solve(law, equations, next, huge(1.0_wp), trial, result)
-      if (attempt /= 2) predicted = result%first
+      if (attempt /= 2) predicted = result%step
+      if (attempt == 2) result%first = free_matrix(equations, here)
       good = result%converged
       if (good) call judge(law, equations, share, next, result, predicted, here, trial, last, good)
       if (good) return
@@ -92,7 +93,7 @@ contains
     logical, intent(in) :: last                         !! whether it is the smallest step
     logical, intent(out) :: good                        !! whether the step is accepted
     type(point_type) :: back
-    real(wp) :: change(3), ending(3), extent, far, matrix(3, 3), move(3), prescribed, scale
+    real(wp) :: change(3), ending(3), extent, matrix(3, 3), move(3), prescribed, scale
     good = .true.
     if (equations%n == 0) return
     good = .not. unstable(equations%n, result%last, law%stiffness) .and. &
@@ -107,11 +108,11 @@ contains
     extent = law%length
     if (law%relaxes .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), &
       mask=equations%control%traction))
-    far = longest_change*extent
-    ! a step that cannot be halved may be longer than that in the prescribed values themselves
-    if (last) far = max(far, prescribed)
-    good = maxval(abs(move)) <= far
-    if (.not. good .or. (last .and. prescribed > unexplained*law%length)) return
+    ! a step that cannot be halved may be longer than this in the prescribed values themselves
+    if (last .and. prescribed > unexplained*law%length) return
+    good = maxval(abs(move)) <= longest_change*extent
+    if (.not. good) good = alike(equations%n, result%first, result%last)
+    if (.not. good) return
     if (law%relaxes .or. law%wears) then
       ! the step back, as the tangent does not have the effect of time and wear
       call evaluate(law, equations, free_part(equations, new%s), from, back, ending, scale, good)
@@ -123,5 +124,24 @@ contains
     if (good) good = maxval(abs(move - 0.5_wp*(predicted + ending))) <= &
       max(unexplained*extent, unexplained_share*prescribed)
   end subroutine judge
+
+  !> Whether two derivatives of the residual differ by so little that the curve between them has no fold: their difference
+  !> is at most half of the first one (half of Kantorovich's bound).
+  pure function alike(n, first, last) result(yes)
+    integer, intent(in) :: n                           !! unknowns
+    real(wp), intent(in) :: first(3, 3), last(3, 3)    !! derivatives, stress/length
+    logical :: yes
+    real(wp), parameter :: half = 0.5_wp
+    real(wp) :: matrix(3, 3), x(3)
+    integer :: k
+    yes = .true.
+    do k = 1, n
+      matrix = first
+      x = last(:, k) - first(:, k)
+      call eliminate(n, matrix, x, yes)
+      if (yes) yes = sum(abs(x(:n))) <= half
+      if (.not. yes) return
+    end do
+  end function alike
 
 end module asperity_follow

@@ -10,7 +10,7 @@ module asperity_mixed_control
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
   use asperity_snap, only: snap
-  use asperity_tolerances, only: largest_target, most_updates, smallest_share, snap_resolution
+  use asperity_tolerances, only: largest_target, least_rupture, most_updates, smallest_share, snap_resolution
   implicit none
   private
   public :: control_type, point_type, new_point, advance, advance_equations
@@ -153,7 +153,7 @@ contains
     energy = law%energies(trial%state)
     before = equations%old
     call move_point(trial, equations%old)
-    if (energy(2) > spent) call note_snap(law, equations, before, report)
+    if (energy(2) > spent + least_rupture*law%stress*law%length) call note_snap(law, equations, before, report)
   end subroutine close_opening
 
 end module asperity_mixed_control

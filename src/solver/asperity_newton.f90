@@ -14,7 +14,8 @@ module asperity_newton
   type, public :: newton_type
     logical :: converged = .false.
     logical :: stable = .true.          !! no tangent of an iterate was unstable
-    real(wp) :: first(3) = 0.0_wp       !! first full Newton step, length
+    real(wp) :: step(3) = 0.0_wp        !! first full Newton step, length
+    real(wp) :: first(3, 3) = 0.0_wp    !! derivative of the residual at the guess
     real(wp) :: last(3, 3) = 0.0_wp     !! derivative of the residual at the end
   end type newton_type
 
@@ -44,12 +45,13 @@ contains
     error = maxval(abs(r))/scale
     do i = 0, most_iterations
       result%last = free_matrix(equations, point)
+      if (i == 0) result%first = result%last
       if (result%stable) result%stable = .not. unstable(equations%n, result%last, law%stiffness)
       result%converged = error <= residual_tolerance
       if (result%converged .or. i == most_iterations) return
       call newton_step(equations, law%stiffness, result%last, r, step, good)
       if (.not. good) return
-      if (i == 0) result%first = step
+      if (i == 0) result%step = step
       if (maxval(abs(x + step - x_0)) > 4.0_wp*reach) return
       equations%iterations = equations%iterations + 1
       length = 1.0_wp

@@ -34,8 +34,8 @@ module asperity_tolerances
   ! --- following a curve of equilibria -------------------------------------------------------------------------------
   !> Smallest share of an increment that is tried; a fold is located to this accuracy.
   real(wp), parameter, public :: smallest_share = 2.0_wp**(-20)
-  !> Longest change of a free separation in a step, relative to s0: a jump that is longer cannot be hidden in a step.
-  !> RP-32 jumps by 0.1 s0.
+  !> Longest change of a free separation in a step at whose ends the tangents differ, relative to s0: a jump that is
+  !> longer cannot be hidden in such a step. RP-32 jumps by 0.1 s0.
   real(wp), parameter, public :: longest_change = 0.1_wp
   !> Change of the free separations that needs no agreement with the tangents, and tolerated difference between a
   !> longer change and the mean of the predictions by both tangents, relative to s0. The difference may also be this
@@ -49,6 +49,8 @@ module asperity_tolerances
   ! --- snap ----------------------------------------------------------------------------------------------------------
   !> Smallest jump of a free separation that counts as a snap, relative to s0.
   real(wp), parameter, public :: snap_resolution = 0.01_wp
+  !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken before.
+  real(wp), parameter, public :: least_rupture = 1.0e-9_wp
   !> First step of the motion, relative to s0; two equilibria that are nearer may be taken for one.
   real(wp), parameter, public :: first_motion = 0.005_wp
   !> Shortest step that is judged by its energies, relative to s0.
