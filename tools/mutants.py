@@ -31,8 +31,7 @@ FOLDERS = ["src/law", "src/equilibrium"]
 EQUIVALENT = Path("tests/equivalent_mutants.csv")
 WORK = Path("build/mutants")
 COPIED = ["CMakeLists.txt", "cmake", "src", "harness", "tests"]
-# They repeat the same calls on many threads, compile another project, or take long for scenes like those of
-# test_search_work.
+# They repeat the same calls on many threads, compile another project, or take long.
 LEFT_OUT = {"test_package", "test_threads", "threads", "memory", "test_solver_soak"}
 # A test that takes so many times its usual time, and at least so many seconds, has noticed the mutant.
 PATIENCE, LEAST_PATIENCE = 10.0, 5.0
@@ -43,7 +42,6 @@ OPTIONS = [
     "-DCMAKE_Fortran_FLAGS=-O1 -fcheck=bounds -ffree-line-length-none",
     "-DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON",
     "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
-    "-DASPERITY_WORK_TOLERANCE=0",
 ]
 
 # Pattern of what is changed, and the text that replaces it. Comparisons are turned round: to include the
