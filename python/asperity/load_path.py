@@ -40,7 +40,11 @@ def rows_of(
         n = min(sum(map(len, steps)), MOST_ROOM)
     while True:
         room = n
-        numbers, states, names = np.zeros((room, NUMBERS)), np.empty((room, state.size)), np.zeros(room, "S64")
+        numbers, states, names = (
+            np.zeros((room, NUMBERS)),
+            np.empty((room, state.size)),
+            np.zeros(room, "S64"),
+        )
         n, ended, status, message = _core.path_rows(
             props, counts.T, values, place, state, tolerance is not None, relative, numbers.T, states.T, names
         )

@@ -114,9 +114,7 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
     assert events[0] == events[1][PARTS:]
     tolerance, first = 1e-9, slice(PARTS, None)
     size = np.abs(loaded.vector("t")).max()
-    np.testing.assert_allclose(
-        initial.vector("t"), loaded.vector("t")[first], rtol=0, atol=tolerance * size
-    )
+    np.testing.assert_allclose(initial.vector("t"), loaded.vector("t")[first], rtol=0, atol=tolerance * size)
     np.testing.assert_allclose(
         initial.vector("s"), loaded.vector("s")[first] - offset, rtol=0, atol=tolerance * S_F
     )
@@ -126,9 +124,7 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
     for name in ("damage", "stored", "rupture", "friction", "work", "alpha_1", "s_dit_2", "s_dih_3"):
         scale = max(np.abs(loaded[name]).max(), GC)
         expected = loaded[name][first] - before.get(name, 0.0)
-        np.testing.assert_allclose(
-            initial[name], expected, rtol=0, atol=tolerance * scale, err_msg=name
-        )
+        np.testing.assert_allclose(initial[name], expected, rtol=0, atol=tolerance * scale, err_msg=name)
 
 
 def test_contact_opens_where_the_offset_is_cancelled(run) -> None:

@@ -117,9 +117,7 @@ def test_what_happens_within_an_increment():
 def test_slips_do_not_accumulate_errors():
     """Planes that slide in a direction that turns slowly, up to the peak of a traction."""
     material = asperity.Material(SIGMA0, GC, 0.97, 1.2, kc=5.0)
-    assert (
-        error_over_tolerance(material, asperity.Pattern.regular(2, 50.0), 60.0, [0.3], -1.0, 1e-3) < 1.0
-    )
+    assert error_over_tolerance(material, asperity.Pattern.regular(2, 50.0), 60.0, [0.3], -1.0, 1e-3) < 1.0
 
 
 @pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])
@@ -143,14 +141,17 @@ def test_turning_points_are_rows():
 def test_unreached_tolerance():
     """A tolerance below what the limit of increments allows is an error with the difference that was found."""
     interface, direction, turns, sigma_N = random_slip_test(4)
-    with pytest.raises(ValueError, match=r"tolerance = 1e-8: the rows of .* increments differ by .*: expected a larger"):
+    with pytest.raises(
+        ValueError, match=r"tolerance = 1e-8: the rows of .* increments differ by .*: expected a larger"
+    ):
         interface.confined_slip(direction, turns, sigma_N, tolerance=1e-8)
 
 
 def test_wear():
     """Facets that wear: the difference of two runs is the error of the finer one, of first order."""
     joint = asperity.Interface(
-        asperity.Material(SIGMA0, GC, ETA, MU, kc=100.0, height=0.5, W0=1.0), asperity.Pattern.regular(2, 30.0)
+        asperity.Material(SIGMA0, GC, ETA, MU, kc=100.0, height=0.5, W0=1.0),
+        asperity.Pattern.regular(2, 30.0),
     )
     turns = [0.4, -0.1]
     rows = joint.confined_slip(0.0, turns, -1.0, tolerance=2e-3)
@@ -201,7 +202,13 @@ def test_driver_finds_the_onset(run):
 def test_driver_ends_where_equilibrium_does(run):
     """The last row is the last converged state."""
     steps = "&step t_N = 2.0 /\n&step slip = 0.6 /\n"
-    result = run("&case tolerance = 1e-3 /\n" + MATERIAL + "&pattern sides = 0 /\n" + steps + "&expect end = 'lost' /\n")
+    result = run(
+        "&case tolerance = 1e-3 /\n"
+        + MATERIAL
+        + "&pattern sides = 0 /\n"
+        + steps
+        + "&expect end = 'lost' /\n"
+    )
     assert result["s_Tx"][-1] == pytest.approx(0.031, abs=5e-5)
     assert result.events[-1] >= {"lost"}
 
