@@ -26,6 +26,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   use asperity_interface, only: interface_type, new_interface
   use asperity_load_path, only: begin_run, explain_loss, next_row, row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
+  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: check_steps, complete_steps, step_type
   use asperity_text, only: append, integer_text, put_text
   implicit none
@@ -89,7 +90,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     call put_text(text, message)
     return
   end if
-  point = new_point(joint, state, start(:3))
+  point = new_point(new_rie_law(joint), state, start(:3))
   if (abs(start(4)) <= huge(start)) point%work = start(4)
   if (refines == 1) then
     call refine_path(joint, steps, point, tolerance, rows, run, text)

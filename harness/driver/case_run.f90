@@ -12,6 +12,7 @@ module case_run
   use failed_case, only: write_failed_case
   use history, only: close_history, history_type, open_history, start_from
   use asperity_mixed_control, only: ended_rejected
+  use asperity_rie_law, only: new_rie_law
   use path_run, only: run_path
   use progress_line, only: begin_progress, clear_progress, progress_type
   use replay_run, only: run_replay
@@ -44,7 +45,8 @@ contains
       if (size(case%steps) > 0) then
         call run_path(case, label, table, progress, run, failure)
       else
-        if (case%initial%given) call start_from(table, case%joint, new_point(case%joint, case%initial%carried))
+        if (case%initial%given) call start_from(table, case%joint, new_point(new_rie_law(case%joint), &
+          case%initial%carried))
         if (case%replay%block > 0) then
           call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
             case%strains, label, table, progress, failure)

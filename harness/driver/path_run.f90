@@ -4,6 +4,7 @@ module path_run
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_run, next_row, row_type, run_type
   use asperity_refine, only: refine_path
+  use asperity_rie_law, only: new_rie_law
   use asperity_text, only: integer_text, short
   use case_file, only: case_type
   use driver_messages, only: tell
@@ -28,8 +29,8 @@ contains
     type(row_type), allocatable :: rows(:)
     integer :: i
     logical :: found
-    start = new_point(case%joint)
-    if (case%state%given) start = new_point(case%joint, case%state%statev, case%state%s)
+    start = new_point(new_rie_law(case%joint))
+    if (case%state%given) start = new_point(new_rie_law(case%joint), case%state%statev, case%state%s)
     if (case%state%has_work) start%work = case%state%work
     if (case%state%given) call start_from(table, case%joint, start)
     if (case%refines) then

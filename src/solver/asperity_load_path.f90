@@ -1,16 +1,16 @@
 !> Run of a load path: every call gives the row of the next increment.
 module asperity_load_path
-  use asperity_arc, only: arc_step, arc_type, explain_end, new_arc
-  use asperity_bounds, only: beyond_bounds
+  use asperity_branch, only: branch_step, branch_type, explain_end, new_branch
   use asperity_control_point, only: control_type, new_point, point_type
   use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
-  use asperity_increment, only: path_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, ended_complete, ended_limit, ended_rejected, most_updates, report_type
+  use asperity_mixed_control, only: advance, ended_complete, ended_limit, ended_rejected, report_type
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: component_names, step_type
+  use asperity_strength, only: beyond_strength
   use asperity_text, only: append, integer_text, short, to_text
-  use asperity_tolerances, only: farthest
+  use asperity_tolerances, only: farthest, most_updates
   implicit none
   private
   public :: begin_run, next_row, name_events, explain_loss
@@ -33,7 +33,7 @@ module asperity_load_path
 
   !> A run.
   type, public :: run_type
-    type(interface_type) :: joint
+    type(rie_law) :: law                             !! of the interface
     type(step_type), allocatable :: steps(:)         !! checked
     real(wp), allocatable :: mesh(:)                 !! positions of the rows; not allocated: increments of the steps
     type(point_type) :: before, point                !! at the start and at the end of the last increment
@@ -50,7 +50,7 @@ module asperity_load_path
     real(wp), private :: time = 0.0_wp               !! when the way to the target began
     real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at both ends of this way
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
-    type(arc_type), private :: arc                   !! progress along the branch
+    type(branch_type), private :: branch                   !! progress along the branch
     type(planes_type), private :: planes             !! for the events
   end type run_type
 
@@ -64,7 +64,7 @@ contains
     type(point_type), intent(in), optional :: start       !! the point at its start; absent: virgin
     character(len=event_length) :: ignored
     integer :: i
-    run%joint = joint
+    run%law = new_rie_law(joint)
     run%steps = steps
     do i = 1, size(steps)
       run%total = run%total + sum(steps(i)%increments)
@@ -74,7 +74,7 @@ contains
       run%point = start
       call find_events(joint, start%s, start%state, start%state, run%planes, ignored)
     else
-      run%point = new_point(joint)
+      run%point = new_point(run%law)
     end if
     run%given = run%point%s
   end subroutine begin_run
@@ -108,7 +108,7 @@ contains
     row%s = run%point%s
     row%traction = run%point%traction
     row%work = run%point%work
-    call name_events(run%joint, run%before%state, run%point%state, run%planes, row)
+    call name_events(run%law%joint, run%before%state, run%point%state, run%planes, row)
     row%state = run%point%state
   end subroutine next_row
 
@@ -146,7 +146,7 @@ contains
       end if
       run%from = run%given
       run%to = merge(step%targets(:, run%target) + run%offset, run%given, step%has_target)
-      if (step%arc > 0.0_wp) run%arc = new_arc(run%joint, step%arc)
+      if (step%arc > 0.0_wp) run%branch = new_branch(run%law, step%arc)
     end associate
   end subroutine next_target
 
@@ -156,7 +156,7 @@ contains
     real(wp), intent(in) :: duration        !! of the way to the target
     type(row_type), intent(inout) :: row    !! its report and whether equilibrium was lost are set
     real(wp) :: first, reached, share, start(3)
-    integer :: iterations, parts
+    integer :: parts
     start = run%given
     first = run%share
     if (allocated(run%mesh)) then
@@ -170,7 +170,7 @@ contains
       if (run%n == parts) run%given = run%to
       run%control%dt = duration/real(parts, wp)
     end if
-    call advance(run%joint, run%control, start, run%given, run%point, iterations, reached, row%report)
+    call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
     row%turn = .false.
     row%lost = reached < 1.0_wp
     run%share = ramp(first, share, reached)
@@ -181,10 +181,10 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! its report, whether it turns and whether the branch ends are set
     run%given = run%to
-    call arc_step(run%joint, path_type(run%control, run%from, run%to, run%to - run%from), run%arc, run%point, row%report)
-    row%turn = run%arc%turned
+    call branch_step(run%law, run%control, run%from, run%to, run%branch, run%point, row%report)
+    row%turn = run%branch%turned
     row%lost = row%report%ended /= ended_complete
-    run%share = max(run%share, run%arc%factor)
+    run%share = max(run%share, run%branch%factor)
   end subroutine take_branch_step
 
   !> Linear interpolation, exact at both ends.
@@ -218,7 +218,6 @@ contains
     character(len=:), allocatable :: text
     real(wp) :: direction(3), given(3), most
     integer :: i
-    logical :: beyond
     allocate (character(len=0) :: text)
     if (run%steps(row%step)%arc > 0.0_wp) then
       call explain_end(row%report%ended, text)
@@ -233,8 +232,9 @@ contains
         integer_text(most_updates) // " updates of the law"
       do i = 1, 2
         given = merge(run%given, row%report%beyond, i == 1)
-        call beyond_bounds(run%joint, run%control, given, run%point, beyond, direction, most)
-        if (.not. beyond) cycle
+        call beyond_strength(run%law%joint, run%control%traction, run%control%spring, given, run%control%dt, &
+          run%point%state, direction, most)
+        if (.not. any(abs(direction) > 0.0_wp)) cycle
         text = "no equilibrium exists"
         ! the end of the increment may have one
         if (i == 2) text = text // " on the way to the end of the increment, just beyond the last one"

@@ -5,7 +5,8 @@
 !> that distance is too large. Half of the tolerance is for this distance, half for the rows that are left out.
 module asperity_refine
   use asperity_checks, only: bounded
-  use asperity_control_point, only: ledger, point_type
+  use asperity_contract, only: v_friction, v_rupture, v_stored
+  use asperity_control_point, only: point_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_run, next_row, row_type, run_type
@@ -30,6 +31,9 @@ module asperity_refine
   real(wp), parameter :: slowest = 0.75_wp
   !> Compared numbers of a row: separation, traction, work, stored and dissipated energies.
   integer, parameter :: n_values = 10
+
+  !> Positions of the stored and the dissipated energies in STATEV.
+  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
 
 contains
 

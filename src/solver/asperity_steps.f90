@@ -1,12 +1,13 @@
 !> Steps of a load path: what each of them prescribes, with the rules and defaults of &step.
 module asperity_steps
-  use asperity_arc, only: default_arc, explain_no_branch, largest_arc, least_arc
+  use asperity_branch, only: default_arc, largest_arc, least_arc
   use asperity_checks, only: bounded
-  use asperity_control_point, only: control_type, prescribed_bound
+  use asperity_control_point, only: control_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
   use asperity_text, only: append, integer_text, to_text
+  use asperity_tolerances, only: farthest_prescribed
   implicit none
   private
   public :: complete_steps, check_steps
@@ -304,7 +305,7 @@ contains
       call explain_no_branch(joint, reason)
       if (allocated(reason)) call append(message, place // "follow = 'branch' with " // reason)
     end if
-    bound = prescribed_bound(joint)
+    bound = farthest_prescribed*joint%material%s0/(1.0_wp - joint%material%eta)
     bad = 0
     do n = 1, size(steps)
       if (.not. allocated(steps(n)%targets)) cycle
@@ -324,5 +325,20 @@ contains
     if (bad > most_named) call append(message, place // "... and " // integer_text(bad - most_named) // &
       " more separations of this kind")
   end subroutine check_steps
+
+  !> Append why an interface has no branch that can be followed; nothing if it has one. The state at a point of the
+  !> branch must not depend on time or on the length of the steps, and must be continuous.
+  pure subroutine explain_no_branch(joint, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    if (joint%material%tau_v > 0.0_wp) then
+      call append(message, "tau_v = " // to_text(joint%material%tau_v) // ": expected 0, as no time passes on a branch")
+    else if (joint%material%wears) then
+      call append(message, "W0 = " // to_text(1.0_wp/joint%material%inv_w0) // &
+        ": expected 0, as wear depends on the increments")
+    else if (joint%material%guard) then
+      call append(message, "guard = 1: expected 0, as damage that the guard prevents may grow at once later")
+    end if
+  end subroutine explain_no_branch
 
 end module asperity_steps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
 import matplotlib.image
@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
-from asperity.parallel import Serial
 from asperity.slip_curves import slip_curves
 from asperity.studies.fracture_energy import (
     DIRECTIONS,
@@ -132,7 +131,7 @@ def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> 
         fracture_energy(MATERIAL, pattern("RP-4"), np.array([3.0]), 1e-17)
 
 
-@pytest.mark.parametrize("executor", [None, Serial()], ids=["threads", "serial"])
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(1)], ids=["threads", "one"])
 def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
     """Many tests in one call equal single calls of `confined_slip`.
 

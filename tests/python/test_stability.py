@@ -233,6 +233,6 @@ def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["stability", "run", "wrong-tangents", "--fill", str(page)]
     assert main([*command, "--check"]) == 1
     assert main(command) == 0
-    assert "| zero tangent | **fails** |" in page.read_text(encoding="utf-8")
+    assert "- *Fails:* wrong-signed tangent (" in page.read_text(encoding="utf-8")
     assert main([*command, "--check"]) == 0
     assert "the table is not up to date" in capsys.readouterr().out

@@ -50,10 +50,6 @@ def cycle(increments: int) -> Floats:
 PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": cycle}
 """Paths by name."""
 
-TURNS = {"monotonic": (SLIP,), "cyclic": (AMPLITUDE, -AMPLITUDE, AMPLITUDE)}
-"""Reversals and end of each path, mm."""
-
-
 Result = TypeVar("Result")
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ...style import COLOURS, LINES, TWO, new_figure
-from ...tables import percent
 from .chart_axes import AIMS, log_axes, signed, table
 from .common import (
     SIGMA_N,
@@ -73,7 +71,7 @@ def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
             ax.set_title(rf"loop, {signed(sigma_N)} MPa")
         _plane_axes(ax, y_label if ax is grid[1][0] else "", last=True)
     spread.legend(handles=_handles(), loc="outside lower center", ncols=6)
-    return {"planes": figure, "spread": spread}, _plane_tables(errors, tractions)
+    return {"planes": figure, "spread": spread}, _plane_table(errors, tractions)
 
 
 PLANE_TICKS = (4, 8, 16, 32, 64)
@@ -137,71 +135,26 @@ MEASURES = (
 )
 """Fields of a PlaneError and their names in the tables."""
 
-SHOWN = (3, 4, 5, 6, 7, 8, 12, 16, 32)
-"""Sides of the table of errors."""
-
 
 def _measures(sigma_N: float) -> list[str]:
     """Fields with a value at a normal traction; at 0 a cycle has no loop."""
     return [name for name, _ in MEASURES if not (name == "loop" and sigma_N == 0.0)]
 
 
-def _plane_tables(errors: Sequence[PlaneError], tractions: Sequence[float]) -> str:
-    """Tables: errors, sides needed for each target, gain of odd numbers of sides, errors of two rings."""
-    regular = {(e.sides, e.sigma_N): e for e in errors if e.family in ("even", "odd")}
+def _plane_table(errors: Sequence[PlaneError], tractions: Sequence[float]) -> str:
+    """Table of the fewest sides for each target error."""
     names = [label for _, label in MEASURES]
-    shown, needs, gains, rings = [], [], [], []
+    needs = []
     for sigma_N in tractions:
-        here = [e for (_, s), e in sorted(regular.items()) if s == sigma_N]
-        for e in here:
-            if e.sides in SHOWN:
-                numbers = [percent(getattr(e, name)) for name in _measures(sigma_N)]
-                shown.append(_filled([signed(sigma_N), str(e.sides), *numbers], len(names) + 2))
+        here = [e for e in errors if e.family in ("even", "odd") and e.sigma_N == sigma_N]
+        here.sort(key=lambda e: e.sides)
         for aim in AIMS[:2]:
             cells = [_fewest(here, [e for e in here if getattr(e, n) <= aim]) for n in _measures(sigma_N)]
             needs.append(_filled([signed(sigma_N), f"{100 * aim:g} %", *cells], len(names) + 2))
-        odd = [
-            m for m in (5, 7, 9, 11) if {(m - 1, sigma_N), (m, sigma_N), (m + 1, sigma_N)} <= regular.keys()
-        ]
-        for m in odd:
-            gains.append(
-                [signed(sigma_N), str(m), *(_gain(regular, m, sigma_N, n) for n in _measures(sigma_N))]
-            )
-        for family in (f for f in STYLE if f.startswith("rings")):
-            cells = []
-            for name in _measures(sigma_N):
-                ratios = [
-                    getattr(e, name) / getattr(regular[2 * e.sides, sigma_N], name)
-                    for e in errors
-                    if (e.family, e.sigma_N) == (family, sigma_N) and (2 * e.sides, sigma_N) in regular
-                ]
-                if ratios:
-                    cells.append(f"{np.exp(np.mean(np.log(ratios))):.2g} ({min(ratios):.2g})")
-            if cells:
-                rings.append(_filled([signed(sigma_N), family[6:], *cells], len(names) + 2))
     for aim in AIMS[:2]:
         enough = next(m for m in range(3, 1000) if residual_spread(m, 30.0, 0.5) <= aim)
         needs.append(_filled(["< 0, residual strength", f"{100 * aim:g} %", str(enough)], len(names) + 2))
-    head = ["σ_N [MPa]"]
-    parts = ["Errors of RP-m, %:", table([*head, "m", *names], shown)]
-    parts += ["Fewest sides m that meet an aim:", table([*head, "aim", *names], needs)]
-    if gains:
-        parts += [
-            "What odd m gains: geometric mean of the errors of RP-(m−1) and RP-(m+1) over that of RP-m. 1: "
-            "nothing.",
-            table([*head, "m", *names], [_filled(row, len(names) + 2) for row in gains]),
-        ]
-    parts += [
-        "Errors of two staggered rings over those of RP-2m, which has as many planes: geometric mean over "
-        "m (smallest).",
-        table([*head, "30°", *names], rings),
-    ]
-    return "\n\n".join(parts)
-
-
-def _gain(regular: Mapping[tuple[int, float], PlaneError], m: int, sigma_N: float, name: str) -> str:
-    before, here, after = (getattr(regular[k, sigma_N], name) for k in (m - 1, m, m + 1))
-    return f"{np.sqrt(before * after) / here:.2g}"
+    return "Fewest sides m that meet an aim:\n\n" + table(["σ_N [MPa]", "aim", *names], needs)
 
 
 def _filled(row: Sequence[str], length: int) -> list[str]:
@@ -236,7 +189,7 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
                     label=f"{theta:g}°, {'odd' if odd else 'even'}",
                 )
         cells = []
-        for name in ("tau_L", "across", "s_N", "loop"):
+        for name in ("tau_L", "s_N"):
             for aim in AIMS[:2]:
                 good = [e for e in errors if getattr(e, name) <= aim]
                 cells.append(_fewest(errors, good))
@@ -251,6 +204,6 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     head = [
         "µ",
         "θ",
-        *(f"{q}, {100 * aim:g} %" for q in ("τ_L", "across", "s_N", "loops") for aim in AIMS[:2]),
+        *(f"{q}, {100 * aim:g} %" for q in ("τ_L", "s_N") for aim in AIMS[:2]),
     ]
     return {"materials": figure}, table(head, rows)

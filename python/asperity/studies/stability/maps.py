@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 
 from ...contract import Floats
 from ...interface import Interface
-from ...parallel import Serial, map_in_order, progress_bar
+from ...parallel import map_in_order, progress_bar
 from ...pattern import Pattern
 from ...plots import COLOURS, plt
 from ..newton import newton_study
@@ -47,7 +47,7 @@ def draw_maps(folder: Path, size: int, pdf: bool = False, executor: Executor | N
         ("law", law_places(size), law_cell, draw_law),
     ):
         with progress_bar(len(places), f"cell of map {name}") as bar:
-            rows = map_in_order(cell, places, executor or Serial(), bar.update)
+            rows = map_in_order(cell, places, executor or ThreadPoolExecutor(1), bar.update)
         path = folder / f"map_{name}.csv"
         with path.open("w", encoding="utf-8", newline="") as file:
             columns = dict.fromkeys(key for row in rows for key in row)
