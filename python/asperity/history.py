@@ -189,7 +189,9 @@ class History(_Named):
         events = {row - n: text for row, text in self.events if row >= n}
         if before and len(self) > n:
             names = before | {name for name in events.get(0, "").split("+") if name}
-            events = {0: "+".join(sorted(names, key=EVENTS.index))} | {k: v for k, v in events.items() if k > 0}
+            events = {0: "+".join(sorted(names, key=EVENTS.index))} | {
+                k: v for k, v in events.items() if k > 0
+            }
         snaps = tuple(replace(snap, row=max(snap.row - n, 0)) for snap in self.snaps)
         return History(*rows, tuple(events.items()), snaps, self.n_planes, *more)
 

@@ -177,16 +177,6 @@ def test_turn_and_units(case: int) -> None:
         np.testing.assert_allclose(state, ours.state[:, 1:4], rtol=0, atol=energies)
 
 
-def test_adaptive_increments_with_wear_are_refused(run) -> None:
-    """Wear depends on the increments, so that the error of adaptive ones cannot be estimated."""
-    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=0.5, W0=1.0), Pattern.regular(2, 30.0))
-    with pytest.raises(ValueError, match=r"tolerance = 0.01 with W0 = 1: expected increments"):
-        joint.confined_slip(0.0, [0.4], -1.0, tolerance=0.01)
-    head = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0, W0 = 2.0 /\n"
-    case = head + "&pattern sides = 4, theta = 30.0 /\n&step s_Tx = 0.1, tolerance = 1e-2 /\n"
-    assert "tolerance with W0 > 0: expected increments" in run(case, code=1).messages
-
-
 def test_height_is_compared_with_the_constants_of_the_case(run) -> None:
     """The ratio of height and s_f is that of the case, and an error names it."""
     case = "&material sigma0 = {}, Gc = {}, eta = 0.9, mu = 0.5, height = {} /\n"

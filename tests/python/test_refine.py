@@ -1,4 +1,4 @@
-"""Adaptive increments in driver and Python: errors compared with fine increments, and number of rows."""
+"""Load paths to a tolerance in driver and Python: errors compared with fine increments, and number of rows."""
 
 from __future__ import annotations
 
@@ -13,9 +13,6 @@ pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 
 SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
 S_F = 2 * GC / SIGMA0
-
-# The error estimate is that of a parabola through three points; a transient may exceed it by this factor.
-ESTIMATE = 1.5
 
 
 def random_slip_test(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
@@ -76,19 +73,19 @@ def curve_error(
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_error_is_within_the_tolerance_and_steps_are_no_smaller(seed: int):
-    """Lines between the rows and energies are within the tolerance; without the middle rows they are not."""
+def test_error_is_within_the_tolerance_and_rows_are_few(seed: int):
+    """Lines between the rows and energies are within the tolerance; with every fourth row they are not."""
     interface, direction, turns, sigma_N = random_slip_test(seed)
     reference = dense(interface, direction, turns, sigma_N)
     for tolerance in (1e-2, 1e-3):
         rows = interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
-        assert curve_error(rows, reference, direction) < ESTIMATE * tolerance
+        assert curve_error(rows, reference, direction) < tolerance
         work = reference.work[-1]
         assert abs(rows.work[-1] - work) < tolerance * work
         for name in ("stored", "rupture", "friction"):
             place = asperity.contract.statev_index(name)
             assert abs(rows.state[-1, place] - reference.state[-1, place]) < tolerance * work, name
-    assert curve_error(rows, reference, direction, every=2) > tolerance
+    assert curve_error(rows, reference, direction, every=4) > tolerance
 
 
 def error_over_tolerance(material, pattern, direction, turns, sigma_N, tolerance) -> float:
@@ -107,22 +104,20 @@ def test_what_happens_within_an_increment():
         asperity.Material(SIGMA0, GC, 0.98, 0.93, kc=1000.0, height=0.0853),
         asperity.Pattern.regular(6, 5.76, 0.329),
     )
-    assert error_over_tolerance(*facets, 44.07, [0.164, -0.383], -0.134, 5e-3) < ESTIMATE
+    assert error_over_tolerance(*facets, 44.07, [0.164, -0.383], -0.134, 5e-3) < 1.0
     straight = asperity.Material(SIGMA0, GC, 0.9, 0.9, kc=1000.0), asperity.Pattern.regular(6, 6.0, 0.33)
-    assert error_over_tolerance(*straight, 44.0, [0.16, -0.38], -0.13, 5e-3) < ESTIMATE
+    assert error_over_tolerance(*straight, 44.0, [0.16, -0.38], -0.13, 5e-3) < 1.0
     flat = asperity.Pattern.regular(0, 0.0)
     viscous = asperity.Material(SIGMA0, GC, 0.9, 0.5, tau_v=0.05)
-    assert error_over_tolerance(viscous, flat, 0.0, [0.1, -0.3, 0.2], -3.0, 1e-3) < ESTIMATE
+    assert error_over_tolerance(viscous, flat, 0.0, [0.1, -0.3, 0.2], -3.0, 1e-3) < 1.0
     stiff = asperity.Material(SIGMA0, GC, 0.7194, 0.8608, kc=1000.0, tau_v=0.0673)
-    assert error_over_tolerance(stiff, flat, -57.0, [0.0817, -0.4012, 0.0565], -0.8137, 1e-3) < ESTIMATE
+    assert error_over_tolerance(stiff, flat, -57.0, [0.0817, -0.4012, 0.0565], -0.8137, 1e-3) < 1.0
 
 
 def test_slips_do_not_accumulate_errors():
     """Planes that slide in a direction that turns slowly, up to the peak of a traction."""
     material = asperity.Material(SIGMA0, GC, 0.97, 1.2, kc=5.0)
-    assert (
-        error_over_tolerance(material, asperity.Pattern.regular(2, 50.0), 60.0, [0.3], -1.0, 1e-3) < ESTIMATE
-    )
+    assert error_over_tolerance(material, asperity.Pattern.regular(2, 50.0), 60.0, [0.3], -1.0, 1e-3) < 1.0
 
 
 @pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])
@@ -143,12 +138,25 @@ def test_turning_points_are_rows():
     assert interface.confined_slip(0.0, [], sigma_N, tolerance=1e-2).damage.size == 0
 
 
-def test_more_rows_than_expected_are_kept():
-    """A fine tolerance needs more rows than are allocated at first."""
+def test_unreached_tolerance():
+    """A tolerance below what the limit of increments allows is an error with the difference that was found."""
     interface, direction, turns, sigma_N = random_slip_test(4)
-    history = interface.confined_slip(direction, turns, sigma_N, tolerance=1e-6)
-    assert len(history.damage) > 512
-    assert np.all(history.state[:, asperity.contract.statev_index("status")] == 1.0)
+    with pytest.raises(
+        ValueError, match=r"tolerance = 1e-8: the rows of .* increments differ by .*: expected a larger"
+    ):
+        interface.confined_slip(direction, turns, sigma_N, tolerance=1e-8)
+
+
+def test_wear():
+    """Facets that wear: the difference of two runs is the error of the finer one, of first order."""
+    joint = asperity.Interface(
+        asperity.Material(SIGMA0, GC, ETA, MU, kc=100.0, height=0.5, W0=1.0),
+        asperity.Pattern.regular(2, 30.0),
+    )
+    turns = [0.4, -0.1]
+    rows = joint.confined_slip(0.0, turns, -1.0, tolerance=2e-3)
+    assert curve_error(rows, dense(joint, 0.0, turns, -1.0), 0.0) < 2e-3
+    assert max(rows.worn(k)[-1] for k in (1, 2, 3)) > 0.1
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-3, 0.2, 1e-9, float("nan")])
@@ -171,8 +179,8 @@ def test_lost_equilibrium_in_python():
 
 def test_driver_takes_a_tolerance(run):
     """Targets and switches have rows, and the history is that of Python."""
-    steps = "&step t_N = -5.0, tolerance = 1e-3 /\n&step slip = 0.4, -0.2, tolerance = 1e-3, time = 2.0 /\n"
-    result = run(MATERIAL + RP_4 + steps)
+    steps = "&step t_N = -5.0 /\n&step slip = 0.4, -0.2, time = 2.0 /\n"
+    result = run("&case tolerance = 1e-3 /\n" + MATERIAL + RP_4 + steps)
     slip = result["step"] == 2
     assert 0.4 in result["s_Tx"] and result["s_Tx"][-1] == -0.2
     assert result["time"][-1] == 3.0 and np.all(np.diff(result["time"]) > 0.0)
@@ -184,17 +192,23 @@ def test_driver_takes_a_tolerance(run):
     assert len(history.damage) == pytest.approx(np.sum(slip), rel=0.2)
 
 
-def test_driver_lands_on_the_onset(run):
+def test_driver_finds_the_onset(run):
     """The first damaged row is just beyond s0 and has the event onset."""
-    result = run(MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25, tolerance = 1e-4 /\n")
+    result = run("&case tolerance = 1e-4 /\n" + MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25 /\n")
     onset = next(i for i, events in enumerate(result.events) if "onset" in events)
-    assert S_0 < result["s_Tx"][onset] < S_0 + 1e-4 * S_F
+    assert S_0 < result["s_Tx"][onset] < S_0 + 1e-2 * S_F
 
 
 def test_driver_ends_where_equilibrium_does(run):
     """The last row is the last converged state."""
-    steps = "&step t_N = 2.0, tolerance = 1e-3 /\n&step slip = 0.6, tolerance = 1e-3 /\n"
-    result = run(MATERIAL + "&pattern sides = 0 /\n" + steps + "&expect end = 'lost' /\n")
+    steps = "&step t_N = 2.0 /\n&step slip = 0.6 /\n"
+    result = run(
+        "&case tolerance = 1e-3 /\n"
+        + MATERIAL
+        + "&pattern sides = 0 /\n"
+        + steps
+        + "&expect end = 'lost' /\n"
+    )
     assert result["s_Tx"][-1] == pytest.approx(0.031, abs=5e-5)
     assert result.events[-1] >= {"lost"}
 
@@ -202,8 +216,9 @@ def test_driver_ends_where_equilibrium_does(run):
 @pytest.mark.parametrize("tolerance", ["0.0", "0.3", "-1e-3"])
 def test_bad_tolerance_in_a_case(run, tolerance: str):
     """The message has file, line, group, value and range."""
-    result = run(MATERIAL + RP_4 + f"&step slip = 0.4, tolerance = {tolerance} /\n", code=1)
-    assert f"case.nml:3: &step: tolerance = {tolerance}: expected 1e-8 to 0.1" in result.messages
+    case = f"&case tolerance = {tolerance} /\n" + MATERIAL + RP_4 + "&step slip = 0.4 /\n"
+    result = run(case, code=1)
+    assert f"case.nml:1: &case: tolerance = {float(tolerance):g}: expected 1e-8 to 0.1" in result.messages
     assert not Path("case.csv").exists()
 
 
@@ -218,7 +233,7 @@ def test_viscous_damage_takes_its_time():
         rows = interface.confined_slip(
             20.0, [0.2, 0.1], -2.0, times=[1.0, 3.0], preload_time=0.5, tolerance=tolerance
         )
-        assert curve_error(rows, reference, 20.0) < ESTIMATE * tolerance
+        assert curve_error(rows, reference, 20.0) < tolerance
         assert rows.damage[-1] == pytest.approx(reference.damage[-1], abs=tolerance)
     with pytest.raises(ValueError, match="times"):
         interface.confined_slip(20.0, [0.2], -2.0, tolerance=1e-2)
