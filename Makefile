@@ -23,9 +23,10 @@ done = @mkdir -p $(@D) && touch $@
 
 # what the builds depend on, what the Python package holds, and everything
 files = $(shell find $(1) -type f -not -path '*/.*' -not -name '*.pyc')
-code := $(call files,CMakeLists.txt CMakePresets.json Makefile cmake tools src harness \
-  $(filter-out %/python,$(wildcard tests/*)))
-package := $(call files,pyproject.toml CMakeLists.txt cmake src harness python)
+native := CMakeLists.txt cmake src $(filter-out %/studies,$(wildcard harness/*))
+code := $(call files,$(native) CMakePresets.json Makefile tools \
+  $(filter-out %/python %/oracle,$(wildcard tests/*)))
+package := $(call files,$(native) pyproject.toml python)
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .NOTPARALLEL:

@@ -8,9 +8,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.cli import main
 from asperity.slip_curves import slip_curves
-from asperity.studies.accuracy import command, common, increments, planes, precision, tangents
+
+from harness.studies.accuracy import __main__ as command
+from harness.studies.accuracy import common, increments, planes, precision, tangents
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -147,7 +148,7 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     page = tmp_path / "page.md"
     page.write_text(f"before\n<!-- accuracy-{study} -->\nold\n<!-- /accuracy-{study} -->\nafter\n")
     arguments = ["--only", study, "--quick", "--page", str(page), "--folder", str(tmp_path / "new")]
-    assert main(["chart", "accuracy", *arguments]) == 0
+    assert command.main([*arguments]) == 0
     names = [f"accuracy_{stem}.png" for stem in PICTURES[study]]
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
     assert all(name in capsys.readouterr().out for name in names[:1])
@@ -162,7 +163,7 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 def test_chart_without_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Without a page the tables are printed; with --pdf the pictures are vector graphics."""
     options = ["--only", "tangents", "--quick", "--pdf", "--folder", str(tmp_path)]
-    assert main(["chart", "accuracy", *options]) == 0
+    assert command.main([*options]) == 0
     assert "| consistent |" in capsys.readouterr().out
     assert (tmp_path / "accuracy_tangents.pdf").read_bytes().startswith(b"%PDF")
 
@@ -171,7 +172,7 @@ def test_page_without_markers(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     """The error message names a page that has no markers."""
     page = tmp_path / "page.md"
     page.write_text("text\n")
-    assert main(["chart", "accuracy", "--page", str(page), "--folder", str(tmp_path)]) == 1
+    assert command.main(["--page", str(page), "--folder", str(tmp_path)]) == 1
     assert "page.md: expected markers such as <!-- accuracy-planes -->" in capsys.readouterr().err
 
 

@@ -15,8 +15,9 @@ from asperity.fit.fitting import fit
 from asperity.fit.records import ShearTest
 from asperity.fit.report import case_text, report
 from asperity.remarks import of_height, of_wear, remarks
-from asperity.studies import extensions
-from asperity.studies.extensions import LOCKING, PRESSURE, SLOPE, STEEP_RT, TABLE_2, path
+
+from harness.studies import extensions
+from harness.studies.extensions import LOCKING, PRESSURE, SLOPE, STEEP_RT, TABLE_2, path
 
 RT = Pattern.regular(2, 30.0)
 STIFF = replace(TABLE_2, kc=100.0)

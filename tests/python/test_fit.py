@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fitting, study
+from asperity.fit import fitting
 from asperity.fit import model as fit_model
 from asperity.fit.fitting import fit, residual_ratio
 from asperity.fit.records import ShearTest, read_records
 from asperity.fit.report import case_text, identifiability, report
-from asperity.oracle import reference
+
+from harness.studies import fits as study
+from tests.oracle import reference
 
 TRUTH = study.TRUTH
 SOME = study.SET

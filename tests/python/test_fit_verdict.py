@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import study
 from asperity.fit.fitting import fit
 from asperity.fit.verdict import outliers, refusals
+
+from harness.studies import fits as study
 
 HELD_OUT = {"sigma0": 1.1, "Gc": 0.09, "eta": 0.85, "mu": 0.55, "theta": 18.0, "flat": 0.3, "kc": 30.0}
 SIGMA_N = (-0.5, -1.5, -3.0)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
 from asperity.contract import N_POINT_STATEV
-from asperity.studies.newton import ENDS, TANGENTS, NewtonStudy, newton_path, newton_study
+
+from harness.studies.newton import ENDS, TANGENTS, NewtonStudy, newton_path, newton_study
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))

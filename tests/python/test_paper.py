@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
-from asperity.parallel import Serial
-from asperity.slip_curves import slip_curves
-from asperity.studies.fracture_energy import (
+from asperity.paper import command, entries
+from asperity.paper.fracture_energy import (
     DIRECTIONS,
     MATERIAL,
     PATTERNS,
@@ -26,7 +25,8 @@ from asperity.studies.fracture_energy import (
     sampled,
     table_5_curves,
 )
-from asperity.studies.paper import command, entries
+from asperity.parallel import Serial
+from asperity.slip_curves import slip_curves
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 
@@ -123,12 +123,12 @@ def test_listed_planes_have_no_symmetry() -> None:
 
 def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is an error if a traction remains at the end, or if the number of steps becomes too large."""
-    monkeypatch.setattr("asperity.studies.fracture_energy.SPAN", 0.5)
+    monkeypatch.setattr("asperity.paper.fracture_energy.SPAN", 0.5)
     with pytest.raises(ValueError, match="expected a fully damaged, open interface"):
         fracture_energy(MATERIAL, pattern("RP-4"))
     monkeypatch.undo()
     with pytest.raises(ValueError, match=r"G_T changes by .* expected less than 1e-17"):
-        monkeypatch.setattr("asperity.studies.fracture_energy.FINEST", 840)
+        monkeypatch.setattr("asperity.paper.fracture_energy.FINEST", 840)
         fracture_energy(MATERIAL, pattern("RP-4"), np.array([3.0]), 1e-17)
 
 

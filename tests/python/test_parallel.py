@@ -15,10 +15,11 @@ import pytest
 import support_parallel as work
 from asperity import Interface, LoadCase, Material, Pattern, select
 from asperity.cli import main
-from asperity.fit import study
 from asperity.fit.fitting import fit
 from asperity.parallel import MOST_LOSSES, Processes, Serial, cluster, map_in_order
 from asperity.slip_curves import slip_curves
+
+from harness.studies import fits as study
 
 LAW = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 

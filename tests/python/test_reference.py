@@ -6,8 +6,17 @@ from itertools import product
 
 import numpy as np
 import pytest
-from asperity.oracle import planar
-from asperity.oracle.reference import (
+from support_reference import (
+    FLAT,
+    ROUNDING,
+    RT,
+    TABLE_2,
+    THETA,
+    facing_plane,
+)
+
+from tests.oracle import planar
+from tests.oracle.reference import (
     HEADER,
     OPEN,
     SLIP,
@@ -20,14 +29,6 @@ from asperity.oracle.reference import (
     replay,
     update,
     virgin,
-)
-from support_reference import (
-    FLAT,
-    ROUNDING,
-    RT,
-    TABLE_2,
-    THETA,
-    facing_plane,
 )
 
 # --- patterns and parameters --------------------------------------------------------------------------------

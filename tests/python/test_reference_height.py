@@ -8,21 +8,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from asperity.oracle.facet import arc_length, arc_length_by_rho, facets, profile, uphill_axes
-from asperity.oracle.reference import (
-    HEADER,
-    OPEN,
-    PER_PLANE,
-    SLIP,
-    STICK,
-    Parameters,
-    confined_slip,
-    frames,
-    regular_pattern,
-    replay,
-    update,
-    virgin,
-)
 from support_height import (
     CURVED,
     EPSILON,
@@ -35,6 +20,22 @@ from support_height import (
     broken,
     random_walk,
     worn_share,
+)
+
+from tests.oracle.facet import arc_length, arc_length_by_rho, facets, profile, uphill_axes
+from tests.oracle.reference import (
+    HEADER,
+    OPEN,
+    PER_PLANE,
+    SLIP,
+    STICK,
+    Parameters,
+    confined_slip,
+    frames,
+    regular_pattern,
+    replay,
+    update,
+    virgin,
 )
 
 pytestmark = pytest.mark.slow

@@ -10,13 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from asperity.oracle.reference import (
-    Parameters,
-    SlipHistory,
-    confined_slip,
-    regular_pattern,
-    update,
-)
 from support_height import (
     PRINTED,
     ROUNDING,
@@ -29,6 +22,14 @@ from support_height import (
     cycle,
     rows_at,
     worn_share,
+)
+
+from tests.oracle.reference import (
+    Parameters,
+    SlipHistory,
+    confined_slip,
+    regular_pattern,
+    update,
 )
 
 pytestmark = pytest.mark.slow

@@ -7,16 +7,6 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from asperity.oracle.reference import (
-    HEADER,
-    PER_PLANE,
-    STICK,
-    Parameters,
-    regular_pattern,
-    replay,
-    update,
-    virgin,
-)
 from support_height import (
     CURVED,
     RP_4,
@@ -25,6 +15,17 @@ from support_height import (
     broken,
     random_walk,
     worn_share,
+)
+
+from tests.oracle.reference import (
+    HEADER,
+    PER_PLANE,
+    STICK,
+    Parameters,
+    regular_pattern,
+    replay,
+    update,
+    virgin,
 )
 
 pytestmark = pytest.mark.slow

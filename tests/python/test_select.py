@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, select
 from asperity.cli import main
-from asperity.oracle import reference
 from asperity.selection import command as select_command
 from asperity.selection.command import Costs, read_costs, read_load_case, report
 from asperity.selection.search import Search, residual_error
+
+from tests.oracle import reference
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 

@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import Interface, Pattern
-from asperity.cli import main
-from asperity.studies.stability import MODES, Trial, find, shown, table
-from asperity.studies.stability.branches import steep_snap
-from asperity.studies.stability.catalogue import agree
-from asperity.studies.stability.explicit import Vumat
-from asperity.studies.stability.law_modes import clamped_reversal, facing_angle
-from asperity.studies.stability.modes import TABLE_2, drive
+
+from harness.studies.stability import MODES, Trial, find, shown, table
+from harness.studies.stability.__main__ import main
+from harness.studies.stability.branches import steep_snap
+from harness.studies.stability.catalogue import agree
+from harness.studies.stability.explicit import Vumat
+from harness.studies.stability.law_modes import clamped_reversal, facing_angle
+from harness.studies.stability.modes import TABLE_2, drive
 
 ROOT = Path(__file__).parents[2]
 NAMES = [mode.name for mode in MODES]
@@ -53,7 +54,7 @@ def test_failure_and_survival(name: str) -> None:
 
 def test_a_snap_is_drawn(tmp_path, capsys) -> None:
     """Jump and whole branch are drawn; without friction the area between both is the released energy."""
-    assert main(["stability", "run", "snap", "--folder", str(tmp_path)]) == 0
+    assert main(["run", "snap", "--folder", str(tmp_path)]) == 0
     assert f"{tmp_path / 'stability_snap.png'}" in capsys.readouterr().out
     assert (tmp_path / "stability_snap.png").stat().st_size > 20_000
     snap = steep_snap(0.0)
@@ -149,7 +150,7 @@ def test_vumat_is_the_law(single: bool) -> None:
 @pytest.mark.slow
 def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Pictures and CSV are written; cells agree with closed forms; the solver finds existing solutions."""
-    assert main(["stability", "map", "--folder", str(tmp_path), "--size", "4", "--pdf"]) == 0
+    assert main(["map", "--folder", str(tmp_path), "--size", "4", "--pdf"]) == 0
     names = {
         f"map_{name}{suffix}" for name in ("tangents", "steps", "law") for suffix in (".csv", ".png", ".pdf")
     }
@@ -175,7 +176,7 @@ def test_maps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for row in _read(tmp_path / "map_steps.csv"):
         assert (row["solver"] == "lost") == (float(row["sigma_N/sigma0"]) > 0.0)
         assert row["solver"] == "lost" or float(row["solver_iterations"]) > 0.0
-    assert main(["stability", "map", "--folder", str(tmp_path), "--size", "1"]) == 1
+    assert main(["map", "--folder", str(tmp_path), "--size", "1"]) == 1
 
 
 def _written(path: str) -> tuple[int, int]:
@@ -194,7 +195,7 @@ def _read(path: Path) -> list[dict[str, str]]:
 
 def test_list(capsys: pytest.CaptureFixture[str]) -> None:
     """The list has every entry with its advice."""
-    assert main(["stability", "list"]) == 0
+    assert main(["list"]) == 0
     out = capsys.readouterr().out
     assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES
     assert out.count("\n  -> ") == len(NAMES)
@@ -202,12 +203,12 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_run(capsys: pytest.CaptureFixture[str]) -> None:
     """One entry is shown with its measured numbers; the error for an unknown name has the known ones."""
-    assert main(["stability", "run", "wrong-tangents"]) == 0
+    assert main(["run", "wrong-tangents"]) == 0
     out = capsys.readouterr().out
     assert "fails    zero tangent: increment 1: singular matrix" in out
-    assert main(["stability", "run", "unheard-of"]) == 1
+    assert main(["run", "unheard-of"]) == 1
     assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
-    assert main(["stability", "run", "wrong-tangents", "--check"]) == 1
+    assert main(["run", "wrong-tangents", "--check"]) == 1
 
 
 def test_table_of_the_page() -> None:
@@ -230,7 +231,7 @@ def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Markers are filled; a filled page is up to date; a stale page is reported."""
     page = tmp_path / "page.md"
     page.write_text("<!-- stability -->\nold\n<!-- /stability -->\n", encoding="utf-8")
-    command = ["stability", "run", "wrong-tangents", "--fill", str(page)]
+    command = ["run", "wrong-tangents", "--fill", str(page)]
     assert main([*command, "--check"]) == 1
     assert main(command) == 0
     assert "| zero tangent | **fails** |" in page.read_text(encoding="utf-8")

@@ -10,8 +10,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
+from asperity.paper.gallery_draw import curves, merged
 from asperity.plots import figure_of
-from asperity.studies.gallery_draw import curves, merged
 from asperity.style import DPI, TWO, label_ends, new_figure, printed, save
 from matplotlib.text import Annotation
 

@@ -16,13 +16,15 @@ import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import covariance, study
+from asperity.fit import covariance
 from asperity.fit.fitting import fit, residual_ratio
 from asperity.fit.report import case_text
 from asperity.parallel import Processes, Serial
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import DrivenPath, PrescribedPath, SlipPath, load_paths
 from asperity.uncertainty.spread import RESULTS, spread
+
+from harness.studies import fits as study
 
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /\n"
 FLAT = LAW + "&pattern sides = 0 /\n&step t_N = -2.0, increments = 5 /\n&step slip = 0.6, increments = 60 /\n"

@@ -19,7 +19,6 @@ from ..material import Material, ModelWarning
 from ..parallel import add_workers, map_in_order, progress_bar, workers
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
-from ..studies.speed_charts import Timing, measure, read_timings
 from .search import (
     REFERENCE_SIDES,
     Candidate,
@@ -32,6 +31,7 @@ from .search import (
     planes_of,
     select,
 )
+from .timings import Timing, measure, read_timings
 
 BAD_INPUT = 1
 
