@@ -47,6 +47,7 @@ $(parts): %: $(passed)/%
 $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
 	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	@$(step) "Lint: layers of the package" build/logs/lint-imports.log env PYTHONPATH=python $(venv)/lint-imports --no-cache
 	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)
 $(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed

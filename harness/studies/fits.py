@@ -16,8 +16,9 @@ import numpy as np
 from asperity.contract import Floats
 from asperity.fit.fitting import SAME, STARTS_TRIED, Fit, fit, residual_ratio
 from asperity.fit.model import SIDES, Problem, slip_curve
-from asperity.fit.records import ShearTest, read_records
+from asperity.fit.records import read_records
 from asperity.fit.report import draw, props_line, report
+from asperity.fit.shear_test import ShearTest
 from asperity.fit.units import DEFAULT
 from asperity.parallel import add_workers, map_in_order, progress_bar, workers
 from asperity.tables import markdown

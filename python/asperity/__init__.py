@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
+    from .plots import plot as plot
     from .selection.search import LoadCase as LoadCase
     from .selection.search import NoPatternError as NoPatternError
     from .selection.search import Selection as Selection
@@ -39,6 +40,7 @@ _HOMES = {
     "Update": "history",
     "contract": "contract",
     "library": "installed",
+    "plot": "plots",
     "select": "selection.search",
 }
 """Module of each public name. A module is imported when one of its names is first used."""

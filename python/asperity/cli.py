@@ -136,7 +136,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
     "run": ("run a case by the driver and draw it", _run_arguments),
     "paper": ("recompute the figures and tables of the paper", _imported("paper.command")),
-    "card": ("print the material block for the input of a host program", _imported("cards.command")),
+    "card": ("print the material block for the input of a host program", _imported("card_command")),
     "export": ("write sources, decks and a README for Abaqus", _imported("export.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),

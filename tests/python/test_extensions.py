@@ -12,8 +12,8 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.cli import main
 from asperity.fit.fitting import fit
-from asperity.fit.records import ShearTest
 from asperity.fit.report import case_text, report
+from asperity.fit.shear_test import ShearTest
 from asperity.remarks import of_height, of_wear, remarks
 
 from harness.studies import extensions

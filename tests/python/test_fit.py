@@ -15,8 +15,9 @@ from asperity.cli import main
 from asperity.fit import fitting
 from asperity.fit import model as fit_model
 from asperity.fit.fitting import fit, residual_ratio
-from asperity.fit.records import ShearTest, read_records
+from asperity.fit.records import read_records
 from asperity.fit.report import case_text, identifiability, report
+from asperity.fit.shear_test import ShearTest
 
 from harness.studies import fits as study
 from tests.oracle import reference

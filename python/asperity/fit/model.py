@@ -16,7 +16,7 @@ from ..material import Material
 from ..parallel import map_in_order
 from ..pattern import Pattern, direction_vector
 from ..slip_curves import ROW
-from .records import ShearTest
+from .shear_test import ShearTest
 
 SIDES = 8
 """Inclined planes of the default pattern: RP-8 is nearly isotropic and cheap."""

@@ -6,10 +6,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from .. import contract
-from ..case_files import Run, read_case
-from ..remarks import shown_warnings
-from .blocks import HOSTS
+from . import contract
+from .cards.blocks import HOSTS
+from .case_files import Run, read_case
+from .remarks import shown_warnings
 
 
 def add_arguments(card: argparse.ArgumentParser) -> None:
