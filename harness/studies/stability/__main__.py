@@ -1,4 +1,4 @@
-"""Failure modes of solution methods: the catalogue, its table for docs/results/stability.md, and the maps."""
+"""Failure modes of solution methods: the catalogue, its table for docs/results/stability.md, and a map."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
     )
     single.set_defaults(action=_run)
 
-    maps = actions.add_parser("map", help="draw maps of the convergence of methods")
+    maps = actions.add_parser("map", help="draw the map of the convergence of tangents")
     maps.add_argument(
         "--folder",
         type=Path,
@@ -134,13 +134,13 @@ def _fill(path: Path, text: str, check: bool) -> list[str]:
 
 
 def _map(options: argparse.Namespace) -> int:
-    """Compute and draw the maps."""
-    from .maps import draw_maps
+    """Compute and draw the map."""
+    from .maps import draw_map
 
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
     with workers(options, os.cpu_count()) as executor:
-        for written in draw_maps(options.folder, options.size, options.pdf, executor):
+        for written in draw_map(options.folder, options.size, options.pdf, executor):
             print(written)
     return 0
 

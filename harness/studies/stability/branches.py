@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -60,6 +61,7 @@ class Snap:
         return float(np.interp(self.back, np.arange(len(column)), column))
 
 
+@functools.cache
 def steep_snap(mu: float) -> Snap:
     """Slip of the steep planes; only one of their jumps is expected."""
     rough = Interface(replace(TABLE_2, mu=mu), STEEP)

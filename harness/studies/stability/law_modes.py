@@ -11,11 +11,11 @@ from asperity import contract
 from asperity.contract import Floats
 from asperity.interface import EquilibriumLost, Interface, work_along
 from asperity.material import Material, ModelWarning
-from asperity.pattern import Pattern, direction_vector
-from numpy.typing import ArrayLike
+from asperity.pattern import Pattern
+from numpy.typing import ArrayLike, NDArray
 
 from ..extensions import locked
-from ..newton import NewtonStudy, newton_study
+from ..newton import NewtonStudy, newton_paths, newton_study, slip_targets
 from .explicit import Flight, Vumat, fly
 from .modes import S_F, TABLE_2, FailureMode, K, Trial
 from .solver_modes import ramp
@@ -105,15 +105,18 @@ def facing_angle(sides: int, direction: ArrayLike) -> Floats:
     return result
 
 
-def locks(interface: Interface, direction: float) -> bool:
+def locks(interface: Interface, directions: Floats) -> NDArray[np.bool_]:
     """Whether the traction of the fully damaged interface grows with the slip at a large slip."""
     far = 1e4 * S_F
     # one step of 10 s_f damages every plane fully
-    study = newton_study(interface, direction, [10 * S_F, 0.5 * far, far], -0.01, preload=1, tolerance=1e-6)
-    if not study.converged:
-        raise RuntimeError(f"slip at {direction:g} degrees: {study.end}")
-    before, after = study.traction[-2:, 1:] @ direction_vector(direction)
-    return bool(after > 1.5 * before)  # 2 if proportional to the slip, 1 if constant
+    slips = [10 * S_F, 0.5 * far, far]
+    targets = np.stack([slip_targets(direction, slips, -0.01, 1) for direction in directions], axis=1)
+    studies = newton_paths(interface, targets, tolerance=1e-6)
+    lost = [d for d, study in zip(directions, studies, strict=True) if not study.converged]
+    if lost:
+        raise RuntimeError(f"slip at {lost} degrees: expected Newton's method to converge")
+    before, after = np.array([np.linalg.norm(study.traction[-2:, 1:], axis=1) for study in studies]).T
+    return after > 1.5 * before  # 2 if proportional to the slip, 1 if constant
 
 
 def locking() -> list[Trial]:
@@ -138,7 +141,7 @@ def locking() -> list[Trial]:
             rough = Interface(replace(TABLE_2, mu=ratio / slope), Pattern.regular(sides, theta))
             strength = rough.material.residual_strength(theta, facing_angle(sides, directions))
             predicted = strength > FAR
-            found = np.array([locks(rough, direction) for direction in directions])
+            found = locks(rough, directions)
             agree += int(np.sum(found == predicted))
             locked += int(np.sum(found))
     total = len(patterns) * len(ratios) * len(directions)

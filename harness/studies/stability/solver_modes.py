@@ -28,21 +28,12 @@ def ramp(*corners: float, steps: int) -> Floats:
     return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)])
 
 
-def period(residuals: Floats, most: int = 6) -> int:
-    """Number of iterations after which the last residuals repeat, 0 if they do not."""
-    tail = residuals[-2 * most :]
-    for n in range(1, most + 1):
-        if len(tail) == 2 * most and np.allclose(tail[n:], tail[:-n], rtol=1e-6, atol=0.0):
-            return n
-    return 0
-
-
 def pulled(
     mu: float, theta: float, tangent: str, steps: int = 10, most: int = 25, direction: float = 20.0
 ) -> NewtonStudy:
     """RP-4 under 1 MPa, sheared at `direction` by springs of 0.3 K: three unknowns, as in an FE code."""
     rough = Interface(
-        Material(TABLE_2.sigma0, TABLE_2.Gc, TABLE_2.eta, mu, kc=20.0), Pattern.regular(4, theta)
+        replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta)
     )
     k = SPRING * K
     ends = np.linspace(0.0, S_F + TABLE_2.sigma0 / k, steps + 1)
@@ -57,10 +48,7 @@ def pulled(
 def snap() -> list[Trial]:
     """Compare plain Newton and the solver at the fold."""
     trials = []
-    for sides, steps, survives in (
-        (16, 100, False), (16, 400, False), (16, 2000, False),
-        (32, 100, True), (32, 400, True), (32, 2000, False),
-    ):  # fmt: skip
+    for sides, steps, survives in ((16, 100, False), (16, 1000, False), (32, 100, True), (32, 1500, False)):
         rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
         study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
         place = (
@@ -90,7 +78,7 @@ def snap() -> list[Trial]:
         label = f"whole branch, RP-8 of 60°, mu = {mu:g}"
         trials.append(Trial(label, True, abs(balance) <= BALANCE * K * S_0**2, measured))
     viscous = Interface(replace(TABLE_2, tau_v=0.003), Pattern.regular(16, 30.0))
-    for steps in (100, 2000):
+    for steps in (100, 1000):
         study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
         work = work_along(study.separation, study.traction)[-1]
         more = 100.0 * (work / run.last("work") - 1.0)
@@ -117,7 +105,6 @@ def chatter() -> list[Trial]:
     """Iterates that alternate across s_n = 0."""
     steep = Interface(Material(3.0, 0.3, 0.9, 0.6), Pattern.regular(6, 50.0))
     study = newton_study(steep, 0.0, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
-    tail = study.residuals[-1]
 
     def closing(kc: float, tangent: str) -> NewtonStudy:
         flat = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
@@ -131,8 +118,8 @@ def chatter() -> list[Trial]:
             "plain Newton, RP-6, 50°, -0.05 MPa",
             False,
             study.converged,
-            f"s_L = {study.separation[-1, 1]:.3f} mm: residuals of {tail[-2]:.1e} and {tail[-1]:.1e} of the "
-            f"stress scale repeat every {period(tail)} iterations",
+            f"s_L = {study.separation[-1, 1]:.3f} mm: the residual alternates between "
+            f"{' and '.join(f'{size:.1e}' for size in study.residuals[-1][-2:])} of the stress scale",
         ),
         plain("elastic tangent, closing with kc = 1.9, 400 iterations", closing(1.9, "elastic"), True),
         plain("elastic tangent, closing with kc = 2.1, 400 iterations", closing(2.1, "elastic"), False),
@@ -302,27 +289,25 @@ SOFTENING = FailureMode(
 
 # --- tangents -----------------------------------------------------------------------------------------------
 
-FRICTIONS, SLOPES = (0.1, 0.5, 0.9, 1.3), (0.0, 10.0, 30.0, 45.0)
+FRICTIONS, SLOPES = (0.1, 0.5, 1.3), (0.0, 10.0, 45.0)
 """Values of mu and theta in the trials of tangents."""
 
 
 def tangents() -> list[Trial]:
-    """Run every tangent on 16 interfaces."""
+    """Run every tangent on nine interfaces."""
     trials = []
     for tangent, increments, most, survives in (
-        ("consistent", 10, 25, True), ("numerical", 10, 25, True), ("symmetrised", 10, 25, False),
-        ("symmetrised", 1000, 100, False), ("transposed", 10, 25, False), ("secant", 10, 25, False),
-        ("secant", 10, 100, False), ("start", 10, 100, False), ("elastic", 10, 100, False),
+        ("consistent", 10, 25, True), ("symmetrised", 10, 25, False), ("symmetrised", 100, 100, False),
+        ("secant", 10, 100, False), ("lagged", 10, 100, False), ("elastic", 10, 100, False),
     ):  # fmt: skip
         studies = [pulled(mu, theta, tangent, increments, most) for mu in FRICTIONS for theta in SLOPES]
         good = [study for study in studies if study.converged]
         found = f"{len(good)} of {len(studies)} paths"
         if good:
             cost = np.mean([np.mean(study.iterations) for study in good])
-            updates = np.mean([np.mean(study.updates) for study in good])
-            found += f"; {cost:.1f} iterations and {updates:.1f} updates of the law per increment"
+            found += f"; {cost:.1f} iterations per increment"
         name = {
-            "start": "modified Newton (tangent of the start of the increment)",
+            "lagged": "modified Newton (tangent of the start of the increment)",
             "elastic": "tangent of the virgin joint",
         }
         label = (
@@ -342,29 +327,5 @@ TANGENTS = FailureMode(
     tangents,
 )
 
-# --- wrong --------------------------------------------------------------------------------------------------
-
-
-def wrong() -> list[Trial]:
-    """Wrong tangents of a user routine."""
-    return [
-        plain(f"{name} tangent", pulled(0.5, 30.0, tangent), survives)
-        for name, tangent, survives in (
-            ("zero", "zero", False),
-            ("wrong-signed", "reversed", False),
-            ("consistent", "consistent", True),
-        )
-    ]
-
-
-WRONG = FailureMode(
-    "wrong-tangents",
-    "Zero and wrong-signed tangents",
-    "A user routine leaves DDSDDE at zero or gives it the wrong sign.",
-    "Compare DDSDDE with differences of the traction before the first run (`newton_path(..., "
-    "tangent='numerical')`).",
-    wrong,
-)
-
-MODES = (SNAP, CHATTER, FULL_DAMAGE, UNLOADING, SOFTENING, TANGENTS, WRONG)
+MODES = (SNAP, CHATTER, FULL_DAMAGE, UNLOADING, SOFTENING, TANGENTS)
 """Entries of this module."""
