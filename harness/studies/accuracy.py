@@ -1,4 +1,4 @@
-"""Error against measured cost, for docs/results/accuracy.md: increments of the path, planes of the pattern.
+"""Error against cost, for docs/results/accuracy.md: increments of the path, planes of the pattern.
 
 The parameters are those of Table 2, in mm and MPa, unless stated.
 """
@@ -7,29 +7,26 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.paper.fracture_energy import fracture_energy
-from asperity.parallel import Serial
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
 from asperity.style import COLOURS, LINES, TWO, new_figure, printed, save
-from asperity.tables import markdown
+from asperity.tables import fill, markdown
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from tqdm import tqdm
 
 from .program import run
-from .tables import fill, percent
+from .tables import percent
 
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
 """Normal tractions, MPa."""
@@ -49,7 +46,6 @@ PRELOAD = 4
 AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
 """Target errors of the tables."""
 
-Result = TypeVar("Result")
 Tick = Callable[[], object]
 """Function that is called after each piece of work, for a progress bar."""
 
@@ -75,16 +71,6 @@ PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": c
 """Paths by name."""
 
 
-def timed(compute: Callable[[], Result], repeats: int) -> tuple[Result, float]:
-    """Result of a computation on one thread, and its shortest processor time, s."""
-    best = np.inf
-    for _ in range(repeats):
-        start = time.process_time()
-        result = compute()
-        best = min(best, time.process_time() - start)
-    return result, best
-
-
 def log_axes(ax: Axes, x_label: str, y_label: str) -> None:
     """Set logarithmic axes with labels and a grid."""
     ax.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
@@ -102,9 +88,6 @@ def signed(value: float) -> str:
 INCREMENTS = tuple(30 * 2**k for k in range(9))
 """Numbers of increments, 30 to 7680."""
 
-TIMES = 8
-"""Number of curves in a timed run; the call itself takes as long as 100 increments."""
-
 FINER = 8
 """Factor from the increments of the finest run to those of the reference."""
 
@@ -114,34 +97,27 @@ QUANTITIES = (("tau_L", r"$\tau_L$", "τ_L"), ("s_N", "$s_N$", "s_N"), ("work", 
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one curve in tau_L, s_N and work, each relative to the largest value of the curve.
-
-    seconds: time for the curve.
-    """
+    """Errors of one curve in tau_L, s_N and work, each relative to the largest value of the curve."""
 
     path: str
     sigma_N: float
     rows: int
-    seconds: float
     tau_L: float
     s_N: float
     work: float
 
 
 def step_errors(
-    increments: Sequence[int] = INCREMENTS, repeats: int = 3, tick: Tick = lambda: None
+    increments: Sequence[int] = INCREMENTS, tick: Tick = lambda: None
 ) -> Iterator[StepError]:
     """Errors of RP-4, 30 degrees, with different numbers of increments."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
 
-    def curves(slips: Floats, sigma_N: float, times: int) -> SlipCurves:
-        return slip_curves(interface, np.full(times, DIRECTION), slips, sigma_N, PRELOAD, executor=Serial())
-
     for path, slips in PATHS.items():
         for sigma_N in SIGMA_N:
-            fine = curves(slips(FINER * increments[-1]), sigma_N, 1)
+            fine = slip_curves(interface, DIRECTION, slips(FINER * increments[-1]), sigma_N, PRELOAD)
             for n in increments:
-                coarse, seconds = timed(lambda: curves(slips(n), sigma_N, TIMES), repeats)  # noqa: B023
+                coarse = slip_curves(interface, DIRECTION, slips(n), sigma_N, PRELOAD)
                 rows = slice(fine.slips.size // n - 1, None, fine.slips.size // n)
                 errors = (
                     float(np.abs(getattr(coarse, name)[0] - getattr(fine, name)[0, rows]).max())
@@ -149,14 +125,14 @@ def step_errors(
                     for name in ("tau_L", "s_N")
                 )
                 work = abs(coarse.work[0, -1] / fine.work[0, -1] - 1.0)
-                yield StepError(path, sigma_N, n, seconds / TIMES, *errors, work)
+                yield StepError(path, sigma_N, n, *errors, work)
                 tick()
 
 
 def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     """Run the study of increments; return its picture by name and its table."""
     sizes = (30, 60) if quick else INCREMENTS
-    errors = list(step_errors(sizes, 1 if quick else 5, tick))
+    errors = list(step_errors(sizes, tick))
     figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex=True)
     grid = axes.reshape(2, 3)
     for row, path in zip(grid, PATHS, strict=True):
@@ -174,10 +150,10 @@ def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
             here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
             cells = [_order(here, name) for name, _, _ in QUANTITIES]
             cells += [_needed(here, name, aim) for name, _, _ in QUANTITIES for aim in AIMS[1:]]
-            lines.append([path, signed(sigma_N), *cells, f"{1e6 * here[-1].seconds / here[-1].rows:.2f}"])
+            lines.append([path, signed(sigma_N), *cells])
     head = ["path", "σ_N [MPa]", *(f"order, {name}" for _, _, name in QUANTITIES)]
     head += [f"{name} to {aim:.0e}" for _, _, name in QUANTITIES for aim in AIMS[1:]]
-    return {"increments": figure}, markdown([*head, "µs per increment"], lines, numbers=True)
+    return {"increments": figure}, markdown(head, lines, numbers=True)
 
 
 def _order(chosen: Sequence[StepError], name: str) -> str:
@@ -444,7 +420,7 @@ def _write(options: argparse.Namespace) -> int:
             if page is None:
                 bar.write(f"\n{table}\n")
             else:
-                page = fill(page, {f"accuracy-{name}": lambda table=table: table})
+                page = fill(page, {f"accuracy-{name}": table})
     if page is not None:
         options.page.write_text(page, encoding="utf-8")
     return 0

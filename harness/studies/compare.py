@@ -1,4 +1,4 @@
-"""Compare the driver with the NumPy reference and the 2D law, on the cases of the figures of the paper."""
+"""Compare the driver with the NumPy reference, on the cases of the figures of the paper."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from asperity.material import Material
 from asperity.results import ENERGIES, Rows, drive
 from tqdm import tqdm
 
-from tests.oracle import planar, reference
+from tests.oracle import reference
 
 from .program import DIFFERS, run
 
@@ -51,8 +51,7 @@ class Difference(NamedTuple):
 class Comparison:
     """Largest differences of the driver on a case by kind of comparison, such as "law/NumPy".
 
-    law: along the driver's separations.  test: each implementation follows the equilibrium itself.  2D: the
-    law of planar.py, if the pattern and the slip have the plane of symmetry of that law.
+    law: along the driver's separations.  test: each implementation follows the equilibrium itself.
     """
 
     case: str
@@ -134,7 +133,7 @@ def parameters_of(material: Material) -> reference.Parameters:
 
 
 def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
-    """Compare law and test with the reference, then with the 2D law."""
+    """Compare law and test with the reference."""
     m, p = test.material, test.pattern
     if m.tau_v > 0.0 or m.guard:
         raise ValueError("tau_v, guard: expected a case without viscous damage and without the guard")
@@ -161,33 +160,10 @@ def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]
         solved = solved[: int(np.isfinite(solved.damage).sum())]
         yield "test/NumPy", _difference(parameters, ours, solved, slipping)
 
-    if p.m not in (0, 2) or test.direction != 0.0 or (p.m == 2 and p.turn % planar.HALF_TURN != 0.0):
-        return
-    planes = [(0.0, 1.0)] if p.m == 0 else planar.trapezoid(p.theta, p.flat, p.turn)
-    flat = _Curve(s[:, :2], ours.traction[:, :2], ours.damage, ours.energies)
-    path = [(float(s_N), float(s_T)) for s_N, s_T in s[:, :2]]
-    theirs = _planar(planar.replay(parameters, planes, path))
-    yield "law/2D", _difference(parameters, flat, theirs, slice(None))
-    if len(test.slips) > 0:
-        slips = test.slips[: whole - test.preload].tolist()
-        solved = _planar(planar.confined_slip(parameters, planes, slips, test.sigma_N, preload))
-        yield "test/2D", _difference(parameters, flat, solved, slipping)
-
 
 def _energies(state: Floats, work: Floats) -> Floats:
     """Energies (T, 4) of the columns of a result."""
     return np.column_stack([*(state[:, contract.statev_index(name)] for name in ENERGIES[:-1]), work])
-
-
-def _planar(responses: Sequence[planar.PlanarResponse]) -> _Curve:
-    """Curve of the 2D law."""
-    histories = [response.history for response in responses]
-    return _Curve(
-        np.array([history.separation for history in histories]),
-        np.array([response.traction for response in responses]),
-        np.array([history.damage for history in histories]),
-        np.array([history.energies for history in histories]),
-    )
 
 
 def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, rows: slice) -> Difference:
@@ -225,9 +201,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """Print a line for each case and each solution it is compared with."""
+    """Print a line for each case and each kind of comparison."""
     wanted = [path for figure in options.figure for path in find(figure)] if options.figure else cases()
-    print("Largest difference between the driver and others (NumPy reference, 2D law), relative:")
+    print("Largest difference between the driver and the NumPy reference, relative:")
     print("traction to K |s|, s_N to |s|, damage to 1, energies to K |s| times the length of the path")
     print(f"  law: along the driver's separations, tolerance {LAW_TOLERANCE:.0e}")
     followed = f"tolerance {TEST_TOLERANCE:.0e}, of s_N {OPENING_TOLERANCE:.0e}"

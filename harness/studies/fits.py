@@ -154,9 +154,7 @@ def _noisy_fit(
     rng = np.random.default_rng(seed)
     tests = [
         replace(
-            one,
-            tau=_noisy(one.tau, noise, rng),
-            s_N=None if one.s_N is None else _noisy(one.s_N, noise, rng),
+            one, tau=_noisy(one.tau, noise, rng), s_N=None if one.s_N is None else _noisy(one.s_N, noise, rng)
         )
         for one in clean
     ]

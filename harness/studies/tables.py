@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
 
 from asperity import contract
-from asperity.tables import markdown
+from asperity.tables import fill, markdown
 
 from .program import DIFFERS, run
 
@@ -50,15 +49,6 @@ TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
 """Tables by the name of their marker."""
 
 
-def fill(text: str, contents: Mapping[str, Callable[[], str]] = TABLES) -> str:
-    """Put contents between the markers <!-- name --> ... <!-- /name --> of a text."""
-    for name, content in contents.items():
-        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        block = f"{begin}\n{content()}\n{end}".replace("\\", r"\\")  # escaped for re.sub
-        text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
-    return text
-
-
 def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:
     """Fill the tables of a file and return whether they were up to date; with `check` do not write.
 
@@ -68,7 +58,7 @@ def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] =
     if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in contents):
         names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in contents)
         raise ValueError(f"{path}: expected markers {names}")
-    filled = fill(text, contents)
+    filled = fill(text, {name: content() for name, content in contents.items() if f"<!-- {name} -->" in text})
     if not check and filled != text:
         path.write_text(filled, encoding="utf-8")
     return filled == text

@@ -33,11 +33,11 @@ def test_paths() -> None:
 
 def test_errors_fall_with_the_increments() -> None:
     """All errors decrease with eight times as many increments; tractions converge at about first order."""
-    errors = list(accuracy.step_errors((60, 480), repeats=1))
+    errors = list(accuracy.step_errors((60, 480)))
     assert len(errors) == 2 * len(accuracy.PATHS) * len(accuracy.SIGMA_N)
     for coarse, fine in zip(errors[::2], errors[1::2], strict=True):
         assert (coarse.path, coarse.sigma_N, coarse.rows) == (fine.path, fine.sigma_N, 60)
-        assert fine.rows == 480 and fine.seconds > 0.0
+        assert fine.rows == 480
         for name in ("tau_L", "s_N", "work"):
             assert 0.0 < getattr(fine, name) < getattr(coarse, name) < 0.5
         assert fine.tau_L < 0.35 * coarse.tau_L or coarse.sigma_N == 0.0

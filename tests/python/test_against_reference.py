@@ -227,7 +227,7 @@ def test_planar_law() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
 def test_figures(figure: str) -> None:
-    """Driver, reference and 2D law find the same equilibria, and the same last one, for a figure."""
+    """Driver and reference find the same equilibria, and the same last one, for a figure."""
     for case in find(figure):
         result = compare(case)
         assert result.rows >= 100

@@ -352,11 +352,11 @@ def test_case_that_cannot_be_compared(folder: Path) -> None:
 
 @pytest.mark.parametrize("text", [CASE, LOST + "&expect end = 'lost' /\n"])
 def test_compare(text: str, folder: Path) -> None:
-    """Driver, reference and 2D law agree, also on a lost equilibrium."""
+    """Driver and reference agree, also on a lost equilibrium."""
     result = compare.compare(Path(write("case.nml", text)))
     assert result.agrees, result
     assert result.curves == 1 and result.rows > 20
-    assert list(result.differences) == ["law/NumPy", "test/NumPy", "law/2D", "test/2D"]
+    assert list(result.differences) == ["law/NumPy", "test/NumPy"]
 
 
 def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -391,20 +391,11 @@ def test_compare_judges_every_column(
         assert not compare.within(name, difference), name
 
 
-def test_compare_takes_any_trapezoid(folder: Path) -> None:
-    """The 2D law has a flat plane of any weight and a rotation by 180 degrees, but no other rotation."""
-    for entries in ("flat = 0.2, ", "flat = 0.0, ", "flat = 0.5, turn = 180.0, ", "flat = 1.0, "):
-        result = compare.compare(Path(write("case.nml", CASE.replace("sides", entries + "sides"))))
-        assert result.agrees and len(result.differences) == 4, (entries, result)
-    result = compare.compare(Path(write("case.nml", CASE.replace("sides", "turn = 30.0, sides"))))
-    assert result.agrees and list(result.differences) == ["law/NumPy", "test/NumPy"]
-
-
 def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The command prints one line per case, with exit code 1 for a difference or an unknown figure."""
     assert compare.main(["--figure", "2"]) == 0
     line = capsys.readouterr().out.splitlines()[-1].split()
-    assert line[:4] == ["figure02", "1", "100", "law/2D"] and line[-1] == "agrees"
+    assert line[:4] == ["figure02", "1", "100", "law/NumPy"] and line[-1] == "agrees"
     monkeypatch.setattr(compare, "LAW_TOLERANCE", 0.0)
     assert compare.main(["--figure", "2"]) == 1
     assert capsys.readouterr().out.splitlines()[-1].endswith("DIFFERS")

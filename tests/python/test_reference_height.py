@@ -212,15 +212,6 @@ def test_planes_without_slope_have_no_facet(more):
     assert not other.state[..., HEADER + 3 :].any() and not other.wear.any()
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("height", -0.1), ("W0", -1.0), ("height", np.nan), ("W0", np.inf)]
-)
-def test_bad_parameters_are_named(name, value):
-    """The error message names a height or W0 that is negative or not finite."""
-    with pytest.raises(ValueError, match=name):
-        replace(TABLE_2, **{name: value})
-
-
 # --- tangent ------------------------------------------------------------------------------------------------
 
 

@@ -32,12 +32,11 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 
     single = actions.add_parser("run", help="run entries, with the methods that fail and those that succeed")
     single.add_argument("names", nargs="+", metavar="NAME", help="an entry that `list` prints, or all")
-    single.add_argument("--table", action="store_true", help="print the body of docs/results/stability.md")
     single.add_argument(
         "--fill",
         type=Path,
         metavar="FILE.md",
-        help="fill the table between <!-- stability --> markers instead of printing it",
+        help="fill the table between <!-- stability --> markers",
     )
     single.add_argument(
         "--check", action="store_true", help="with --fill: change nothing; exit with 1 if the table differs"
@@ -47,17 +46,13 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("stability"),
         metavar="DIR",
-        help="folder for the pictures of entries, drawn without --table and --fill (default: %(default)s)",
+        help="folder for the pictures of entries, drawn without --fill (default: %(default)s)",
     )
     single.set_defaults(action=_run)
 
     maps = actions.add_parser("map", help="draw the map of the convergence of tangents")
     maps.add_argument(
-        "--folder",
-        type=Path,
-        default=Path("stability"),
-        metavar="DIR",
-        help="folder (default: %(default)s)",
+        "--folder", type=Path, default=Path("stability"), metavar="DIR", help="folder (default: %(default)s)"
     )
     maps.add_argument(
         "--size", type=int, default=24, metavar="N", help="cells along an axis (default: %(default)s)"
@@ -81,7 +76,7 @@ def _run(options: argparse.Namespace) -> int:
     """Run entries and print each result."""
     if options.check and options.fill is None:
         raise ValueError("--check: expected with --fill FILE.md")
-    quiet = options.table or options.fill is not None
+    quiet = options.fill is not None
     results, bad = [], []
     for mode in tqdm(find(options.names), unit="entry", disable=None, delay=2.0, leave=False):
         start = time.monotonic()
@@ -99,11 +94,8 @@ def _run(options: argparse.Namespace) -> int:
             tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file)
         if mode.draw is not None and not quiet:
             tqdm.write(str(_draw(mode.draw, options.folder / f"stability_{mode.name}.png")))
-    text = table(results)
     if options.fill is not None:
-        bad += _fill(options.fill, text, options.check)
-    elif options.table:
-        print(text)
+        bad += _fill(options.fill, table(results), options.check)
     return DIFFERS if bad else 0
 
 

@@ -1,4 +1,4 @@
-"""Failure modes of the law and its arithmetic: steps, locking, second law, units, precision, time step."""
+"""Failure modes of the law and its arithmetic: steps, locking, second law, precision, time step."""
 
 from __future__ import annotations
 
@@ -322,54 +322,6 @@ STIFFNESS = FailureMode(
     stiffness,
 )
 
-# --- units --------------------------------------------------------------------------------------------------
-
-
-def units() -> list[Trial]:
-    """The same slip test in units of 1e-9 to 1e9."""
-    slips = ramp(0.0, 2.0 * S_F, steps=100)
-
-    def scaled(length: float, stress: float) -> Interface:
-        material = Material(3.0 * stress, 0.3 * length * stress, 0.9, 0.5, kc=20.0)
-        return Interface(material, Pattern.regular(4, 30.0))
-
-    def run(length: float, stress: float) -> Floats:
-        history = scaled(length, stress).confined_slip(20.0, slips * length, -stress, preload=10)
-        energies = np.column_stack([history.state[:, LEDGER], history.work]) / (length * stress)
-        return np.hstack([history.separation / length, history.traction / stress, energies])
-
-    one = run(1.0, 1.0)
-    factors = 10.0 ** np.arange(-9, 10, 3)
-    worst = max(np.abs(run(a, b) - one).max() for a in factors for b in factors) / np.abs(one).max()
-    trials = []
-    for stress, survives in ((1e-9, False), (1.0, True), (1e9, False)):
-        # an absolute tolerance of 1e-6 in the units of the user, over the scale of the residuals
-        study = newton_study(scaled(1.0, stress), 20.0, slips, -stress, 10, tolerance=1e-6 / (4.0 * stress))
-        off = np.abs(study.traction[-1] / stress - one[len(study.iterations) - 11, 3:6]).max() / 3.0
-        good = study.converged and off < ACCEPTED
-        found = f"{study.end}, error of the traction {off:.2g} sigma0" if study.converged else study.end
-        label = f"plain Newton, absolute tolerance 1e-6, sigma0 = {3.0 * stress:g}"
-        trials.append(Trial(label, survives, good, found))
-    trials.append(
-        Trial(
-            f"relative tolerance, {len(factors) ** 2} units of length and stress",
-            True,
-            bool(worst < 1e-12),
-            f"relative difference up to {worst:.0e}",
-        )
-    )
-    return trials
-
-
-UNITS = FailureMode(
-    "units",
-    "Units",
-    "The law has no built-in constant with a unit. An absolute tolerance accepts everything or nothing if "
-    "the units change.",
-    "Use tolerances relative to sigma0 or to the loads.",
-    units,
-)
-
 # --- single precision ---------------------------------------------------------------------------------------
 
 
@@ -458,5 +410,5 @@ EXPLICIT = FailureMode(
     explicit,
 )
 
-MODES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, UNITS, SINGLE, EXPLICIT)
+MODES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, SINGLE, EXPLICIT)
 """Entries of this module."""

@@ -32,9 +32,7 @@ def pulled(
     mu: float, theta: float, tangent: str, steps: int = 10, most: int = 25, direction: float = 20.0
 ) -> NewtonStudy:
     """RP-4 under 1 MPa, sheared at `direction` by springs of 0.3 K: three unknowns, as in an FE code."""
-    rough = Interface(
-        replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta)
-    )
+    rough = Interface(replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta))
     k = SPRING * K
     ends = np.linspace(0.0, S_F + TABLE_2.sigma0 / k, steps + 1)
     targets = np.outer(ends, [0.0, *(k * direction_vector(direction))])

@@ -6,10 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..style import COLOURS, ONE, TWO, label_ends, new_figure
-from .fracture_energy import (
-    MATERIAL,
-    fracture_energy,
-)
+from .fracture_energy import MATERIAL, fracture_energy
 from .gallery_draw import DILATION, ENERGY, SLIP, TRACTION, curves, polar
 from .outcome import (
     FIVE,
@@ -24,7 +21,7 @@ from .outcome import (
     numbers,
     signed,
     small,
-)
+)  # fmt: skip
 
 
 def _two_panels(case_0: Case, case_45: Case, column: str, label: str) -> Figure:
@@ -50,7 +47,6 @@ def figure_7(case_0: Case, case_45: Case) -> Outcome:
     return Outcome(
         _two_panels(case_0, case_45, "tau_L", TRACTION),
         (*came_out, f"At $\\sigma_N$ = 0 the traction left at 0.6 mm is {small(zero)} MPa (Remark 4)."),
-        "None in the text. Remark 4 refers to Figure 9(a) but describes this one.",
         *two_directions(case_0, case_45),
     )
 
@@ -72,11 +68,7 @@ def figure_8(case_0: Case, case_45: Case) -> Outcome:
             f"for $\\sigma_N$ = 0 to −20 MPa. For slip up the facing planes it would be {limit:.4f}."
         )
     return Outcome(
-        _two_panels(case_0, case_45, "s_N", DILATION),
-        tuple(came_out),
-        "None: every curve still rises at the end, because the dilation is unbounded, as the paper says. "
-        "[A finite asperity height](../extensions.md#3-what-the-height-changes) bounds it.",
-        *two_directions(case_0, case_45),
+        _two_panels(case_0, case_45, "s_N", DILATION), tuple(came_out), *two_directions(case_0, case_45)
     )
 
 
@@ -92,13 +84,7 @@ def figure_9(case_0: Case, case_45: Case) -> Outcome:
                 f"strokes is {ends} MPa, and the work of the last loop is {loop_work(c):.3f} N/mm."
             )
     return Outcome(
-        _two_panels(case_0, case_45, "tau_L", TRACTION),
-        tuple(came_out),
-        "None in the text. The text mentions one constant $\\sigma_N$ and gives no value, nor does the "
-        "caption; the values here are assumed. "
-        "[With a finite height and wear](../extensions.md#3-what-the-height-changes) the strength falls with "
-        "the slip and the cycles.",
-        *two_directions(case_0, case_45),
+        _two_panels(case_0, case_45, "tau_L", TRACTION), tuple(came_out), *two_directions(case_0, case_45)
     )
 
 
@@ -132,15 +118,7 @@ def figure_10(mono_0: Case, mono_45: Case, cyclic_0: Case, cyclic_45: Case) -> O
         for cyclic, d, case in ((0, 0, mono_0), (0, 45, mono_45), (1, 0, cyclic_0), (1, 45, cyclic_45))
         for c in case.curves
     ]
-    return Outcome(
-        figure,
-        tuple(came_out),
-        "In (a) the difference between the two directions grows with the pressure, as the paper says. In (b) "
-        "the difference is larger with pressure than without. At −10 MPa, however, the ratio is below 1 and "
-        "nearer to 1 than at −5 MPa, because a slip of 0.4 mm is too short to reach the residual strength "
-        "with the soft contact (η = 0.9).",
-        *curves_csv(parts, names),
-    )
+    return Outcome(figure, tuple(came_out), *curves_csv(parts, names))
 
 
 def figure_11(case: Case) -> Outcome:
@@ -156,7 +134,6 @@ def figure_11(case: Case) -> Outcome:
             "Directions that the symmetry maps to each other (0° and 90°, 15° and 75°, 30° and 60°) give "
             f"the same; the difference is {small(mirrored)} MPa.",
         ),
-        "None in the text.",
         *table,
     )
 
@@ -176,7 +153,6 @@ def figure_12(case: Case) -> Outcome:
             f"{100.0 * (energies.max() / energies.min() - 1.0):.2f} %.",
             f"Converged and in 64 directions it is {energy_range(converged)}.",
         ),
-        "The paper gives no number. Its sampling is probably that of Table 5, which is coarse.",
         "theta_L,G_T",
         tuple(numbers(*pair) for pair in zip(angles, energies, strict=True)),
     )
@@ -201,15 +177,8 @@ def figure_13(case_0: Case, case_45: Case) -> Outcome:
             f"$\\theta_m$ = {listed([f'{c.test.value:g}°' for c in case.curves])} with steps of 0.0025 mm "
             f"and all points; converged it is {listed([f'{e.largest:.6f}' for e in converged])} N/mm."
         )
-    without = case_0.curves[0].test.material.mu == 0.0
-    worst = max(abs(c.energy - c.test.material.Gc) for case in (case_0, case_45) for c in case.curves)
-    if without:
+    if case_0.curves[0].test.material.mu == 0.0:
+        worst = max(abs(c.energy - c.test.material.Gc) for case in (case_0, case_45) for c in case.curves)
         came_out.append(f"With these steps the largest difference from $G_c$ is {worst:.1e} N/mm.")
-        differs = "None: the energy is $G_c$ in every case, and the curves differ."
-    else:
-        differs = (
-            "The numbers in the legend of the paper are not known, because its picture was not at hand. The "
-            "energy grows with the inclination and depends on the direction, as the paper says."
-        )
     parts = [((d, c.test.value), c) for d, case in ((0, case_0), (45, case_45)) for c in case.curves]
-    return Outcome(figure, tuple(came_out), differs, *curves_csv(parts, f"theta_L,{case_0.name}"))
+    return Outcome(figure, tuple(came_out), *curves_csv(parts, f"theta_L,{case_0.name}"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,12 +155,3 @@ def _check_end(material: Material, curves: SlipCurves) -> None:
         raise ValueError(
             f"traction {left:g} at s_L = {curves.slips[-1]:g}: expected a fully damaged, open interface"
         )
-
-
-def spreads(curves: SlipCurves, intervals: Sequence[int]) -> dict[int, Floats]:
-    """Spread of G_T for every offset 1..interval of each sampling interval."""
-    found = {}
-    for interval in intervals:
-        areas = [sampled(curves, first, interval) for first in range(1, interval + 1)]
-        found[interval] = np.array([largest / smallest - 1.0 for largest, smallest in areas])
-    return found

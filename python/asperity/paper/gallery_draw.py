@@ -46,12 +46,7 @@ def merged(lines: Sequence[Line]) -> list[Line]:
 
 
 def curves(
-    ax: Axes,
-    lines: Iterable[Line],
-    x_label: str,
-    y_label: str,
-    labels: str = "",
-    inside: bool = False,
+    ax: Axes, lines: Iterable[Line], x_label: str, y_label: str, labels: str = "", inside: bool = False
 ) -> None:
     """Draw curves with labels at their ends; a cross marks a lost equilibrium, arrows mark reversals.
 

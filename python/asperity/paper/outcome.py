@@ -14,9 +14,7 @@ from ..installed import cases
 from ..pattern import Pattern, direction_vector
 from ..results import Rows, drive
 from ..style import ONE, new_figure
-from .fracture_energy import (
-    Energies,
-)
+from .fracture_energy import Energies
 from .gallery_draw import SLIP, TRACTION, curves, merged
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
@@ -64,11 +62,10 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Result of a figure: picture, findings, differences from the paper, header and lines of its CSV."""
+    """Result of a figure or table: picture (None: a table), findings, header and lines of its CSV."""
 
-    figure: Figure
+    figure: Figure | None
     came_out: tuple[str, ...]
-    differs: str
     header: str
     lines: tuple[str, ...]
 
@@ -77,20 +74,16 @@ class Outcome:
 class Entry:
     """A figure or table of the paper.
 
-    says: statement of the paper; assumed: what the paper leaves open; cases: stems of the case files, whose
-    results are the arguments of `make`, which computes and draws.
+    cases: stems of the case files, whose results are the arguments of `make`, which computes and draws.
     """
 
     number: str
-    title: str
     cases: tuple[str, ...]
-    says: str
-    assumed: str
     make: Callable[..., Outcome]
 
     @property
     def stem(self) -> str:
-        """Name of the files in the gallery."""
+        """Name of the files, and of the markers of a page."""
         if self.number.startswith("Table"):
             return self.number.lower().replace(" ", "")
         digits = self.number.rstrip("ab")

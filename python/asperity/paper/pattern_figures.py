@@ -9,17 +9,8 @@ import numpy as np
 from ..pattern import Pattern, unit_vector
 from ..pattern_pictures import plan, space
 from ..style import COLOURS, ONE, TWO, new_figure
-from .fracture_energy import (
-    PATTERNS,
-    pattern,
-)
-from .outcome import (
-    FIVE,
-    Outcome,
-    listed,
-    pattern_csv,
-    small,
-)
+from .fracture_energy import PATTERNS, pattern
+from .outcome import FIVE, Outcome, listed, pattern_csv, small
 
 
 def _same_planes(ours: Pattern, table: Sequence[tuple[float, float, float]], theta: float) -> float:
@@ -42,8 +33,6 @@ def figure_1() -> Outcome:
             "All planes have the weight "
             f"{FIVE.weights[0]:g}. The pattern is `Pattern.regular(4, 30, flat=0.2)`.",
         ),
-        "The order of the inclined planes differs: Table 3 lists opposite planes one after the other, while "
-        "(41)–(43) list the planes by their angle around the axis.",
         *pattern_csv([("five planes", FIVE)]),
     )
 
@@ -62,7 +51,6 @@ def figure_3() -> Outcome:
             f"All planes have the weight {trapezoid.weights[0]:.4f}. The pattern is `Pattern.regular(2, "
             "30)`.",
         ),
-        "Only the order of the two inclined planes differs.",
         *pattern_csv([("RT", trapezoid)]),
     )
 
@@ -86,7 +74,7 @@ def figure_6() -> Outcome:
     ax.set_xlim(-0.6, 0.95)
     ax.set_ylim(-0.6, 0.9)
     lines = pattern_csv([("five planes", FIVE)])
-    return Outcome(figure, ("The angle is measured from $T_x$ towards $T_y$.",), "None.", *lines)
+    return Outcome(figure, ("The angle is measured from $T_x$ towards $T_y$.",), *lines)
 
 
 def figure_14() -> Outcome:
@@ -104,6 +92,5 @@ def figure_14() -> Outcome:
             f"{verdict}.",
             "The areas in the plan views are proportional to the weights.",
         ),
-        "None.",
         *pattern_csv([(name, pattern(name)) for name in PATTERNS]),
     )
