@@ -26,7 +26,6 @@ from matplotlib.ticker import NullFormatter
 from tqdm import tqdm
 
 from .program import run
-from .tables import percent
 
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
 """Normal tractions, MPa."""
@@ -183,9 +182,6 @@ REFERENCE_SIDES = 64
 SIDES = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 16, 17, 24, 25, 32, 33, 48, 49, 63, 64)
 """Sides of the patterns."""
 
-SHOWN = (3, 4, 5, 6, 7, 8, 12, 16, 32)
-"""Sides of the table of errors."""
-
 DIRECTIONS = 9
 """Number of slip directions, from one plane of symmetry to the next; all others are equivalent to these."""
 
@@ -292,24 +288,19 @@ def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
                 ax.set_title(rf"$\sigma_N$ = {signed(sigma_N)} MPa")
     handles, texts = axes[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=2)
-    shown, needs = [], []
+    needs = []
     for sigma_N in tractions:
         here = [e for e in errors if e.sigma_N == sigma_N]
         names = [name for name in MEASURES if not (name == "loop" and sigma_N == 0.0)]
-        for e in (e for e in here if e.sides in SHOWN):
-            shown.append([signed(sigma_N), str(e.sides), *(percent(getattr(e, name)) for name in names)])
         for aim in AIMS[:2]:
             needs.append([signed(sigma_N), f"{100 * aim:g} %", *(_fewest(here, n, aim) for n in names)])
     for aim in AIMS[:2]:
         enough = next(m for m in range(3, 1000) if residual_spread(m, THETA, MU) <= aim)
         needs.append(["< 0, residual strength", f"{100 * aim:g} %", str(enough)])
-    tables = [("Errors of RP-m, %:", "m", shown), ("Fewest sides m that meet an aim:", "aim", needs)]
-    parts = []
-    for title, second, rows in tables:
-        head = ["σ_N [MPa]", second, *MEASURES.values()]
-        filled = [[*row, *[""] * (len(head) - len(row))] for row in rows]
-        parts += [title, markdown(head, filled, numbers=True)]
-    return {"planes": figure}, "\n\n".join(parts)
+    head = ["σ_N [MPa]", "aim", *MEASURES.values()]
+    filled = [[*row, *[""] * (len(head) - len(row))] for row in needs]
+    text = "Fewest sides m that meet an aim:\n\n" + markdown(head, filled, numbers=True)
+    return {"planes": figure}, text
 
 
 SHARED = ("tau_L", "across", "s_N")
@@ -365,7 +356,7 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
                     chosen = [e for e in errors if e.sides % 2 == odd]
                     label = f"{theta:g}°, {'odd' if odd else 'even'}"
                     _plot(ax, chosen, name, i, "s" if odd else "o", odd, label)
-            needs = [_fewest(errors, n, aim) for n in ("tau_L", "across", "s_N", "loop") for aim in AIMS[:2]]
+            needs = [_fewest(errors, n, aim) for n in ("tau_L", "s_N") for aim in AIMS[:2]]
             rows.append([f"{mu:g}", f"{theta:g}°", *needs])
         first = mu == frictions[0]
         column[0].set_title(rf"$\mu$ = {mu:g}, $\sigma_N$ = {signed(MATERIALS_SIGMA_N)} MPa")
@@ -373,7 +364,7 @@ def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
         _plane_axes(column[1], "spread of the loops [-]" if first else "", last=True)
     handles, texts = axes[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside lower center", ncols=6)
-    names = (f"{q}, {100 * aim:g} %" for q in ("τ_L", "across", "s_N", "loops") for aim in AIMS[:2])
+    names = (f"{q}, {100 * aim:g} %" for q in ("τ_L", "s_N") for aim in AIMS[:2])
     return {"materials": figure}, markdown(["µ", "θ", *names], rows, numbers=True)
 
 

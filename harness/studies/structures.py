@@ -172,6 +172,7 @@ def table(rows: Sequence[Row]) -> str:
             f"{row.seconds:.2f}", percent(row.law / row.seconds),
         ]
         for row in rows
+        if row.sides in SIDES
     ]  # fmt: skip
     return markdown(head, cells, numbers=True)
 

@@ -186,8 +186,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _driven(path: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
-    """Run the driver, or one for each value of a sweep where workers are asked for; return the exit code."""
-    if options.jobs is None and options.scheduler is None:
+    """Run the driver, or with --jobs one for each value of a sweep; return the exit code."""
+    if options.jobs is None:
         return subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
     from .parallel import progress_bar, workers
     from .sweeps import number_of_runs, run_sweep

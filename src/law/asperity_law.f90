@@ -30,7 +30,7 @@ contains
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
   !> This procedure does not test its input; `update_points` of asperity_points does.
-  pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt)
+  pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt, share)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
@@ -39,12 +39,13 @@ contains
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
     state = state_old
-    call update_point_in_place(joint, s_old, s, state, traction, tangent, dt)
+    call update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
   end subroutine update_point
 
   !> As update_point, but one array holds the state at the start and then the state at the end.
-  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt)
+  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
@@ -52,10 +53,14 @@ contains
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
     type(vector_type) :: from, to
     real(wp) :: alpha(max_lanes), s_dit(max_lanes), s_dih(max_lanes), omega(max_lanes), wear_work(max_lanes), sums(4)
+    real(wp) :: worn_share
     integer :: i, k
 
+    worn_share = 1.0_wp
+    if (present(share)) worn_share = share
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
       alpha(k) = state(i)
@@ -82,10 +87,10 @@ contains
     ! the flag is a literal, so that the compiler generates a separate loop for each value
     if (joint%material%curved) then
       call sum_planes(constants_of(joint%material, dt), .true., joint%pattern, from, to, joint%material, alpha, &
-        s_dit, s_dih, omega, wear_work, sums, traction, tangent)
+        s_dit, s_dih, omega, wear_work, worn_share, sums, traction, tangent)
     else
       call sum_planes(constants_of(joint%material, dt), .false., joint%pattern, from, to, joint%material, alpha, &
-        s_dit, s_dih, omega, wear_work, sums, traction, tangent)
+        s_dit, s_dih, omega, wear_work, worn_share, sums, traction, tangent)
     end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
@@ -138,8 +143,8 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(m, curved, pattern, from, to, material, alpha, s_dit, s_dih, omega, wear_work, sums, &
-    traction, tangent)
+  pure subroutine sum_planes(m, curved, pattern, from, to, material, alpha, s_dit, s_dih, omega, wear_work, &
+    share, sums, traction, tangent)
     type(constants_type), intent(in) :: m         !! constants of the law
     logical, intent(in) :: curved                 !! whether the contacts lie on facets
     type(pattern_type), intent(in) :: pattern     !! frames and weights
@@ -150,6 +155,7 @@ contains
     real(wp), intent(inout) :: s_dih(max_lanes)   !! inelastic slip, start -> end, length
     real(wp), intent(inout) :: omega(max_lanes)   !! worn share of the facets, start -> end
     real(wp), intent(inout) :: wear_work(max_lanes)   !! their frictional work, start -> end, stress*length
+    real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
     real(wp), intent(out) :: sums(4)              !! damage; energy stored, increments of rupture and friction
     real(wp), intent(out) :: traction(3)          !! stress
     real(wp), intent(out) :: tangent(3, 3)        !! stress/length
@@ -195,9 +201,9 @@ contains
           old = history_type(alpha(k), s_dit(k), s_dih(k))
           wear = wear_at_start(m, plane, from, old, omega(k), wear_work(k))
           drive_old(k) = wear%drive
-          worn(k) = wear%omega - omega(k)
-          omega(k) = wear%omega
-          rho(k) = 1.0_wp - wear%omega
+          worn(k) = share*(wear%omega - omega(k))
+          omega(k) = merge(wear%omega, omega(k) + worn(k), share >= 1.0_wp)
+          rho(k) = 1.0_wp - omega(k)
         end do
       end if
     end if

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-
-from asperity.tables import markdown
+from itertools import pairwise
 
 from . import law_modes, solver_modes
 from .modes import FailureMode, Trial
@@ -30,15 +29,16 @@ def shown(trials: Sequence[Trial]) -> bool:
 
 
 def table(results: Iterable[tuple[FailureMode, Sequence[Trial]]]) -> str:
-    """Body of docs/results/stability.md: description, advice and measurements of each failure mode."""
+    """Body of docs/results/stability.md: description, advice and one comparison for each failure mode."""
     return "\n\n".join(_section(mode, trials) for mode, trials in results)
 
 
 def _section(mode: FailureMode, trials: Sequence[Trial]) -> str:
+    pair = [pair for pair in pairwise(trials) if pair[0].survives != pair[1].survives][-1]
     lines = [f"### {mode.name}", "", f"**{mode.title}.** {mode.happens}", ""]
     lines += [f"*What to do.* {mode.advice}", ""]
-    rows = [(t.method, "survives" if t.survives else "**fails**", t.measured) for t in trials]
-    return "\n".join([*lines, markdown(("method", "", "measured"), rows)])
+    lines += [f"- *{'Survives' if t.survives else 'Fails'}:* {t.method} ({t.measured})." for t in pair]
+    return "\n".join(lines)
 
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")

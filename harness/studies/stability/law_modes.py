@@ -163,7 +163,7 @@ def _steep(height: float) -> Trial:
     at, last = (
         float(value) for value in np.interp((0.1, 1.0), history.separation[:, 1], history.traction[:, 1])
     )
-    end = f"height = {height:g} mm" if height else "no end of the asperities"
+    end = f"height = {height:g} mm" if height else "infinitely high asperities"
     label = f"RT of 60°, mu tan(theta) = 1.39, {end}, slip of 1 mm under -1 MPa"
     return Trial(label, height > 0.0, bool(last < at), f"{at:.4g} MPa at 0.1 mm, {last:.4g} MPa at 1 mm")
 
@@ -172,7 +172,7 @@ LOCKING = FailureMode(
     "locking",
     "Locking at mu tan(theta) = 1",
     "On a steep, rough plane friction prevents any sliding up: the traction grows in proportion to the "
-    "slip. The planes of the paper have no end, so this growth has no limit.",
+    "slip. The asperities of the paper are infinitely high, so this growth has no limit.",
     "Keep mu tan(theta) below 1 in every direction, or give the asperities a height H (PROPS 18): locking "
     "then ends at the slip (H/tan(theta)) log(mu tan(theta)). Otherwise only the adjacent bodies limit the "
     "forces.",
@@ -254,7 +254,7 @@ SECOND_LAW = FailureMode(
     "A plane slips to s_1, is closed to s_N and slips back to -r. Beyond r = s_1 its damage grows again. "
     "The elastic slip of its contact is then up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2, and "
     "growing damage has a negative dissipation where q > r. This happens for mu |s_N| > s_1.",
-    "Look at STATEV 3 (rupture): if it decreases, the law is outside its range of validity (CNS, seismic "
+    "Check STATEV 3 (rupture): if it decreases, the law is outside its range of validity (CNS, seismic "
     "paths). The guard (PROPS 17) prevents this growth of damage.",
     second_law,
 )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
-from asperity.parallel import Serial, map_in_order, progress_bar
+from asperity.parallel import map_in_order, progress_bar
 from asperity.pattern import Pattern
 from asperity.plots import COLOURS, plt
 from matplotlib.colors import BoundaryNorm, TwoSlopeNorm
@@ -40,7 +40,7 @@ def draw_map(folder: Path, size: int, pdf: bool = False, executor: Executor | No
     slopes, frictions = np.linspace(0.0, 60.0, size), np.linspace(0.0, 1.6, size)
     places = [(float(mu), float(theta)) for theta in slopes for mu in frictions]
     with progress_bar(len(places), "cell of the map") as bar:
-        rows = map_in_order(cell, places, executor or Serial(), bar.update)
+        rows = map_in_order(cell, places, executor or ThreadPoolExecutor(1), bar.update)
     path = folder / "map_tangents.csv"
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, rows[0])

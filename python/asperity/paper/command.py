@@ -6,11 +6,11 @@ import argparse
 import os
 import re
 from collections.abc import Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from ..parallel import Serial, add_workers, map_in_order, progress_bar, workers
+from ..parallel import add_workers, map_in_order, progress_bar, workers
 from ..style import encoded, printed
 from ..tables import fill
 from .entries import ENTRIES, Entry
@@ -82,7 +82,8 @@ def write(
     # The last entries take longest, so they start first.
     numbers = [ENTRIES.index(entry) for entry in reversed(entries)]
     with progress_bar(len(entries), "figure") as bar:
-        made = map_in_order(partial(_make_one, pdf), numbers, executor or Serial(), bar.update)[::-1]
+        one = executor or ThreadPoolExecutor(1)
+        made = map_in_order(partial(_make_one, pdf), numbers, one, bar.update)[::-1]
     for files, _ in made:
         for name, content in files.items():
             (folder / name).write_bytes(content)

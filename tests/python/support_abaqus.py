@@ -1,4 +1,4 @@
-"""UMAT and VUMAT of a shared library, called as Abaqus calls them: arrays by address, in Fortran's order."""
+"""UMAT and VUMAT of a shared library, called as Abaqus calls them, and the decks of one element with them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ctypes
 from pathlib import Path
 
 import numpy as np
+from deck_check import Keyword, Model, props_of
 
 GARBAGE = -7.7e77
 """Value of outputs before a call, and of arguments that Abaqus does not define."""
@@ -95,3 +96,79 @@ class Vumat:
             ctypes.c_size_t(80),
         )
         return np.ascontiguousarray(new_stress, dtype=float), np.ascontiguousarray(new_state, dtype=float)
+
+
+def loads(found: Model) -> list[tuple[np.ndarray, float, float]]:
+    """Numbers of the procedure, pressure and displacement along x at the end of each step; the area is 1."""
+    steps: list[dict[str, Keyword]] = []
+    pressure = slip = 0.0
+    for keyword in found.keywords:
+        if keyword.name == "step":
+            steps.append({})
+        elif steps:
+            steps[-1][keyword.name] = keyword
+    ends = []
+    for step in steps:
+        for keyword in (step[name] for name in ("cload", "boundary") if name in step):
+            [(nodes, direction, *values)] = keyword.data
+            if keyword.name == "cload":
+                assert direction == "3"
+                pressure = -len(found.of(keyword, "nset", nodes)) * keyword.number(values[0])
+            elif len(values) == 2:
+                assert direction == values[0] == "1"
+                slip = keyword.number(values[1])
+        procedure = step["dynamic" if found.explicit else "static"]
+        numbers = np.array([procedure.number(value) for value in procedure.data[0] if value])
+        ends.append((numbers, pressure, slip))
+    return ends
+
+
+def run_standard(found: Model, library: Path) -> np.ndarray:
+    """Displacements along x and z, force along x and damage after every increment of the last step."""
+    [material] = found.materials.values()
+    states = len(material["depvar"].data) - 1
+    umat = Umat(library, props_of(material["user material"]), 3, states)
+    stress, statev, strain = np.zeros(3), np.zeros(states), np.zeros(3)
+    pressure = slip = 0.0
+    for (size, duration), pressure_end, slip_end in loads(found):
+        count, rows = round(duration / size), []
+        for i in range(1, count + 1):
+            held = pressure + (pressure_end - pressure) * i / count
+            new = np.array([strain[0], slip + (slip_end - slip) * i / count, 0.0])
+            for _ in range(16):
+                assert umat.call(stress, statev, strain, new - strain, size)
+                unbalanced = umat.stress[0] + held
+                if abs(unbalanced) < 1.0e-12:
+                    break
+                new[0] -= unbalanced / umat.tangent[0, 0]
+            else:
+                raise AssertionError(f"increment {i}: no convergence")
+            stress, statev, strain = umat.stress.copy(), umat.statev.copy(), new
+            rows.append([strain[1], strain[0], stress[1], statev[0]])
+        pressure, slip = pressure_end, slip_end
+    return np.array(rows)
+
+
+def run_explicit(found: Model, library: Path, single: bool = False) -> np.ndarray:
+    """The same by central differences, with loads that grow smoothly; half the mass is on the upper face."""
+    [material] = found.materials.values()
+    density = props_of(material["density"])[0]
+    vumat = Vumat(library, props_of(material["user material"]), density, single)
+    stress, statev = np.zeros((1, 3)), np.zeros((1, len(material["depvar"].data) - 1))
+    probe, same = vumat.call(0.0, 1.0, np.array([[1.0e-6, 0.0, 0.0]]), stress, statev)
+    assert (same == statev).all()
+    dt = 0.8 * 2.0 / np.sqrt(probe[0, 0] / 1.0e-6 / (0.5 * density))
+    total = z = velocity = x = force = slip = 0.0
+    for (duration,), pressure_end, slip_end in loads(found):
+        count, rows, pressure, start = int(np.ceil(duration / dt)), [], -force, slip
+        step = duration / count
+        for share in np.linspace(0.0, 1.0, count + 1)[1:]:
+            smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+            velocity += step * (force - stress[0, 0]) / (0.5 * density)
+            slip = start + smooth * (slip_end - start)
+            strain = np.array([[step * velocity, 0.0, 0.5 * (slip - x)]])
+            z, x, total = z + step * velocity, slip, total + step
+            stress, statev = vumat.call(total, step, strain, stress, statev)
+            force = -(pressure + smooth * (pressure_end - pressure))
+            rows.append([x, z, stress[0, 2], statev[0, 0]])
+    return np.array(rows)

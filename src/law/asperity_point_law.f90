@@ -1,0 +1,83 @@
+!> The door between a law and the solver: all that the solver knows of a law at a material point.
+module asperity_point_law
+  use asperity_kinds, only: wp
+  implicit none
+  private
+
+  !> A law that gives the traction of a point for its separation (N, Tx, Ty).
+  !>
+  !> The traction depends on the separation at the end of an increment, on the state at its start and on the duration.
+  !> The solver takes its own lengths and stresses from the scales.
+  type, abstract, public :: point_law
+    integer :: n_state = 0               !! number of state variables
+    real(wp) :: length = 0.0_wp          !! separation at which the strength is reached, length
+    real(wp) :: reach = 0.0_wp           !! separation at which the bond is broken, length
+    real(wp) :: stiffness = 0.0_wp       !! largest stiffness of the bond, stress/length
+    real(wp) :: softest = 0.0_wp         !! smallest stiffness of the virgin or the closed joint, stress/length
+    real(wp) :: stress = 0.0_wp          !! strength, stress
+    real(wp) :: bound = 0.0_wp           !! largest admissible separation, length
+    logical :: relaxes = .false.         !! whether the duration of an increment matters
+    logical :: wears = .false.           !! whether the state at the start of an increment wears the joint in it
+    logical :: jumps = .false.           !! whether the traction may be a discontinuous function of the separation
+  contains
+    procedure(update_procedure), deferred :: update
+    procedure(energies_procedure), deferred, nopass :: energies
+    procedure(state_test), deferred :: cannot_soften
+    procedure(state_test), deferred :: admissible
+    procedure(magnitude_procedure), deferred :: magnitude
+    procedure(touch_procedure), deferred :: first_touch
+  end type point_law
+
+  abstract interface
+
+    !> Traction, state and consistent tangent at separation s, from the state at separation s_old. The input is not
+    !> tested.
+    pure subroutine update_procedure(law, s_old, s, state_old, state, traction, tangent, dt, share)
+      import :: point_law, wp
+      class(point_law), intent(in) :: law                !! the law
+      real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
+      real(wp), intent(in) :: s(3)                       !! separation at the end, length
+      real(wp), intent(in), contiguous :: state_old(:)   !! state at the start
+      real(wp), intent(out), contiguous :: state(:)      !! state at the end
+      real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
+      real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
+      real(wp), intent(in) :: dt                         !! duration, >= 0, time
+      real(wp), intent(in) :: share                      !! share of the wear of the increment, 0 to 1
+    end subroutine update_procedure
+
+    !> Energies of a state: stored, and dissipated so far, stress*length.
+    pure function energies_procedure(state) result(energies)
+      import :: wp
+      real(wp), intent(in) :: state(:)      !! state
+      real(wp) :: energies(2)
+    end function energies_procedure
+
+    !> Whether a state has a property.
+    pure function state_test(law, state) result(yes)
+      import :: point_law, wp
+      class(point_law), intent(in) :: law   !! the law
+      real(wp), intent(in) :: state(:)      !! state
+      logical :: yes
+    end function state_test
+
+    !> Size of the terms whose sum is the traction, stress. Rounding errors are proportional to it.
+    pure function magnitude_procedure(law, s, state) result(size)
+      import :: point_law, wp
+      class(point_law), intent(in) :: law   !! the law
+      real(wp), intent(in) :: s(3)          !! separation (N, Tx, Ty), length
+      real(wp), intent(in) :: state(:)      !! state
+      real(wp) :: size
+    end function magnitude_procedure
+
+    !> Smallest separation N, not below zero, at which no part of the joint is in contact, length.
+    pure function touch_procedure(law, s, state) result(opening)
+      import :: point_law, wp
+      class(point_law), intent(in) :: law   !! the law
+      real(wp), intent(in) :: s(3)          !! separation, of which Tx and Ty are used, length
+      real(wp), intent(in) :: state(:)      !! state
+      real(wp) :: opening
+    end function touch_procedure
+
+  end interface
+
+end module asperity_point_law

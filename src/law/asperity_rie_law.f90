@@ -1,0 +1,130 @@
+!> The law of a rough interface (material and pattern) as the solver sees it.
+module asperity_rie_law
+  use asperity_call_checks, only: state_status
+  use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
+  use asperity_interface, only: interface_type, separation_bound
+  use asperity_kinds, only: wp
+  use asperity_law, only: kinematics_type, plane_kinematics, update_point
+  use asperity_point_law, only: point_law
+  implicit none
+  private
+  public :: new_rie_law, whole_separation
+
+  !> The law of an interface.
+  type, extends(point_law), public :: rie_law
+    type(interface_type) :: joint   !! material and pattern
+  contains
+    procedure :: update
+    procedure, nopass :: energies
+    procedure :: cannot_soften
+    procedure :: admissible
+    procedure :: magnitude
+    procedure :: first_touch
+  end type rie_law
+
+contains
+
+  !> The law of an interface.
+  pure function new_rie_law(joint) result(law)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    type(rie_law) :: law
+    law%joint = joint
+    law%n_state = joint%n_statev
+    associate (m => joint%material)
+      law%length = m%s0
+      law%reach = m%s0/(1.0_wp - m%eta)
+      law%stiffness = max(m%k_n, m%k_t)
+      law%softest = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
+      law%stress = m%k_n*m%s0
+      law%relaxes = m%tau_v > 0.0_wp
+      law%wears = m%wears
+      law%jumps = m%curved .or. m%guard
+    end associate
+    law%bound = separation_bound(joint)
+  end function new_rie_law
+
+  !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8), length.
+  pure function whole_separation(s, state) result(whole)
+    real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)   !! STATEV
+    real(wp) :: whole(3)
+    whole = s + state(v_offset:v_offset + 2)
+  end function whole_separation
+
+  !> Traction, state and consistent tangent at separation s, from the state at separation s_old.
+  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, share)
+    class(rie_law), intent(in) :: law                  !! the law
+    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
+    real(wp), intent(in) :: s(3)                       !! separation at the end, length
+    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
+    real(wp), intent(out), contiguous :: state(:)      !! STATEV at the end
+    real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
+    real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
+    real(wp), intent(in) :: dt                         !! duration, >= 0, time
+    real(wp), intent(in) :: share                      !! share of the wear of the increment, 0 to 1
+    call update_point(law%joint, s_old, s, state_old, state, traction, tangent, dt, share)
+  end subroutine update
+
+  !> Energies of a state: stored, and dissipated by rupture, friction and wear, stress*length.
+  pure function energies(state)
+    real(wp), intent(in) :: state(:)    !! STATEV
+    real(wp) :: energies(2)
+    energies = [state(v_stored), state(v_rupture) + state(v_friction)]
+  end function energies
+
+  !> Whether the interface cannot soften: every plane is straight and fully damaged, and mu tan(theta) < 1. The residual
+  !> of a single prescribed t_N then never decreases with s_N. On curved facets the shear traction decreases with slip.
+  pure function cannot_soften(law, state) result(yes)
+    class(rie_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: state(:)    !! STATEV
+    logical :: yes
+    integer :: k
+    associate (joint => law%joint)
+      yes = .not. joint%material%curved
+      do k = 1, joint%pattern%n
+        yes = yes .and. state(plane_statev(k)) >= 1.0_wp .and. &
+          joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
+      end do
+    end associate
+  end function cannot_soften
+
+  !> Whether an update may start from a state.
+  pure function admissible(law, state) result(yes)
+    class(rie_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: state(:)    !! STATEV
+    logical :: yes
+    yes = state_status(law%joint, state) == status_ok
+  end function admissible
+
+  !> Largest stiffness of a plane times the largest separation or slip, stress.
+  pure function magnitude(law, s, state) result(size)
+    class(rie_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: s(3)        !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)    !! STATEV
+    real(wp) :: size
+    integer :: i, k
+    size = maxval(abs(whole_separation(s, state)))
+    do k = 1, law%joint%pattern%n
+      i = plane_statev(k)
+      size = max(size, abs(state(i + 1)), abs(state(i + 2)))
+    end do
+    size = max(law%stiffness, law%joint%material%k_c)*size
+  end function magnitude
+
+  !> Smallest separation N, not below zero with the offset, at which no plane is in contact, length.
+  pure function first_touch(law, s, state) result(opening)
+    class(rie_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: s(3)        !! separation, of which Tx and Ty are used, length
+    real(wp), intent(in) :: state(:)    !! STATEV
+    real(wp) :: opening
+    type(kinematics_type) :: kinematics
+    integer :: k
+    opening = 0.0_wp
+    do k = 1, law%joint%pattern%n
+      kinematics = plane_kinematics(law%joint, k, whole_separation(s, state), state)
+      opening = max(opening, kinematics%touch)
+    end do
+    opening = opening - state(v_offset)
+  end function first_touch
+
+end module asperity_rie_law
