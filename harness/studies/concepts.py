@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
+from asperity.curve_pictures import DILATION, SLIP, TRACTION
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
-from asperity.paper.gallery_draw import DILATION, SLIP, TRACTION
 from asperity.pattern import Pattern
 from asperity.style import TWO, new_figure, printed, save
 from matplotlib.axes import Axes

@@ -13,9 +13,9 @@ from itertools import pairwise
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
+from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
-from asperity.paper.gallery_draw import DILATION, SLIP, TRACTION, curves
 from asperity.pattern import Pattern
 from asperity.style import TWO, new_figure
 from matplotlib import colormaps

@@ -193,7 +193,8 @@ def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run the command for the gallery; return the folder of its output."""
     folder = tmp_path_factory.mktemp("gallery")
     page = folder / "README.md"
-    page.write_bytes(re.sub(rb"(<!-- \w+ -->\n).*?(\n<!-- /)", rb"\1\2", (GALLERY / page.name).read_bytes(), flags=re.S))
+    text = (GALLERY / page.name).read_text(encoding="utf-8")
+    page.write_text(re.sub(r"(<!-- \w+ -->).*?(<!-- /)", r"\1\n\2", text, flags=re.DOTALL), encoding="utf-8")
     assert main(["paper", "--folder", str(folder), "--page", str(page)]) == 0
     return folder
 
@@ -245,7 +246,8 @@ def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     """With --figure the other figures are not written; findings are printed; --pdf adds vector pictures."""
     assert main(["paper", "--folder", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("figure02\n- The largest traction is 3 MPa") and out.endswith(f"\n{tmp_path / 'new'}\n")
+    assert out.startswith("figure02\n- The largest traction is 3 MPa")
+    assert out.endswith(f"\n{tmp_path / 'new'}\n")
     names = [f"figure{number}.{kind}" for number in ("02", "04a") for kind in ("csv", "pdf", "png")]
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
     assert (tmp_path / "new" / "figure02.pdf").read_bytes().startswith(b"%PDF")
@@ -261,7 +263,7 @@ def test_figures_by_number(number: str, expected: list[str]) -> None:
 
 
 def test_unknown_figure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The error message names a figure that the paper does not have, or a marker that a page does not have."""
+    """The error message names an unknown figure, or a marker that a page does not have."""
     assert main(["paper", "--figure", "17"]) == 1
     assert "--figure 17: expected one of 1, 2, 3, 4a" in capsys.readouterr().err
     page = tmp_path / "page.md"

@@ -10,7 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, plot
-from asperity.paper.gallery_draw import curves, merged
+from asperity.curve_pictures import curves, merged
 from asperity.plots import figure_of
 from asperity.style import DPI, TWO, label_ends, new_figure, printed, save
 from matplotlib.text import Annotation

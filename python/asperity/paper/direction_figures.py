@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..curve_pictures import DILATION, ENERGY, SLIP, TRACTION, curves, polar
 from ..style import COLOURS, ONE, TWO, label_ends, new_figure
 from .fracture_energy import MATERIAL, fracture_energy
-from .gallery_draw import DILATION, ENERGY, SLIP, TRACTION, curves, polar
 from .outcome import (
     FIVE,
     Case,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..curve_pictures import ENERGY, SLIP, TRACTION, curves, merged, polar
 from ..style import TWO
 from ..tables import markdown
 from .fracture_energy import (
@@ -20,7 +21,6 @@ from .fracture_energy import (
     sampled,
     table_5_curves,
 )  # fmt: skip
-from .gallery_draw import ENERGY, SLIP, TRACTION, curves, merged, polar
 from .outcome import Case, Outcome, curves_csv, energy_range, numbers
 
 

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
+from ..curve_pictures import SLIP, TRACTION, curves, merged
 from ..installed import cases
 from ..pattern import Pattern, direction_vector
 from ..results import Rows, drive
 from ..style import ONE, new_figure
 from .fracture_energy import Energies
-from .gallery_draw import SLIP, TRACTION, curves, merged
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
 """The five planes of Table 3."""
@@ -105,11 +105,7 @@ def run_case(stem: str) -> Case:
 def _curve(test: SlipTest, rows: Rows) -> Curve:
     """Curve of a test from the end of its preload on; without a preload it starts at the virgin point."""
     first = test.preload - 1
-    s, t, damage = (
-        rows.separation[max(first, 0) :],
-        rows.traction[max(first, 0) :],
-        rows.damage[max(first, 0) :],
-    )
+    s, t, damage = (column[max(first, 0) :] for column in (rows.separation, rows.traction, rows.damage))
     if first < 0:
         s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
     e = direction_vector(test.direction)

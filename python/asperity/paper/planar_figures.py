@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..curve_pictures import DILATION, SLIP, TRACTION, curves
 from ..style import COLOURS, ONE, TWO, new_figure
-from .gallery_draw import DILATION, SLIP, TRACTION, curves
 from .outcome import (
     Case,
     Outcome,

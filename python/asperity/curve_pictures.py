@@ -1,4 +1,4 @@
-"""Drawing helpers of the gallery: curves of a figure, and polar plots."""
+"""Curves of slip tests with labels at their ends, and energies over the direction of slip."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 
-from ..contract import Floats
-from ..style import COLOURS, LINES, direction_arrows, label_ends
+from .contract import Floats
+from .style import COLOURS, LINES, direction_arrows, label_ends
 
 SLIP = r"slip $s_L$ [mm]"
 TRACTION = r"traction $\tau_L$ [MPa]"
