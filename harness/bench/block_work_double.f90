@@ -1,7 +1,7 @@
 !> Block kernel, VUMAT and their limits in double precision.
 module block_work_double
   use, intrinsic :: iso_fortran_env, only: wp => real64, real64
-  use asperity_block_double, only: block_type, chunk, new_block, update_block
+  use asperity_block_double, only: block_type, chunk, new_block, points_type, update_block
   use asperity_contract, only: v_offset
   use asperity_interface, only: interface_type
   use host_routines, only: vumat

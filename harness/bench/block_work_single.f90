@@ -1,7 +1,7 @@
 !> Block kernel, VUMAT and their limits in single precision.
 module block_work_single
   use, intrinsic :: iso_fortran_env, only: wp => real32, real64
-  use asperity_block_single, only: block_type, chunk, new_block, update_block
+  use asperity_block_single, only: block_type, chunk, new_block, points_type, update_block
   use asperity_contract, only: v_offset
   use asperity_interface, only: interface_type
   use host_routines, only: vumat => vumat_single

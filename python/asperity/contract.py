@@ -37,7 +37,7 @@ MOST = int(np.iinfo(np.intc).max)
 class Prop:
     """One entry of PROPS; index counts from 1, and default is None where a value is required.
 
-    owner: law, pattern, host or numerics. lower, upper: smallest and largest
+    owner: law, pattern, host, numerics or reserved. lower, upper: smallest and largest
     admissible value.
     """
 
@@ -76,6 +76,10 @@ def props_table() -> tuple[Prop, ...]:
         given = None if index <= N_REQUIRED_PROPS else default
         rows.append(Prop(index, *map(_text, texts), lower, upper, given, integral == 1))
     return tuple(rows)
+
+
+N_USED_PROPS = max(row.index for row in props_table() if row.owner != "reserved")
+"""Number of PROPS up to the last one before the listed planes that is not reserved."""
 
 
 def owned(*owners: str) -> tuple[Prop, ...]:

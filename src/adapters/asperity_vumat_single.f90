@@ -8,7 +8,7 @@ subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, s
                         defgradNew, fieldNew, stressNew, stateNew, enerInternNew, enerInelasNew)
   use, intrinsic :: iso_fortran_env, only: ik => int32, real64, wp => real32
   use asperity_block_single, only: block_type, chunk, largest_energy, largest_separation, new_block, &
-    update_block
+    points_type, update_block
   use asperity_call_checks, only: explain_block, explain_vumat, vumat_status
   use asperity_checks, only: check_block
   use asperity_contract, only: max_planes, n_statev, status_initial, status_ok, status_state, v_friction, v_offset, &

@@ -14,8 +14,9 @@ module asperity_contract
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
     p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19
-  !> PROPS before the listed planes, and how many of them have no default.
-  integer, parameter, public :: n_fixed_props = 19, n_required_props = 4
+  !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
+  !> takes one of them, so that the listed planes of existing decks keep their place.
+  integer, parameter, public :: n_fixed_props = 24, n_required_props = 4
   !> Number of values of a listed plane (n_N, n_Tx, n_Ty, gamma).
   integer, parameter, public :: n_listed_values = 4
   !> Largest number of inclined planes, and of all planes with the flat one.
@@ -29,7 +30,7 @@ module asperity_contract
   !> -`upper`.
   type :: prop_type
     character(len=8) :: name          !! symbol
-    character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics
+    character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics; or reserved
     character(len=64) :: meaning      !! one line
     character(len=14) :: unit         !! in the user's consistent set
     character(len=40) :: admissible   !! what an error message says was expected
@@ -55,6 +56,9 @@ module asperity_contract
   real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp), below_right = nearest(90.0_wp, -1.0_wp)
   real(wp), parameter :: unbounded = huge(1.0_wp)
 
+  !> What an entry says that no constant uses yet.
+  character(len=*), parameter :: no_use = "no constant yet", zero_only = "0 (reserved)"
+
   type(prop_type), parameter, public :: prop_table(n_fixed_props) = [ &
     prop_type("sigma0", "law", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
     prop_type("Gc", "law", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
@@ -62,7 +66,7 @@ module asperity_contract
     prop_type("mu", "law", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp), &
     prop_type("theta", "pattern", "inclination of the planes", "degree", "0 <= theta < 90", &
               0.0_wp, below_right, 0.0_wp), &
-    prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 20 on)", "-", &
+    prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 25 on)", "-", &
               "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp), &
     prop_type("flat", "pattern", "weight of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
     prop_type("turn", "pattern", "rotation of the pattern about N", "degree", "any finite angle", &
@@ -87,7 +91,12 @@ module asperity_contract
     prop_type("height", "law", "asperity height, where the dilation ends; 0: it never ends", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp)]
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
+    prop_type("slot20", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("slot21", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("slot22", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp)]
   !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
   integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(5) = [p_h, p_sigma02, p_gc2, &
     p_height, p_w0]

@@ -7,7 +7,7 @@ module asperity_law
     v_rupture, v_status, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_material, only: material_type, over_time
+  use asperity_material, only: damage_share, double_material_type => material_type, material_type
   use asperity_pattern, only: max_lanes, pattern_type
   implicit none
   private
@@ -21,6 +21,20 @@ module asperity_law
     real(wp) :: gradient(3, 3)   !! derivatives of contact (rows) with respect to (N, Tx, Ty)
     real(wp) :: touch            !! opening s_N at which the plane just touches at this tangential separation, length
   end type kinematics_type
+
+  !> State of the planes, plane by plane and in the spare lanes.
+  type :: lanes_type
+    real(wp), dimension(max_lanes) :: alpha          !! damage
+    real(wp), dimension(max_lanes) :: s_dit, s_dih   !! inelastic slip, length
+    real(wp), dimension(max_lanes) :: omega          !! worn share of the facets
+    real(wp), dimension(max_lanes) :: wear_work      !! their frictional work, stress*length
+  end type lanes_type
+
+  !> Sums (3) over the planes.
+  type :: sums_type
+    real(wp) :: damage, stored, rupture, friction   !! energies: stored, increments of rupture and friction
+    real(wp) :: traction(3), tangent(3, 3)          !! stress, stress/length
+  end type sums_type
 
 contains
 
@@ -55,60 +69,63 @@ contains
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
     real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
     type(vector_type) :: from, to
-    real(wp) :: alpha(max_lanes), s_dit(max_lanes), s_dih(max_lanes), omega(max_lanes), wear_work(max_lanes), sums(4)
+    type(growth_type) :: growth
+    type(lanes_type) :: lanes
+    type(sums_type) :: sums
     real(wp) :: worn_share
     integer :: i, k
 
     worn_share = 1.0_wp
     if (present(share)) worn_share = share
+    growth = growth_of(joint%material, dt)
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
-      alpha(k) = state(i)
-      s_dit(k) = state(i + 1)
-      s_dih(k) = state(i + 2)
+      lanes%alpha(k) = state(i)
+      lanes%s_dit(k) = state(i + 1)
+      lanes%s_dih(k) = state(i + 2)
     end do
     do k = joint%pattern%n + 1, joint%pattern%lanes
-      alpha(k) = 0.0_wp
-      s_dit(k) = 0.0_wp
-      s_dih(k) = 0.0_wp
+      lanes%alpha(k) = 0.0_wp
+      lanes%s_dit(k) = 0.0_wp
+      lanes%s_dih(k) = 0.0_wp
     end do
     if (joint%material%curved) then
-      omega(:joint%pattern%lanes) = 0.0_wp
-      wear_work(:joint%pattern%lanes) = 0.0_wp
+      lanes%omega(:joint%pattern%lanes) = 0.0_wp
+      lanes%wear_work(:joint%pattern%lanes) = 0.0_wp
     end if
     if (joint%material%wears) then
       do k = 1, joint%pattern%n
-        omega(k) = state(facet_statev(joint%pattern%n, k))
-        wear_work(k) = state(facet_statev(joint%pattern%n, k) + 1)
+        lanes%omega(k) = state(facet_statev(joint%pattern%n, k))
+        lanes%wear_work(k) = state(facet_statev(joint%pattern%n, k) + 1)
       end do
     end if
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the flag is a literal, so that the compiler generates a separate loop for each value
     if (joint%material%curved) then
-      call sum_planes(constants_of(joint%material, dt), .true., joint%pattern, from, to, joint%material, alpha, &
-        s_dit, s_dih, omega, wear_work, worn_share, sums, traction, tangent)
+      call sum_planes(joint, .true., growth, worn_share, from, to, lanes, sums)
     else
-      call sum_planes(constants_of(joint%material, dt), .false., joint%pattern, from, to, joint%material, alpha, &
-        s_dit, s_dih, omega, wear_work, worn_share, sums, traction, tangent)
+      call sum_planes(joint, .false., growth, worn_share, from, to, lanes, sums)
     end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
-      state(i) = alpha(k)
-      state(i + 1) = s_dit(k)
-      state(i + 2) = s_dih(k)
+      state(i) = lanes%alpha(k)
+      state(i + 1) = lanes%s_dit(k)
+      state(i + 2) = lanes%s_dih(k)
     end do
     if (joint%material%wears) then
       do k = 1, joint%pattern%n
-        state(facet_statev(joint%pattern%n, k)) = omega(k)
-        state(facet_statev(joint%pattern%n, k) + 1) = wear_work(k)
+        state(facet_statev(joint%pattern%n, k)) = lanes%omega(k)
+        state(facet_statev(joint%pattern%n, k) + 1) = lanes%wear_work(k)
       end do
     end if
-    state(v_damage) = sums(1)
-    state(v_stored) = sums(2)
-    state(v_rupture) = state(v_rupture) + sums(3)
-    state(v_friction) = state(v_friction) + sums(4)
+    state(v_damage) = sums%damage
+    state(v_stored) = sums%stored
+    state(v_rupture) = state(v_rupture) + sums%rupture
+    state(v_friction) = state(v_friction) + sums%friction
     state(v_status) = 1.0_wp
+    traction = sums%traction
+    tangent = sums%tangent
   end subroutine update_point_in_place
 
   !> Separations of bond and contact of plane k.
@@ -127,7 +144,7 @@ contains
     rho = 1.0_wp
     if (joint%material%wears) rho = 1.0_wp - state(facet_statev(joint%pattern%n, k))
     if (joint%material%curved) then
-      facet = facet_at(constants_of(joint%material), plane, rho, vector_type(s(1), s(2), s(3)))
+      facet = facet_at(joint%material, plane, rho, vector_type(s(1), s(2), s(3)))
     else
       facet = facet_type(bond, plane%slope*(plane%e_x*s(2) + plane%e_y*s(3)), plane%n%n, plane%t%n, 1.0_wp, 0.0_wp, &
         0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
@@ -143,25 +160,20 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(m, curved, pattern, from, to, material, alpha, s_dit, s_dih, omega, wear_work, &
-    share, sums, traction, tangent)
-    type(constants_type), intent(in) :: m         !! constants of the law
+  pure subroutine sum_planes(joint, curved, whole, share, from, to, lanes, sums)
+    type(interface_type), intent(in) :: joint     !! material and pattern
     logical, intent(in) :: curved                 !! whether the contacts lie on facets
-    type(pattern_type), intent(in) :: pattern     !! frames and weights
-    type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    type(material_type), intent(in) :: material   !! whether there are guard and wear
-    real(wp), intent(inout) :: alpha(max_lanes)   !! damage of the planes, start -> end
-    real(wp), intent(inout) :: s_dit(max_lanes)   !! inelastic slip, start -> end, length
-    real(wp), intent(inout) :: s_dih(max_lanes)   !! inelastic slip, start -> end, length
-    real(wp), intent(inout) :: omega(max_lanes)   !! worn share of the facets, start -> end
-    real(wp), intent(inout) :: wear_work(max_lanes)   !! their frictional work, start -> end, stress*length
+    type(growth_type), intent(in) :: whole        !! growth of the damage that no guard limits
     real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
-    real(wp), intent(out) :: sums(4)              !! damage; energy stored, increments of rupture and friction
-    real(wp), intent(out) :: traction(3)          !! stress
-    real(wp), intent(out) :: tangent(3, 3)        !! stress/length
+    type(vector_type), intent(in) :: from, to     !! separation at start and end, length
+    type(lanes_type), intent(inout) :: lanes      !! state of the planes, start -> end
+    type(sums_type), intent(out) :: sums          !! the sums
+    type(material_type) :: m
+    type(growth_type) :: growth
     type(plane_type) :: plane
     type(wear_type) :: wear
     type(history_type) :: old
+    type(separation_type) :: at, at_start
     type(response_type) :: now
     type(forces_type) :: before, after
     type(dissipation_type) :: spent
@@ -172,6 +184,8 @@ contains
     real(wp) :: drive, weight
     integer :: k
 
+    m = joint%material
+    m%curved = curved
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp
@@ -188,61 +202,67 @@ contains
     d_ny = 0.0_wp
     d_xy = 0.0_wp
     d_yy = 0.0_wp
-    limit(:pattern%lanes) = m%take
-    if (curved) then
-      rho_old(:pattern%lanes) = 1.0_wp - omega(:pattern%lanes)
-      rho(:pattern%lanes) = rho_old(:pattern%lanes)
-      worn(:pattern%lanes) = 0.0_wp
-      drive_old(:pattern%lanes) = 0.0_wp
-      if (material%wears) then
+    limit(:joint%pattern%lanes) = whole%limit
+    if (m%curved) then
+      rho_old(:joint%pattern%lanes) = 1.0_wp - lanes%omega(:joint%pattern%lanes)
+      rho(:joint%pattern%lanes) = rho_old(:joint%pattern%lanes)
+      worn(:joint%pattern%lanes) = 0.0_wp
+      drive_old(:joint%pattern%lanes) = 0.0_wp
+      if (m%wears) then
         !$omp simd
-        do k = 1, pattern%lanes
-          plane = plane_of(pattern, k)
-          old = history_type(alpha(k), s_dit(k), s_dih(k))
-          wear = wear_at_start(m, plane, from, old, omega(k), wear_work(k))
+        do k = 1, joint%pattern%lanes
+          plane = plane_of(joint%pattern, k)
+          old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+          wear = wear_at_start(m, plane, from, old, lanes%omega(k), lanes%wear_work(k))
           drive_old(k) = wear%drive
-          worn(k) = share*(wear%omega - omega(k))
-          omega(k) = merge(wear%omega, omega(k) + worn(k), share >= 1.0_wp)
-          rho(k) = 1.0_wp - omega(k)
+          worn(k) = share*(wear%omega - lanes%omega(k))
+          lanes%omega(k) = merge(wear%omega, lanes%omega(k) + worn(k), share >= 1.0_wp)
+          rho(k) = 1.0_wp - lanes%omega(k)
         end do
       end if
     end if
-    if (material%guard) then
+    if (m%guard) then
       !$omp simd
-      do k = 1, pattern%lanes
-        plane = plane_of(pattern, k)
-        old = history_type(alpha(k), s_dit(k), s_dih(k))
-        limit(k) = guarded_limit(m, curved, plane, rho_old(k), rho(k), from, to, old)
+      do k = 1, joint%pattern%lanes
+        plane = plane_of(joint%pattern, k)
+        old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+        at_start = separations(m, plane, rho_old(k), from)
+        at = separations(m, plane, rho(k), to)
+        limit(k) = guarded_limit(m, whole, at_start, at, old)
       end do
     end if
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
-    do k = 1, pattern%lanes
-      plane = plane_of(pattern, k)
+    do k = 1, joint%pattern%lanes
+      plane = plane_of(joint%pattern, k)
       weight = plane%gamma*m%k_t
-      old = history_type(alpha(k), s_dit(k), s_dih(k))
-      now = plane_response(m, curved, plane, rho(k), to, old, limit(k))
-      alpha(k) = now%new%alpha
-      s_dit(k) = now%new%s_dit
-      s_dih(k) = now%new%s_dih
-      before = plane_forces(m, curved, plane, rho_old(k), from, old)
-      after = response_forces(m, curved, now)
+      old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+      growth = whole
+      growth%limit = limit(k)
+      at_start = separations(m, plane, rho_old(k), from)
+      at = separations(m, plane, rho(k), to)
+      now = plane_response(m, growth, at, old)
+      lanes%alpha(k) = now%new%alpha
+      lanes%s_dit(k) = now%new%s_dit
+      lanes%s_dih(k) = now%new%s_dih
+      before = plane_forces(m, at_start, old)
+      after = plane_forces(m, at, now%new)
       spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
-      if (curved) then
+      if (m%curved) then
         ! wear: work of the friction, and energy that the facet releases
-        drive = wear_drive(m, now%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
-        wear_work(k) = wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)
+        drive = wear_drive(m, at%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
+        lanes%wear_work(k) = lanes%wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)
         spent%friction = spent%friction + (drive_old(k) + max(drive, 0.0_wp))*worn(k)
       end if
       damage = damage + plane%gamma*now%new%alpha
-      stored = stored + weight*stored_energy(m, curved, now)
+      stored = stored + weight*stored_energy(m, at, now)
       rupture = rupture + weight*spent%rupture
       friction = friction + weight*spent%friction
-      t = plane_traction(m, curved, plane, now)
+      t = plane_traction(m, plane, at, now)
       t_n = t_n + weight*t%n
       t_x = t_x + weight*t%x
       t_y = t_y + weight*t%y
-      d = plane_tangent(m, curved, plane, to, old, limit(k), now)
+      d = plane_tangent(m, growth, plane, at, to, old, now)
       d_nn = d_nn + weight*d%nn
       d_xn = d_xn + weight*d%xn
       d_yn = d_yn + weight*d%yn
@@ -253,11 +273,14 @@ contains
       d_xy = d_xy + weight*d%xy
       d_yy = d_yy + weight*d%yy
     end do
-    traction = [t_n, t_x, t_y]
-    sums = [damage, 0.5_wp*stored, 0.5_wp*rupture, 0.5_wp*friction]
-    tangent(:, 1) = [d_nn, d_xn, d_yn]
-    tangent(:, 2) = [d_nx, d_xx, d_yx]
-    tangent(:, 3) = [d_ny, d_xy, d_yy]
+    sums%damage = damage
+    sums%stored = 0.5_wp*stored
+    sums%rupture = 0.5_wp*rupture
+    sums%friction = 0.5_wp*friction
+    sums%traction = [t_n, t_x, t_y]
+    sums%tangent(:, 1) = [d_nn, d_xn, d_yn]
+    sums%tangent(:, 2) = [d_nx, d_xx, d_yx]
+    sums%tangent(:, 3) = [d_ny, d_xy, d_yy]
   end subroutine sum_planes
 
 end module asperity_law

@@ -2,7 +2,7 @@
 module asperity_points
   use asperity_call_checks, only: point_status, time_status
   use asperity_kinds, only: wp
-  use asperity_block_double, only: block_type, chunk, new_block, update_block
+  use asperity_block_double, only: block_type, chunk, new_block, points_type, update_block
   use asperity_contract, only: max_planes, n_statev, status_ok
   use asperity_interface, only: interface_type
   use asperity_law, only: update_point_in_place
@@ -84,26 +84,30 @@ contains
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
-    real(wp) :: s0(chunk, 3), s1(chunk, 3), t(chunk, 3), d(chunk, 3, 3)
+    type(points_type) :: points
+    real(wp) :: t(chunk, 3), d(chunk, 3, 3)
     real(wp), dimension(chunk, n_statev(max_planes, .true.)) :: v_old, v
     integer :: i, j, n, p
 
     n = last - first + 1
-    s0(:n, :) = 0.0_wp
+    points%n = n
+    points%n_old = chunk
+    points%n_new = chunk
+    points%s_old(:n, :) = 0.0_wp
     do i = 1, n
       p = first + i - 1
       do j = 1, 3
-        s1(i, j) = s(j, p)
-        if (present(s_old)) s0(i, j) = s_old(j, p)
+        points%s_new(i, j) = s(j, p)
+        if (present(s_old)) points%s_old(i, j) = s_old(j, p)
       end do
       do j = 1, joint%n_statev
         v_old(i, j) = state(j, p)
       end do
     end do
     if (present(tangent)) then
-      call update_block(block, n, s0, s1, chunk, v_old, chunk, v, t, d)
+      call update_block(block, points, v_old, v, t, d)
     else
-      call update_block(block, n, s0, s1, chunk, v_old, chunk, v, t)
+      call update_block(block, points, v_old, v, t)
     end if
     do i = 1, n
       p = first + i - 1

@@ -4,9 +4,18 @@ module asperity_text
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: append, set_text, put_text, to_text, integer_text, piece_end
+  public :: append, set_text, put_text, to_text, short, integer_text, piece_end
 
 contains
+
+  !> A number rounded to six digits.
+  pure function six_digits(value) result(rounded)
+    real(wp), intent(in) :: value   !! finite
+    real(wp) :: rounded
+    character(len=16) :: buffer
+    write (buffer, "(es16.5e3)") value
+    read (buffer, "(f16.0)") rounded
+  end function six_digits
 
   !> Length of the text of a number.
   pure function text_length(value) result(length)
@@ -42,6 +51,14 @@ contains
     ! not a result of deferred length: gfortran stores its length in static memory, which threads would share
     call write_number(value, text, length)
   end function to_text
+
+  !> Text of a number with six digits, for a message.
+  pure function short(value) result(text)
+    real(wp), intent(in) :: value   !! finite
+    character(len=text_length(six_digits(value))) :: text
+    integer :: length
+    call write_number(six_digits(value), text, length)
+  end function short
 
   !> Text of an integer.
   pure function integer_text(value) result(text)

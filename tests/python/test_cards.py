@@ -62,7 +62,7 @@ def test_abaqus_standard() -> None:
     found = keywords(card)
     assert list(found) == [
         "*Material, name=JOINT",
-        "*User Material, constants=19, unsymm",
+        f"*User Material, constants={contract.N_FIXED_PROPS}, unsymm",
         "*Depvar",
         "*Cohesive Section, elset=JOINT, material=JOINT, response=TRACTION SEPARATION, thickness=SPECIFIED",
     ]
@@ -81,7 +81,7 @@ def test_abaqus_explicit() -> None:
     card = RT.card("abaqus", explicit=True, density=2.5e-9)
     found = keywords(card)
     assert found["*Density"] == ["2.5e-09,"]
-    assert "*User Material, constants=19" in found and "unsymm" not in card
+    assert f"*User Material, constants={contract.N_FIXED_PROPS}" in found and "unsymm" not in card
     assert "double=both" in card
     assert found["*Depvar"][6] == "6, separation_N, separation_N"
     with pytest.raises(ValueError, match=r"density is missing: expected a density"):
@@ -97,7 +97,7 @@ def test_calculix_section() -> None:
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # CalculiX misreads a full last line of constants
-    assert len(found["*USER MATERIAL, CONSTANTS=19"][-1].split(",")) < 8
+    assert len(found[f"*USER MATERIAL, CONSTANTS={contract.N_USED_PROPS}"][-1].split(",")) < 8
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asperity import contract
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.fit import synthetic as study
@@ -71,7 +72,7 @@ def test_plain_fit_is_right(command: Command) -> None:
     """Without options every constant is free, and the case that is written has the fitted ones."""
     record()
     code, out = command(["fit", "record.csv", "--case", "joint.nml"])
-    assert code == 0 and "PROPS(19)" in out
+    assert code == 0 and f"PROPS({contract.N_FIXED_PROPS})" in out
     holds(out)
     line = re.search(r"^PROPS\(19\)   (.*)$", out, re.MULTILINE)
     assert line

@@ -93,9 +93,10 @@ def _abaqus(block: Block) -> str:
 
 def _calculix(block: Block) -> str:
     """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
-    if len(block.props) > CALCULIX_MAX_CONSTANTS:
+    props = block.props[: contract.N_USED_PROPS] if block.prop("m") >= 0.0 else block.props
+    if len(props) > CALCULIX_MAX_CONSTANTS:
         raise ValueError(
-            f"{len(block.props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
+            f"{len(props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
             "which takes regular patterns only"
         )
     name = block.name.upper()
@@ -109,10 +110,10 @@ def _calculix(block: Block) -> str:
         _comments(block, "ccx with the UMAT of asperity linked in"),
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
         f"*MATERIAL, NAME=ABAQUS{name}",
-        "** All constants are given, because 8 or 16 of them would need a further line, with the "
-        "temperature.",
-        f"*USER MATERIAL, CONSTANTS={len(block.props)}",
-        *_constants(block.props),
+        "** All constants but the reserved ones are given, because 8 or 16 of them would need a further "
+        "line, with the temperature.",
+        f"*USER MATERIAL, CONSTANTS={len(props)}",
+        *_constants(props),
         "** Zero state variables are a virgin interface, so no initial conditions are needed.",
         "** The first call of a point reads an initial stress (TYPE=STRESS).",
         "** TYPE=SOLUTION, USER gives cracked planes.",
@@ -235,7 +236,7 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
 
 def _comments(block: Block, run: str) -> str:
     """Head of a block: its origin, the entries of PROPS, how to run it, and the remarks."""
-    names = ", ".join(row.name for row in contract.props_table())
+    names = ", ".join([row.name for row in contract.props_table()[: contract.N_USED_PROPS]] + ["reserved ones"])
     head, *others = _remarks(block, run)
     return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
 

@@ -66,7 +66,7 @@ def card(
     return [
         f"** Finite asperities: PROPS {height} (height, mm) is the rise at which the dilation ends, and",
         f"** PROPS {wear} (W0, N/mm) the work of friction per area that wears 63 % of them off. Both are 0",
-        "** here: no end and no wear. They are the last two numbers of *User Material. With W0 > 0",
+        "** here: no end and no wear. With W0 > 0",
         f"** *Depvar needs {worn} variables instead of {contract.n_statev(joint.n_planes)}.",
         *text.splitlines(),
     ]

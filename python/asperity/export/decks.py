@@ -184,7 +184,7 @@ def shear_box_explicit() -> str:
             "Units: mm, N, MPa, t, s. The movement is slow against the waves in the blocks.",
             "The blocks are flat, so that the force on the top does not tilt them.",
             slides(MU, THETA, 60.0 * 60.0, "UPPER_TOP") + " There are oscillations.",
-            "To wear the asperities, too, set W0 (PROPS 19) as described at the material.",
+            "To wear the asperities, too, set W0 as described at the material.",
         ],
         "shear_box_explicit",
         mesh,

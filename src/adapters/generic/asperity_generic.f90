@@ -99,11 +99,11 @@ contains
   !> Which entries of PROPS are material properties of a behaviour.
   !>
   !> MGIS fixes the order of the components, so that there is no `map`. The gradient of a joint is the separation, so
-  !> that a joint has no constant of the host.
+  !> that a joint has no constant of the host. Reserved entries are no properties.
   pure function material_properties(layer) result(yes)
     logical, intent(in) :: layer   !! layer or joint
     logical :: yes(n_fixed_props)
-    yes = layer .or. prop_table%owner /= "host"
+    yes = (layer .or. prop_table%owner /= "host") .and. prop_table%owner /= "reserved"
     yes(p_map) = .false.
   end function material_properties
 

@@ -1,0 +1,156 @@
+!> Doubts about an interface that is admissible, but where the law does not do what one may expect: measures, the limits
+!> above which a user is warned, and the sentences. Driver and Python take all three from here.
+module asperity_warnings
+  use asperity_contract, only: n_fixed_props, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_kinds, only: wp
+  use asperity_text, only: short
+  implicit none
+  private
+  public :: measures, warned, warning_text, largest_slip_increment, climbed_height
+
+  !> The measures. Planes that press are thought of as the inclined plane of the smallest weight that carries the whole
+  !> pressure.
+  integer, parameter, public :: m_modes = 1, &   !! 1 if strength or energy of mode II differ from those of mode I
+    m_locking = 2, &       !! mu tan(theta) of the steepest plane, 0 where a finite height ends the climb
+    m_radians = 3, &       !! inclination of a regular pattern, degrees, where it may have been meant in radians
+    m_low = 4, &           !! s_f over the asperity height
+    m_tension = 5, &       !! largest normal traction over the strength
+    m_soft = 6, &          !! closure over s_f
+    m_deep = 7, &          !! closure over the asperity height
+    m_runaway = 8, &       !! elastic energy of the friction over W0
+    m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure
+    n_measures = 9
+
+  !> Limits: a larger measure is a doubt.
+  real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
+    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp]
+  !> Length of a text that holds each sentence.
+  integer, parameter, public :: text_size = 200
+  !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
+  real(wp), parameter :: largest_radian = 1.6_wp
+
+contains
+
+  !> Measures of an interface under a pressure, a normal traction and a slip; 0 where a measure has no meaning.
+  pure function measures(props, pressure, tension, slip) result(values)
+    real(wp), intent(in), contiguous :: props(:)   !! PROPS, admissible
+    real(wp), intent(in) :: pressure               !! largest pressure, >= 0, stress
+    real(wp), intent(in) :: tension                !! largest prescribed normal traction, stress
+    real(wp), intent(in) :: slip                   !! largest slip, >= 0, length
+    real(wp) :: values(n_measures)
+    type(interface_type) :: joint
+    real(wp) :: closure, s_f, stress
+    integer :: status
+
+    values = 0.0_wp
+    call new_interface(props, joint, status)
+    if (status /= status_ok) return
+    if (differs(props, p_sigma02, p_sigma0) .or. differs(props, p_gc2, p_gc)) values(m_modes) = 1.0_wp
+    values(m_tension) = max(0.0_wp, tension)/props(p_sigma0)
+    associate (material => joint%material, n => joint%pattern%n)
+      if (.not. any(joint%pattern%sin_theta(:n) > 0.0_wp)) return
+      if (size(props) <= n_fixed_props) then
+        if (props(p_theta) < largest_radian) values(m_radians) = props(p_theta)
+      end if
+      if (.not. material%height > 0.0_wp) values(m_locking) = material%mu*steepest(joint)
+      s_f = 2.0_wp*props(p_gc)/props(p_sigma0)
+      values(m_low) = s_f*material%inv_height
+      stress = pressure/minval(joint%pattern%gamma(:n), mask=joint%pattern%sin_theta(:n) > 0.0_wp)
+      closure = stress/material%k_c
+      values(m_soft) = closure/s_f
+      values(m_deep) = closure*material%inv_height
+      values(m_runaway) = (material%mu*stress)**2/(2.0_wp*material%k_t)*material%inv_w0
+      if (closure > 0.0_wp) values(m_let_go) = values(m_runaway)*(climbed_height(joint, slip)/closure)
+    end associate
+  end function measures
+
+  !> Whether the user should be warned of each measure.
+  pure function warned(values) result(yes)
+    real(wp), intent(in) :: values(n_measures)   !! measures
+    logical :: yes(n_measures)
+    yes = values > limits
+  end function warned
+
+  !> Sentence about a measure that is beyond its limit.
+  pure function warning_text(which, value) result(text)
+    integer, intent(in) :: which    !! m_modes..m_let_go
+    real(wp), intent(in) :: value   !! of the measure
+    character(len=text_size) :: text
+    character(len=*), parameter :: alone = "an inclined plane that carries the largest pressure alone"
+    select case (which)
+    case (m_modes)
+      text = "sigma02 or Gc2 differ from mode I: the thermodynamic argument of the law holds for equal " // &
+        "values only (paper, Remark 2)"
+    case (m_locking)
+      text = "mu tan(theta) = " // short(value) // " of the steepest plane: expected < 1, because " // &
+        "from 1 on the interface locks where it slides up this plane"
+    case (m_radians)
+      text = "theta = " // short(value) // " degrees is nearly flat: expected degrees, not radians"
+    case (m_low)
+      text = "s_f = 2 Gc/sigma0 is " // short(value) // " height: expected a height of at least s_f, " // &
+        "because the bond of the straight plane breaks within s_f"
+    case (m_tension)
+      text = "the normal traction reaches " // short(value) // " times the strength sigma0: " // &
+        "expected less, because beyond it there is no equilibrium"
+    case (m_soft)
+      text = alone // " closes by " // short(value) // " s_f, " // expected(which) // &
+        ": the contact is soft, a larger kc makes it stiffer"
+    case (m_deep)
+      text = alone // " closes by " // short(value) // " height, " // expected(which) // &
+        ": a larger kc makes the contact stiffer"
+    case (m_runaway)
+      text = "the friction on " // alone // " stores " // short(value) // " W0, " // expected(which) // &
+        ": beyond it a facet may wear off in a jump"
+    case default
+      text = "the elastic slip of " // alone // " wears " // short(value) // " of its closure off, " // &
+        expected(which) // ": beyond it the wear of an increment does not converge"
+    end select
+  end function warning_text
+
+  !> What is expected of a measure.
+  pure function expected(which) result(text)
+    integer, intent(in) :: which   !! the measure
+    character(len=len(short(limits(which))) + 17) :: text
+    text = "expected at most " // short(limits(which))
+  end function expected
+
+  !> Largest increment of slip whose wear takes no more than the closure of a facet: W0/(mu z kc Kn) at the climbed
+  !> height z; huge without wear. In longer increments of an FE code a facet loses its contact.
+  pure function largest_slip_increment(joint, z) result(slip)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: z                   !! climbed height, >= 0, length
+    real(wp) :: slip
+    real(wp) :: per_slip
+    per_slip = joint%material%mu*z*joint%material%k_c*joint%material%inv_w0
+    slip = huge(slip)
+    if (per_slip > 1.0_wp/huge(slip)) slip = 1.0_wp/per_slip
+  end function largest_slip_increment
+
+  !> Height of the steepest facet, without wear, that a slip climbs.
+  pure function climbed_height(joint, slip) result(z)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: slip                !! >= 0, length
+    real(wp) :: z
+    z = slip*steepest(joint)
+    if (joint%material%height > 0.0_wp) z = joint%material%height*(1.0_wp - exp(-z*joint%material%inv_height))
+  end function climbed_height
+
+  !> Slope of the steepest plane.
+  pure function steepest(joint) result(slope)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp) :: slope
+    slope = maxval(joint%pattern%slope(:joint%pattern%n))
+  end function steepest
+
+  !> Whether a value of mode II is given (not 0) and is not that of mode I.
+  pure function differs(props, second, first) result(yes)
+    real(wp), intent(in) :: props(:)         !! PROPS, at least those without a default
+    integer, intent(in) :: second, first     !! indices of the values of modes II and I
+    logical :: yes
+    yes = .false.
+    if (size(props) < second) return
+    yes = props(second) > 0.0_wp .and. abs(props(second) - props(first)) > 0.0_wp
+  end function differs
+
+end module asperity_warnings
