@@ -17,7 +17,6 @@ from .steps import Point
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
@@ -227,24 +226,6 @@ class History(_Named):
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(found)
             writer.writerows(zip(*lists, strict=True))
-
-    def plot(
-        self, path: str | Path | None = None, title: str = "", units: tuple[str, str] = ("mm", "MPa")
-    ) -> Figure:
-        """Figure of traction, dilation and damage over the slip, or over the opening without slip.
-
-        path: file to write, too.  units: of length and stress, for the labels.
-        """
-        from .plots import figure_of
-        from .style import printed, save
-
-        if len(self) == 0:
-            raise ValueError("plot: expected a history with rows")
-        figure = figure_of({None: self.rows()}, title, "", *units)
-        if path is not None:
-            with printed():
-                save(figure, Path(path))
-        return figure
 
     def rows(self) -> Rows:
         """Rows as read from a result of the driver."""

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.oracle import reference
 from support_driver import (
     FLAT,
     GC,
@@ -22,6 +21,8 @@ from support_driver import (
     call,
     carried_by_reference,
 )
+
+from tests.oracle import reference
 
 
 def test_fully_damaged_joint_in_equilibrium(run) -> None:

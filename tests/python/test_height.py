@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
-from asperity.oracle import reference
-from asperity.oracle.compare import parameters_of
 from asperity.remarks import of_wear
+
+from harness.studies.compare import parameters_of
+from tests.oracle import reference
 
 SEED = 20151987
 
