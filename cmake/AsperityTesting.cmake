@@ -1,6 +1,6 @@
 # Test suites: genuine pFUnit files (.pf), run by pFUnit where it is found, elsewhere by the stand-in in tests/pfunit_stand_in.
 #
-#   asperity_add_suite(<name> TEST_SOURCES <a.pf>... [LINK_LIBRARIES <lib>...] [OTHER_SOURCES ...] [LABELS ...]
+#   asperity_add_suite(<name> TEST_SOURCES <a.pf> [LINK_LIBRARIES <lib>...] [OTHER_SOURCES ...] [LABELS ...]
 #                      [WORKING_DIRECTORY <dir>])
 #
 # builds the executable <name> and the CTest test <name> (label: suite), which fails when an assertion fails and when no
@@ -25,8 +25,7 @@ if(PFUNIT_FOUND)
   message(STATUS "Test suites: pFUnit ${PFUNIT_VERSION}, ${PFUNIT_DIR}")
 else()
   message(STATUS "Test suites: pFUnit not found, its stand-in in tests/pfunit_stand_in")
-  add_library(asperity_funit STATIC EXCLUDE_FROM_ALL
-    ${ASPERITY_PF_SUPPORT}/pf_operands.f90 ${ASPERITY_PF_SUPPORT}/funit.f90)
+  add_library(asperity_funit STATIC EXCLUDE_FROM_ALL ${ASPERITY_PF_SUPPORT}/funit.f90)
   set_target_properties(asperity_funit PROPERTIES
     ASPERITY_SUITE ON
     Fortran_MODULE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/mod/funit)
@@ -39,7 +38,7 @@ else()
       message(FATAL_ERROR "add_pfunit_ctest(${name}): no TEST_SOURCES, or unknown argument: ${PF_UNPARSED_ARGUMENTS}")
     endif()
     list(TRANSFORM PF_TEST_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
-    set(translated ${CMAKE_CURRENT_BINARY_DIR}/${name}_pf.f90)
+    set(translated ${CMAKE_CURRENT_BINARY_DIR}/${name}_pf.F90)
     add_custom_command(
       OUTPUT ${translated}
       COMMAND Python3::Interpreter ${ASPERITY_PF_SUPPORT}/pf2f90.py ${PF_TEST_SOURCES} -o ${translated}
@@ -66,7 +65,8 @@ function(asperity_add_suite name)
     endif()
   endforeach()
   add_pfunit_ctest(${ARGV})
-  set_target_properties(${name} PROPERTIES ASPERITY_SUITE ON)
+  # what is generated has directives
+  set_target_properties(${name} PROPERTIES ASPERITY_SUITE ON Fortran_PREPROCESS ON)
   set_property(TEST ${name} APPEND PROPERTY LABELS suite)
   if(PFUNIT_FOUND)
     # pFUnit passes over what it does not understand: check first.

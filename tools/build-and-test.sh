@@ -22,7 +22,7 @@ wide)
 flang)
   compiler=$(tools/flang.sh)
   if [ -z "$compiler" ]; then
-    echo "not installed, left out"
+    echo "flang 19 or later is not installed, left out"
     exit 77
   fi
   # shellcheck disable=SC2086  # a list of options

@@ -4,7 +4,8 @@ module point_work
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use host_routines, only: umat
-  use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_steps, only: complete_steps, step_table, step_type
   use start_states, only: new_start_states
   use textbook, only: textbook_numerical_tangent, textbook_update
   implicit none
@@ -121,14 +122,33 @@ contains
   pure subroutine run_test(work, used)
     type(point_work_type), intent(in) :: work   !! the interface
     real(wp), intent(inout) :: used             !! sum of results
-    real(wp) :: slips(n_slips), separation(3, n_slips), traction(3, n_slips), state(work%joint%n_statev, n_slips)
+    type(step_type), allocatable :: steps(:)
+    type(run_type) :: run
+    type(row_type) :: row
+    character(len=:), allocatable :: message
     integer :: i, n_done
-    do i = 1, n_slips
-      slips(i) = 20.0_wp*work%joint%material%s0*(1.0_wp - abs(1.0_wp - 2.0_wp*real(i, wp)/real(n_slips, wp)))
+    logical :: found
+    allocate (steps(2))
+    do i = 1, size(step_table)
+      select case (step_table(i)%name)
+      case ("t_N")
+        steps(1)%given(i)%values = [-10.0_wp]
+      case ("slip")
+        steps(2)%given(i)%values = 20.0_wp*work%joint%material%s0*[1.0_wp, 0.0_wp]
+      case ("increments")
+        steps(1)%given(i)%values = [real(n_preload, wp)]
+        steps(2)%given(i)%values = [0.5_wp*real(n_slips, wp)]
+      end select
     end do
-    call confined_slip(work%joint, slip_test_type(0.0_wp, -10.0_wp, n_preload), slips, separation, traction, state, &
-      n_done)
-    used = used + traction(2, n_slips) + real(n_done, wp)
+    call complete_steps(steps, "", message)
+    call begin_run(work%joint, steps, run)
+    n_done = 0
+    do
+      call next_row(run, row, found)
+      if (.not. found) exit
+      n_done = n_done + 1
+    end do
+    used = used + row%traction(2) + real(n_done, wp)
   end subroutine run_test
 
 end module point_work

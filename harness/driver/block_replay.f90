@@ -14,9 +14,10 @@ module block_replay
   use asperity_contract, only: v_friction, v_offset, v_rupture
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use asperity_load_path, only: row_type
   use asperity_control_point, only: work_between
   use case_initial, only: initial_type
-  use history, only: add_row, history_type, row_type
+  use history, only: add_replayed_row, history_type
   use host_routines, only: vumat
   use progress_line, only: progress_type, show_progress
   use recorded_strains, only: strains_type
@@ -84,7 +85,7 @@ contains
     state_old = spread(initial%planes, 1, n_points)
     offset = initial%carried(v_offset:v_offset + 2)
     row%step = 1
-    row%iterations = 1
+    row%report%iterations = 1
     earlier = 0.0_wp
     largest = 0.0_wp
     start = table%last%work
@@ -135,7 +136,7 @@ contains
       row%time = record%time(n)
       row%state = state(1, :)
       row%state(v_offset:v_offset + 2) = offset   ! a VUMAT adds its strains to the offset
-      call add_row(table, joint, row)
+      call add_replayed_row(table, joint, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do

@@ -1,19 +1,18 @@
 !> Output of a case as JSON, with all defaults; other programs read this instead of the case file.
 !>
 !> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
-!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `start` (virgin, or the
-!> group initial or state that gives another start), `props` (PROPS) and `steps`, of which a replay has none.
+!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `tolerance` (0: none), `start` (virgin, or the
+!> group initial or state that gives another start, with its `separation`, `statev` and `work`), `props` (PROPS) and
+!> `steps`, of which a replay has none.
 !>
-!> A step has the targets of each component that moves, by name, with all cycles: s_N or t_N and so on. A step along a
-!> slip has `slip` and `direction` instead of s_Tx and s_Ty. It also has `increments` to each target, `spring` (k_N,
-!> k_Tx, k_Ty), `traction` (for N, Tx, Ty: whether the traction is prescribed), `time` and `tolerance` (0: fixed
-!> increments).
+!> A step has the entries of &step that give the same path: lists with all cycles, `increments` and `time` of each
+!> target, and k_N, k_Tx, k_Ty wherever the traction is prescribed.
 module case_echo
   use asperity_text, only: integer_text, to_text
   use asperity_kinds, only: wp
+  use asperity_steps, only: component_names, step_type
   use case_file, only: case_type
   use case_text, only: group_index, text_type
-  use load_path, only: component_names, step_type
   use row_file, only: create_file, write_line
   implicit none
   private
@@ -48,7 +47,15 @@ contains
       start = "virgin"
       if (cases(i)%state%given) start = "state"
       if (cases(i)%initial%given) start = "initial"
-      call put(json, new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // ", ")
+      call put(json, new_line("a") // "{""value"": " // value // ", ""start"": " // quoted(start) // &
+        ", ""tolerance"": " // to_text(cases(i)%tolerance) // ", ")
+      if (cases(i)%state%given) then
+        call put_list(json, "separation", cases(i)%state%s)
+        call put_list(json, "statev", cases(i)%state%statev)
+        value = "null"
+        if (cases(i)%state%has_work) value = to_text(cases(i)%state%work)
+        call put(json, """work"": " // value // ", ")
+      end if
       call put_list(json, "props", cases(i)%props)
       call put(json, """steps"": [")
       do j = 1, size(cases(i)%steps)
@@ -74,17 +81,19 @@ contains
       call put(json, """direction"": " // to_text(step%direction) // ", ")
     end if
     do i = 1, 3
+      if (step%control%traction(i)) call put(json, """k_" // trim(component_names(i)) // """: " // &
+        to_text(step%control%spring(i)) // ", ")
       if (.not. step%has_target(i) .or. (i > 1 .and. allocated(step%slip))) cycle
       call put_list(json, merge("t_", "s_", step%control%traction(i)) // trim(component_names(i)), step%targets(i, :))
     end do
-    call put_list(json, "increments", real(step%increments, wp))
-    call put_list(json, "spring", step%control%spring)
-    associate (traction => step%control%traction)
-      call put(json, """traction"": [" // truth(traction(1)) // ", " // truth(traction(2)) // ", " // &
-        truth(traction(3)) // "], ")
-    end associate
-    call put(json, """time"": " // to_text(step%time) // ", ""tolerance"": " // to_text(step%tolerance) // &
-        ", ""arc"": " // to_text(step%arc) // "}")
+    if (step%arc > 0.0_wp) then
+      call put(json, """follow"": ""branch"", ""arc"": " // to_text(step%arc) // ", ")
+    else
+      call put_list(json, "increments", real(step%increments, wp))
+    end if
+    call put_list(json, "time", step%durations)
+    json%length = len_trim(json%room(:json%length)) - 1   ! without the last comma
+    call put(json, "}")
   end subroutine put_step
 
   !> Append a name, its numbers and a comma.
@@ -111,13 +120,6 @@ contains
     json%room(json%length + 1:json%length + len(piece)) = piece
     json%length = json%length + len(piece)
   end subroutine put
-
-  !> A logical value as JSON.
-  pure function truth(yes) result(word)
-    logical, intent(in) :: yes   !! the value
-    character(len=:), allocatable :: word
-    word = trim(merge("true ", "false", yes))
-  end function truth
 
   !> A string as JSON, in quotes and with escaped characters.
   pure function quoted(string) result(json)

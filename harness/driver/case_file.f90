@@ -2,20 +2,21 @@
 !> `rie_driver --help` calls, describes the groups and their entries.
 module case_file
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_arc, only: explain_no_branch
   use asperity_checks, only: review_props
   use asperity_contract, only: status_ok
   use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use asperity_refine, only: explain_tolerance
+  use asperity_steps, only: check_steps, step_type
   use asperity_text, only: append, integer_text, to_text
   use case_initial, only: carry_initial, initial_type, read_initial
   use case_material, only: prop_entries, read_props
   use case_state, only: check_state, read_state, state_type
+  use case_steps, only: read_steps
   use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, &
     token_text, unknown_name
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
-  use load_path, only: check_separations, read_steps, step_type
   use recorded_strains, only: read_strains, strains_type
   use text_file, only: lower
   implicit none
@@ -29,6 +30,8 @@ module case_file
   character(len=*), parameter :: case_format(42) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
+    "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
+    "               agree; rows are left out where straight lines stay within it", &
     "  &material  {material}", &
     "  &pattern   sides, {pattern}", &
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
@@ -40,13 +43,11 @@ module case_file
     "    k_N, k_Tx, k_Ty       stiffness of the surroundings (CNS): the traction is its target minus", &
     "               k (s - s at the start of the step), until k is set again or s is prescribed", &
     "    increments = 100      to each target, one number or a list", &
-    "    tolerance             relative, 1e-8 to 0.1: adaptive increments; bound of the error of straight", &
-    "               lines between the rows; increments is the first guess", &
     "    follow = 'stable'     jumps where the stable path ends; 'branch': continues along the unstable", &
     "               part, where the prescribed values turn back and forward again; every step is a row", &
     "    arc = 0.05            longest step along the branch over s0, instead of increments", &
     "    cycles = 1            number of times that the lists are followed", &
-    "    time = 1.0            duration of the step", &
+    "    time = 1.0            duration of the step, or a list: to each target", &
     "  &expect    end = 'complete' | 'lost', and values of the last row (columns, or slip = |s_T|) within", &
     "             tolerance; when = value of the sweep: for that run only             ! optional", &
     "  &sweep     name = 'x', values = ...: a run for every value; x stands for a number  ! optional", &
@@ -65,7 +66,7 @@ module case_file
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /", &
     "rows: step, increment, time, separation, traction, damage, energies, Newton iterations (of a replay:", &
-    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, coarse, cut, lost; joined by +", &
+    "  calls), event: onset, damaged, open, close, slip, snap, turn, substeps, cut, lost; joined by +", &
     "  onset, damaged: damage begins, is complete; open, close, slip: of a plane; snap: to another branch;", &
     "  turn: the prescribed values turn; substeps: sub-increments; cut: umat requested a smaller one;", &
     "  lost: no equilibrium beyond it"]
@@ -98,6 +99,8 @@ module case_file
   type, public :: case_type
     character(len=:), allocatable :: title
     logical :: planes = .false.                   !! whether each plane has columns
+    logical :: refines = .false.                  !! whether the increments are refined to a tolerance
+    real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     type(interface_type) :: joint
@@ -197,6 +200,8 @@ contains
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
+    if (case%refines .and. len(message) == earlier) call explain_tolerance(case%tolerance, case%steps, &
+      group_where(text, group_index(text, "case")), message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
@@ -207,9 +212,6 @@ contains
       call append(message, text%path // ": " // complaint)
       return
     end if
-    if (case%joint%material%wears .and. any(case%steps%tolerance > 0.0_wp)) call append(message, text%path // &
-      ": tolerance with W0 > 0: expected increments, on which wear depends to first order")
-    call check_branch_law(text, case, message)
     held = .true.
     held(3) = case%replay%ntens > 2
     call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)
@@ -218,7 +220,7 @@ contains
       case%state%statev = case%initial%carried
     end if
     call check_state(text, case%joint, case%state, message)
-    call check_separations(text, case%steps, case%joint, message)
+    call check_steps(case%joint, case%steps, text%path // ": ", message)
     if (size(case%steps) > 0) return
     if (case%replay%block > 0) then
       call read_strains(case%replay%file, case%replay%ntens, vumat_map(1, case%replay%ntens - 1), 0.5_wp, &
@@ -228,18 +230,6 @@ contains
         1.0_wp, case%replay%dtime, case%joint, case%strains, message)
     end if
   end subroutine interpret_case
-
-  !> Check that the law has a branch that can be followed if a step asks for it.
-  subroutine check_branch_law(text, case, message)
-    type(text_type), intent(in) :: text                       !! the file
-    type(case_type), intent(in) :: case                       !! with its steps
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    character(len=:), allocatable :: reason
-    if (.not. any(case%steps%arc > 0.0_wp)) return
-    allocate (character(len=0) :: reason)
-    call explain_no_branch(case%joint, reason)
-    if (len(reason) > 0) call append(message, text%path // ": follow = 'branch' with " // reason)
-  end subroutine check_branch_law
 
   !> Check that every group is known and not given too often.
   subroutine check_groups(text, message)
@@ -282,8 +272,11 @@ contains
         call get_string(text, e, case%title, message)
       case ("planes")
         call get_logical(text, e, case%planes, message)
+      case ("tolerance")
+        case%refines = .true.
+        call get_real(text, e, case%tolerance, message)
       case default
-        call unknown_name(text, e, "title, planes", message)
+        call unknown_name(text, e, "title, planes, tolerance", message)
       end select
     end do
   end subroutine read_case_group

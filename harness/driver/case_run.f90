@@ -1,21 +1,18 @@
 !> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, short, to_text
   use asperity_contract, only: p_eta, p_kc, p_sigma0, p_w0, v_damage, v_friction, v_rupture, v_stored
+  use asperity_control_point, only: new_point
   use asperity_kinds, only: wp
+  use asperity_load_path, only: explain_loss, row_type, run_type
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
   use case_warnings, only: s_f_over_height
-  use driver_messages, only: exit_input, exit_ok, exit_solve, say, short
-  use asperity_arc, only: explain_end
-  use asperity_bounds, only: beyond_bounds
-  use asperity_equilibrium_scan, only: scan_equilibria, scan_type
-  use asperity_exclusion, only: exclude_equilibria, most_boxes
-  use asperity_loss, only: examine_loss, loss_discontinuous, loss_type, loss_worn
-  use failed_case, only: failed_type, write_failed_case
+  use driver_messages, only: exit_input, exit_ok, exit_solve, say
+  use failed_case, only: write_failed_case
   use history, only: close_history, history_type, open_history, start_from
-  use load_path, only: component_names
-  use asperity_mixed_control, only: ended_limit, ended_rejected, most_updates, new_point
+  use asperity_mixed_control, only: ended_rejected
+  use asperity_rie_law, only: new_rie_law
   use path_run, only: run_path
   use progress_line, only: begin_progress, clear_progress, progress_type
   use replay_run, only: run_replay
@@ -36,8 +33,8 @@ contains
     integer, intent(out) :: code                !! exit code
     type(history_type) :: table
     type(progress_type) :: progress
-    type(failed_type) :: failed
-    character(len=:), allocatable :: failure, text
+    type(run_type) :: run
+    character(len=:), allocatable :: failure, text, why
 
     measures = 0.0_wp
     allocate (character(len=0) :: failure)
@@ -46,9 +43,10 @@ contains
     if (table%good) then
       call begin_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
-        call run_path(case%joint, case%state, case%steps, label, table, progress, failed)
+        call run_path(case, label, table, progress, run, failure)
       else
-        if (case%initial%given) call start_from(table, case%joint, new_point(case%joint, case%initial%carried))
+        if (case%initial%given) call start_from(table, case%joint, new_point(new_rie_law(case%joint), &
+          case%initial%carried))
         if (case%replay%block > 0) then
           call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
             case%strains, label, table, progress, failure)
@@ -71,9 +69,10 @@ contains
     else if (table%last%lost .neqv. case%expect%lost) then
       code = exit_solve
       if (table%last%lost) then
+        call explain_loss(run, table%last, why)
         call say(label // ": " // trim(merge("stopped at             ", "equilibrium lost beyond", &
-          failed%report%ended == ended_rejected)) // " " // text // ": " // why(case, failed))
-        call keep_failed(case, failed, label, output)
+          table%last%report%ended == ended_rejected)) // " " // text // ": " // why)
+        call keep_failed(case, run, table%last, label, output)
       else
         call say(label // ": the run ended at " // text // &
           " where a loss of equilibrium was expected (&expect in line " // integer_text(case%expect%line) // ")")
@@ -90,7 +89,7 @@ contains
       " iterations (at most " // integer_text(table%most_iterations) // "), " // &
       updates_and_snaps(table) // &
       trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
-      failed%report%ended /= ended_rejected)) // " " // text // &
+      table%last%report%ended /= ended_rejected)) // " " // text // &
       ", written to " // output)
   end subroutine run_case
 
@@ -115,170 +114,17 @@ contains
       trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
   end function updates_and_snaps
 
-  !> Text of the reason why no equilibrium was found: what the joint carries at most, in closed form, or else what a
-  !> scan of the free separations has searched.
-  function why(case, failed) result(text)
-    type(case_type), intent(in) :: case        !! the case
-    type(failed_type), intent(in) :: failed    !! the increment
-    character(len=:), allocatable :: text
-    type(loss_type) :: loss
-    character(len=:), allocatable :: limit, name, range
-    real(wp) :: direction(3), most
-    logical :: beyond
-
-    if (failed%arc > 0.0_wp) then
-      allocate (character(len=0) :: text)
-      call explain_end(failed%report%ended, text)
-      text = text // tension(failed)
-      return
-    end if
-    if (failed%report%ended == ended_rejected) then
-      text = "the values to reach are out of range"
-      return
-    end if
-    call beyond_bounds(case%joint, failed%control, failed%target, failed%last, beyond, direction, most)
-    if (beyond) then
-      text = "no equilibrium exists: " // carries_at_most(failed, direction, most)
-      return
-    end if
-    call prove(case, failed, text)
-    if (len(text) > 0) return
-    allocate (character(len=0) :: limit)
-    if (failed%report%ended == ended_limit) limit = "the increment needs more than the limit of " // &
-      integer_text(most_updates) // " updates of the law; "
-    call examine_loss(case%joint, failed%control, failed%report%beyond, failed%last, most_updates, loss)
-    if (loss%scan%n == 0) then
-      text = "the separation is out of range"
-      return
-    end if
-    associate (scan => loss%scan)
-      name = trim(component_names(scan%free))
-      range = "from " // short(scan%lower) // " to " // short(scan%upper)
-      if (loss%kind == loss_discontinuous) then
-        text = "none found: the motion under the prescribed tractions stops at s = " // triple(loss%place) // &
-          ", where the traction jumps by " // short(loss%leap) // " (" // cause_of_jump(case) // ")"
-        if (scan%found) text = text // "; there is one elsewhere, at s = " // triple(scan%place)
-      else if (scan%n == 1) then
-        text = "the " // trim(merge("largest ", "smallest", scan%short)) // " t_" // name // &
-          trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " over " // &
-          integer_text(scan%samples) // " values of s_" // name // " " // range // " is " // &
-          but(scan%extreme, failed%report%beyond(scan%free)) // tension(failed)
-        if (scan%found) then
-          text = trim(merge("none in the sense of the missing traction; there is one elsewhere", &
-            "there is an equilibrium                                          ", &
-            len(limit) == 0)) // ", near s_" // name // " = " // short(scan%place(scan%free))
-        else
-          text = "none found: " // text
-        end if
-      else if (scan%found) then
-        text = "the motion under the prescribed tractions reaches none; there is one elsewhere, at s = " // &
-          triple(scan%place)
-      else
-        text = "none found: the motion under the prescribed tractions reaches none, the smallest residual over " // &
-          integer_text(scan%samples) // " separations, each free one " // range // ", is " // short(scan%extreme) // &
-          tension(failed)
-      end if
-    end associate
-    if (loss%kind == loss_worn) text = text // &
-      "; there is one for the facets before the motion, which wears them further"
-    text = limit // text
-  end function why
-
-  !> Text of a separation.
-  function triple(s) result(text)
-    real(wp), intent(in) :: s(3)   !! (N, Tx, Ty)
-    character(len=:), allocatable :: text
-    text = "(" // short(s(1)) // ", " // short(s(2)) // ", " // short(s(3)) // ")"
-  end function triple
-
-  !> Text of what makes the law discontinuous.
-  function cause_of_jump(case) result(text)
-    type(case_type), intent(in) :: case        !! the case
-    character(len=:), allocatable :: text
-    text = "damage that was prevented sets in"
-    if (case%joint%material%curved) text = "a closed facet of finite height passes its foot"
-    if (case%joint%material%curved .and. case%joint%material%guard) text = text // &
-      ", or damage that was prevented sets in"
-  end function cause_of_jump
-
-  !> Text of what the joint carries at most, where bounds over all separations prove that no equilibrium exists at the
-  !> end of the increment, or just beyond the last one that was found; empty where they prove nothing.
-  subroutine prove(case, failed, text)
-    type(case_type), intent(in) :: case                      !! the case
-    type(failed_type), intent(in) :: failed                  !! the increment
-    character(len=:), allocatable, intent(out) :: text       !! the reason
-    type(scan_type) :: scan
-    real(wp) :: given(3)
-    integer :: boxes, i
-    logical :: proven
-    do i = 1, 2
-      given = merge(failed%target, failed%report%beyond, i == 1)
-      call exclude_equilibria(case%joint, failed%control, given, failed%last, most_boxes, proven, boxes)
-      if (proven) exit
-    end do
-    text = ""
-    if (.not. proven) return
-    text = "no equilibrium exists"
-    ! the end of the increment may have one
-    if (i == 2) text = text // " on the way to the end of the increment, just beyond the last one"
-    if (count(failed%control%traction) == 1) then
-      call scan_equilibria(case%joint, failed%control, given, failed%last, scan)
-      text = text // ": the joint carries " // trim(merge("at most ", "at least", scan%short)) // " t_" // &
-        trim(component_names(scan%free)) // &
-        trim(merge(" + k s", "      ", failed%control%spring(scan%free) > 0.0_wp)) // " = " // &
-        but(scan%extreme, given(scan%free)) // tension(failed)
-    end if
-    text = text // "; proved by bounds of the traction over all separations"
-  end subroutine prove
-
-  !> Text of what the joint carries at most in a direction, and of what the step asks for.
-  function carries_at_most(failed, direction, most) result(text)
-    type(failed_type), intent(in) :: failed    !! the increment
-    real(wp), intent(in) :: direction(3)       !! unit vector (N, Tx, Ty)
-    real(wp), intent(in) :: most               !! traction in this direction, stress
-    character(len=:), allocatable :: text
-    integer :: i
-    i = maxloc(abs(direction), 1)
-    if (count(abs(direction) > 0.0_wp) == 1) then
-      text = "the joint carries at most t_" // trim(component_names(i)) // " = " // &
-        but(sign(1.0_wp, direction(i))*most, failed%target(i))
-    else
-      text = "in the direction (" // short(direction(1)) // ", " // short(direction(2)) // ", " // &
-        short(direction(3)) // ") the joint carries at most " // but(most, dot_product(direction, failed%target))
-    end if
-    text = text // tension(failed)
-  end function carries_at_most
-
-  !> Text of what is carried and what the step asks for; six digits, or all of them if six do not differ.
-  function but(carried, asked) result(text)
-    real(wp), intent(in) :: carried, asked     !! stress
-    character(len=:), allocatable :: text
-    if (short(carried) == short(asked)) then
-      text = to_text(carried) // ", the step asks for " // to_text(asked)
-    else
-      text = short(carried) // ", the step asks for " // short(asked)
-    end if
-  end function but
-
-  !> A reminder of the sign where a tension is prescribed.
-  function tension(failed) result(text)
-    type(failed_type), intent(in) :: failed    !! the increment
-    character(len=:), allocatable :: text
-    text = ""
-    if (failed%control%traction(1) .and. failed%target(1) > 0.0_wp) text = "; tension is positive"
-  end function tension
-
   !> Write the failed increment as a case of its own.
-  subroutine keep_failed(case, failed, label, output)
+  subroutine keep_failed(case, run, row, label, output)
     type(case_type), intent(in) :: case        !! the case
-    type(failed_type), intent(in) :: failed    !! the increment
+    type(run_type), intent(in) :: run          !! the run, at its end
+    type(row_type), intent(in) :: row          !! its last row
     character(len=*), intent(in) :: label      !! of the run
     character(len=*), intent(in) :: output     !! file with the rows
     character(len=:), allocatable :: path
     logical :: written
-    if (.not. failed%happened) return
     path = failed_file(output)
-    call write_failed_case(path, case%props, failed, written)
+    call write_failed_case(path, case%props, run, row, written)
     if (written) call say(label // ": the failed increment was written to " // path)
   end subroutine keep_failed
 

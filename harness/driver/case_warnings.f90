@@ -2,8 +2,9 @@
 module case_warnings
   use asperity_contract, only: p_gc, p_height, p_mu, p_sigma0, p_theta
   use asperity_kinds, only: wp
+  use asperity_text, only: short
   use case_file, only: case_type
-  use driver_messages, only: say, short
+  use driver_messages, only: say
   implicit none
   private
   public :: s_f_over_height, warn_of_cases

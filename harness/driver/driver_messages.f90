@@ -2,12 +2,10 @@
 module driver_messages
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use asperity_text, only: to_text
-  use asperity_kinds, only: wp
   use progress_line, only: clear_progress, progress_type
   implicit none
   private
-  public :: say, tell, short, finish
+  public :: say, tell, finish
 
   integer, parameter, public :: exit_ok = 0      !! the run ended as expected
   integer, parameter, public :: exit_input = 1   !! bad input
@@ -39,17 +37,6 @@ contains
     call clear_progress(progress)
     call say(text)
   end subroutine tell
-
-  !> Text of a number with six digits, for a message.
-  pure function short(value) result(text)
-    real(wp), intent(in) :: value   !! finite
-    character(len=:), allocatable :: text
-    character(len=16) :: buffer
-    real(wp) :: rounded
-    write (buffer, "(es16.5e3)") value
-    read (buffer, "(f16.0)") rounded
-    text = to_text(rounded)
-  end function short
 
   !> End the program.
   subroutine finish(code)

@@ -3,42 +3,30 @@ module failed_case
   use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
   use asperity_kinds, only: wp
-  use asperity_control_point, only: control_type, point_type
-  use asperity_mixed_control, only: report_type
+  use asperity_load_path, only: row_type, run_type
+  use asperity_steps, only: component_names
   use case_material, only: in_group
-  use load_path, only: component_names
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
   public :: write_failed_case
 
-  !> An increment that failed.
-  type, public :: failed_type
-    logical :: happened = .false.
-    integer :: step = 0, increment = 0   !! which
-    type(control_type) :: control        !! which value of each component is prescribed
-    type(point_type) :: start            !! the point at its start
-    type(point_type) :: last             !! the last one found
-    real(wp) :: target(3) = 0.0_wp       !! given values at its end: separation, or traction + spring*separation
-    type(report_type) :: report          !! what happened
-    real(wp) :: arc = 0.0_wp             !! longest step along the branch over s0, 0: the stable path was followed
-  end type failed_type
-
 contains
 
   !> Write the file; numbers read back exactly.
-  subroutine write_failed_case(path, props, failed, written)
+  subroutine write_failed_case(path, props, run, row, written)
     character(len=*), intent(in) :: path       !! file, replaced if it exists
     real(wp), intent(in) :: props(:)           !! PROPS
-    type(failed_type), intent(in) :: failed    !! the increment
+    type(run_type), intent(in) :: run          !! a run, after this increment
+    type(row_type), intent(in) :: row          !! its row
     logical, intent(out) :: written            !! false: the reason is on standard error
     character(len=:), allocatable :: text
     integer :: fd, i, k
 
     call create_file(path, fd, written)
     if (.not. written) return
-    call write_line(fd, path, "&case title = 'failed increment " // integer_text(failed%increment) // &
-      " of step " // integer_text(failed%step) // "' /", written)
+    call write_line(fd, path, "&case title = 'failed increment " // integer_text(row%increment) // &
+      " of step " // integer_text(row%step) // "' /", written)
     if (written) call write_line(fd, path, "&material" // entries("material") // " /", written)
     if (props(p_m) < 0.0_wp) then
       text = ""
@@ -50,23 +38,23 @@ contains
       text = entry("sides", props(p_m:p_m)) // entries("pattern")
     end if
     if (written) call write_line(fd, path, "&pattern" // text // " /", written)
-    if (written) call write_line(fd, path, "&state" // entry("separation", failed%start%s) // &
-      entry("statev", failed%start%state) // entry("work", [failed%start%work]) // " /", written)
+    if (written) call write_line(fd, path, "&state" // entry("separation", run%before%s) // &
+      entry("statev", run%before%state) // entry("work", [run%before%work]) // " /", written)
     text = ""
     do i = 1, 3
-      if (failed%control%traction(i)) then
+      if (run%control%traction(i)) then
         ! the force of a spring is zero at the start of the step
         text = text // entry("t_" // trim(component_names(i)), &
-          [failed%target(i) - failed%control%spring(i)*failed%start%s(i)])
-        if (failed%control%spring(i) > 0.0_wp) text = text // entry("k_" // trim(component_names(i)), &
-          failed%control%spring(i:i))
+          [run%given(i) - run%control%spring(i)*run%before%s(i)])
+        if (run%control%spring(i) > 0.0_wp) text = text // entry("k_" // trim(component_names(i)), &
+          run%control%spring(i:i))
       else
-        text = text // entry("s_" // trim(component_names(i)), failed%target(i:i))
+        text = text // entry("s_" // trim(component_names(i)), run%given(i:i))
       end if
     end do
-    if (props(p_tau_v) > 0.0_wp) text = text // entry("time", [failed%control%dt])
-    if (failed%arc > 0.0_wp) then
-      text = text // " follow = 'branch'" // entry("arc", [failed%arc])
+    if (props(p_tau_v) > 0.0_wp) text = text // entry("time", [run%control%dt])
+    if (run%steps(row%step)%arc > 0.0_wp) then
+      text = text // " follow = 'branch'" // entry("arc", [run%steps(row%step)%arc])
     else
       text = text // " increments = 1"
     end if

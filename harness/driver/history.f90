@@ -6,7 +6,6 @@
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
 !>   turn      the branch had a fold, where the prescribed values turned back or forward again
 !>   substeps  the increment was solved in sub-increments
-!>   coarse    an adaptive increment of the smallest length has a larger error than the tolerance
 !>   cut       the UMAT requested a smaller increment in a replay
 !>   lost      no equilibrium was found beyond this row
 module history
@@ -16,31 +15,15 @@ module history
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
   use asperity_control_point, only: point_type
-  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
-  use asperity_mixed_control, only: report_type
+  use asperity_events, only: event_length, find_events, planes_type, put_at_rest
+  use asperity_load_path, only: name_events, row_type
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
-  public :: open_history, start_from, next_row, add_row, close_history
+  public :: open_history, start_from, add_replayed_row, add_row, close_history
 
   character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
     "rupture,friction,work,iterations,event"
-
-  !> A row.
-  type, public :: row_type
-    integer :: step = 0, increment = 0
-    real(wp) :: time = 0.0_wp
-    real(wp) :: s(3) = 0.0_wp            !! separation (N, Tx, Ty)
-    real(wp) :: traction(3) = 0.0_wp     !! (N, Tx, Ty)
-    real(wp), allocatable :: state(:)    !! STATEV
-    real(wp) :: work = 0.0_wp            !! work of the traction so far, stress*length
-    integer :: iterations = 0
-    integer :: updates = 0               !! of the law
-    integer :: snaps = 0
-    real(wp) :: released = 0.0_wp        !! energy released by them, stress*length
-    logical :: turn = .false.            !! the prescribed values turn back, or forward again
-    logical :: substeps = .false., coarse = .false., cut = .false., lost = .false.
-  end type row_type
 
   !> The file, its last row and totals over its rows.
   type, public :: history_type
@@ -93,24 +76,7 @@ contains
     call write_line(table%file, path, header, table%good)
   end subroutine open_history
 
-  !> Turn the last row of a step into its next one: the point that an increment has reached.
-  subroutine next_row(row, point, report)
-    type(row_type), intent(inout) :: row      !! last row -> the next one, without its time
-    type(point_type), intent(in) :: point     !! the point
-    type(report_type), intent(in) :: report   !! report of the increment
-    row%increment = row%increment + 1
-    row%s = point%s
-    row%traction = point%traction
-    row%state = point%state
-    row%work = point%work
-    row%iterations = report%iterations
-    row%updates = report%updates
-    row%snaps = report%snaps
-    row%released = report%released
-    row%substeps = report%parts > 1
-  end subroutine next_row
-
-  !> Set the state from which events are counted, for a run that does not start from a virgin point.
+  !> Set the state from which work and events are counted, for a run that does not start from a virgin point.
   subroutine start_from(table, joint, point)
     type(history_type), intent(inout) :: table      !! the file, no row yet
     type(interface_type), intent(in) :: joint       !! the interface
@@ -123,22 +89,22 @@ contains
     table%last%work = point%work
   end subroutine start_from
 
-  !> Write a row by one system call, so that a run that is killed leaves complete rows.
-  subroutine add_row(table, joint, row)
+  !> Write a row of a replay, with its events.
+  subroutine add_replayed_row(table, joint, row)
     type(history_type), intent(inout) :: table      !! the file
     type(interface_type), intent(in) :: joint       !! the interface
+    type(row_type), intent(inout) :: row            !! the row -> with its events
+    call name_events(joint, table%last%state, row%state, table%planes, row)
+    call add_row(table, row)
+  end subroutine add_replayed_row
+
+  !> Write a row by one system call, so that a run that is killed leaves complete rows.
+  subroutine add_row(table, row)
+    type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row
-    character(len=event_length) :: event
     character(len=:), allocatable :: line
     integer :: i, k
 
-    call find_events(joint, row%s, table%last%state, row%state, table%planes, event)
-    call name_event(event, "snap", row%snaps > 0)
-    call name_event(event, "turn", row%turn)
-    call name_event(event, "substeps", row%substeps)
-    call name_event(event, "coarse", row%coarse)
-    call name_event(event, "cut", row%cut)
-    call name_event(event, "lost", row%lost)
     line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)
     do i = 1, 3
       line = line // "," // number(row%s(i))
@@ -148,14 +114,14 @@ contains
     end do
     line = line // "," // number(row%state(v_damage)) // "," // number(row%state(v_stored)) // "," // &
       number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%work) // &
-      "," // integer_text(row%iterations) // "," // trim(event)
+      "," // integer_text(row%report%iterations) // "," // trim(row%events)
     do k = 1, table%n_planes
       do i = plane_statev(k), plane_statev(k) + n_plane_statev - 1
         line = line // "," // number(row%state(i))
       end do
     end do
     if (table%n_planes > 0) then
-      do i = n_statev(table%n_planes) + 1, joint%n_statev
+      do i = n_statev(table%n_planes) + 1, size(row%state)
         line = line // "," // number(row%state(i))
       end do
     end if
@@ -163,11 +129,11 @@ contains
     if (.not. table%good) return
     table%last = row
     table%n_rows = table%n_rows + 1
-    table%iterations = table%iterations + row%iterations
-    table%updates = table%updates + row%updates
-    table%snaps = table%snaps + row%snaps
-    table%released = table%released + row%released
-    table%most_iterations = max(table%most_iterations, row%iterations)
+    table%iterations = table%iterations + row%report%iterations
+    table%updates = table%updates + row%report%updates
+    table%snaps = table%snaps + row%report%snaps
+    table%released = table%released + row%report%released
+    table%most_iterations = max(table%most_iterations, row%report%iterations)
     table%least_traction = min(table%least_traction, row%traction(1))
   end subroutine add_row
 

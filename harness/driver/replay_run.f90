@@ -12,9 +12,10 @@ module replay_run
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
+  use asperity_load_path, only: row_type
   use asperity_control_point, only: work_between
   use case_initial, only: initial_type
-  use history, only: add_row, history_type, row_type
+  use history, only: add_replayed_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
   use recorded_strains, only: strains_type
@@ -60,7 +61,7 @@ contains
     committed = initial%planes
     unset = garbage
     row%step = 1
-    row%iterations = size(shares)
+    row%report%iterations = size(shares)
     do n = 1, size(record%time)
       dstran = record%strain(:, n) - stran
       dtime = record%time(n) - row%time
@@ -106,7 +107,7 @@ contains
       row%state = statev
       row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
       row%cut = pnewdt < 1.0_wp
-      call add_row(table, joint, row)
+      call add_replayed_row(table, joint, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do

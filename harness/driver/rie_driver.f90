@@ -1,7 +1,7 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: append, integer_text, short, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
   use case_echo, only: echo_case
@@ -9,7 +9,7 @@ program rie_driver
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
   use case_warnings, only: warn_of_cases
-  use driver_messages, only: exit_input, exit_ok, finish, say, short
+  use driver_messages, only: exit_input, exit_ok, finish, say
   use row_file, only: same_file
   use text_file, only: lower
   implicit none

@@ -4,11 +4,11 @@ module branch_scene
   use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
     p_theta, p_turn, prop_table, status_ok
   use asperity_control_point, only: control_type, new_point, point_type
-  use asperity_increment, only: path_type
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, report_type
   use asperity_pattern, only: direction_vector
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, to_text
   use random_numbers, only: chance, log_uniform, pick, uniform
   implicit none
@@ -136,29 +136,28 @@ contains
   end subroutine draw_load
 
   !> Bring a virgin point under the normal traction of a scene.
-  subroutine start_scene(scene, point, path, good)
+  subroutine start_scene(scene, law, point, from, good)
     type(scene_type), intent(in) :: scene      !! the scene
+    type(rie_law), intent(out) :: law          !! its law
     type(point_type), intent(out) :: point     !! under the normal traction
-    type(path_type), intent(out) :: path       !! from the given values of the point to those of the scene
+    real(wp), intent(out) :: from(3)           !! prescribed values of the point
     logical, intent(out) :: good               !! whether it carries the traction without a snap
     integer, parameter :: parts = 20
     type(report_type) :: report
-    real(wp) :: from(3), reached, to(3)
-    integer :: i, used
-    point = new_point(scene%joint)
+    real(wp) :: reached, start(3), to(3)
+    integer :: i
+    law = new_rie_law(scene%joint)
+    point = new_point(law)
     to = 0.0_wp
     good = .true.
     do i = 1, parts
-      from = to
+      start = to
       to(1) = scene%sigma_n*(real(i, wp)/real(parts, wp))
-      call advance(scene%joint, control_type([.true., .true., .true.]), from, to, point, used, reached, report=report)
+      call advance(law, control_type([.true., .true., .true.]), start, to, point, reached, report)
       good = good .and. reached >= 1.0_wp .and. report%snaps == 0
       if (.not. good) return
     end do
-    path%control = scene%control
-    path%start = merge(to + scene%control%spring*point%s, point%s, scene%control%traction)
-    path%target = scene%target
-    path%change = path%target - path%start
+    from = merge(to + scene%control%spring*point%s, point%s, scene%control%traction)
   end subroutine start_scene
 
   !> The scene as groups of a case file, for messages.

@@ -4,14 +4,18 @@
 !> that a divided increment is another load path.
 module solver_judge
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_control_point, only: control_type, energy_defect, ledger, new_point, point_type
-  use asperity_interface, only: interface_type
+  use asperity_contract, only: v_friction, v_rupture, v_stored
+  use asperity_control_point, only: control_type, new_point, point_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, report_type
+  use asperity_rie_law, only: rie_law
   use random_numbers, only: draw
   implicit none
   private
   public :: judge_row, judge_start
+
+  !> Positions of the stored and the dissipated energies in STATEV.
+  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
 
   !> Smallest jump of a free separation that counts, relative to s0 and to the separation: where viscous damage has
   !> opened a joint far, its separation is inaccurate. Smallest energy that counts, relative to K s0^2 or, where the
@@ -31,20 +35,20 @@ module solver_judge
 contains
 
   !> Judge a row.
-  subroutine judge_row(joint, control, start, target, old, new, snaps, verdict)
-    type(interface_type), intent(in) :: joint      !! the interface
+  subroutine judge_row(law, control, start, target, old, new, snaps, verdict)
+    type(rie_law), intent(in) :: law               !! the law
     type(control_type), intent(in) :: control      !! what is given
     real(wp), intent(in) :: start(3), target(3)    !! given values
     type(point_type), intent(in) :: old, new       !! the point at both ends of the row
     integer, intent(in) :: snaps                   !! reported snaps
     type(verdict_type), intent(out) :: verdict     !! findings
     type(point_type) :: halves
-    if (joint%material%wears) return
-    if (moves_far(joint, control, old, new, snaps) .or. energy_defect(joint, old, new) > least_energy) then
-      call examine(joint, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict, halves)
+    if (law%joint%material%wears) return
+    if (moves_far(law, control, old, new, snaps) .or. energy_defect(law, old, new) > least_energy) then
+      call examine(law, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict, halves)
       ! the guard judges a whole increment: smaller ones may jump where the row, which ends elsewhere, does not
-      if (joint%material%guard .and. verdict%jump > 0.0_wp) then
-        if (2.0_wp*move_between(control, halves, new) > verdict%jump*joint%material%s0) verdict%jump = 0.0_wp
+      if (law%joint%material%guard .and. verdict%jump > 0.0_wp) then
+        if (2.0_wp*move_between(control, halves, new) > verdict%jump*law%joint%material%s0) verdict%jump = 0.0_wp
       end if
     end if
     if (snaps > 0) verdict%jump = 0.0_wp
@@ -54,8 +58,8 @@ contains
   !> relative to K s0^2 or to its terms, whichever is larger. A wrong start has the same error in increments of any
   !> length. At the foot of a closed facet the traction jumps, so that the trapezoidal rule has an error in proportion
   !> to the increments: those of a finite height are made shorter where they exceed the admissible error.
-  subroutine judge_start(joint, state, admissible, seed, defect)
-    type(interface_type), intent(in) :: joint      !! the interface
+  subroutine judge_start(law, state, admissible, seed, defect)
+    type(rie_law), intent(in) :: law               !! the law
     real(wp), intent(in) :: state(:)               !! STATEV
     real(wp), intent(in) :: admissible             !! largest defect
     integer(int64), intent(inout) :: seed          !! 1..largest_seed
@@ -65,16 +69,16 @@ contains
     real(wp), parameter :: lengths(3) = [5.0e-4_wp, 5.0e-7_wp, 5.0e-10_wp]
     integer :: i
     defect = 0.0_wp
-    if (joint%material%wears) return
-    do i = 1, merge(size(lengths), 1, joint%material%curved)
-      call walk(joint, state, lengths(i), seed, defect)
+    if (law%joint%material%wears) return
+    do i = 1, merge(size(lengths), 1, law%joint%material%curved)
+      call walk(law, state, lengths(i), seed, defect)
       if (defect <= admissible) exit
     end do
   end subroutine judge_start
 
   !> Largest energy that does not balance in random increments of one length.
-  subroutine walk(joint, state, length, seed, defect)
-    type(interface_type), intent(in) :: joint      !! the interface
+  subroutine walk(law, state, length, seed, defect)
+    type(rie_law), intent(in) :: law               !! the law
     real(wp), intent(in) :: state(:)               !! STATEV
     real(wp), intent(in) :: length                 !! of the increments, relative to s0
     integer(int64), intent(inout) :: seed          !! 1..largest_seed
@@ -82,27 +86,28 @@ contains
     integer, parameter :: increments = 20
     type(control_type) :: all_given
     type(point_type) :: first, point
+    type(report_type) :: report
     real(wp) :: reached, start(3), target(3), x(3)
-    integer :: i, used
-    first = new_point(joint, state)
+    integer :: i
+    first = new_point(law, state)
     point = first
     target = 0.0_wp
     defect = 0.0_wp
     do i = 1, increments
       start = target
       call draw(seed, x)
-      associate (m => joint%material)
+      associate (m => law%joint%material)
         target = target + length*m%s0*(min(m%k_n, m%k_t)/max(m%k_n, m%k_t, m%k_c))*x
       end associate
-      call advance(joint, all_given, start, target, point, used, reached)
-      defect = max(defect, energy_defect(joint, first, point))
+      call advance(law, all_given, start, target, point, reached, report)
+      defect = max(defect, energy_defect(law, first, point))
     end do
     if (abs(first%work - sum(first%state(ledger))) > 0.0_wp) defect = huge(defect)
   end subroutine walk
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
-  recursive subroutine examine(joint, control, start, target, from, to, old, depth, verdict, end)
-    type(interface_type), intent(in) :: joint        !! the interface
+  recursive subroutine examine(law, control, start, target, from, to, old, depth, verdict, end)
+    type(rie_law), intent(in) :: law                 !! the law
     type(control_type), intent(in) :: control        !! what is given in the whole increment
     real(wp), intent(in) :: start(3), target(3)      !! given values at its ends
     real(wp), intent(in) :: from, to                 !! the part, as fractions of the increment
@@ -115,27 +120,27 @@ contains
     type(report_type) :: report
     real(wp) :: defect, ends(3), reached
     logical :: far
-    integer :: i, used
+    integer :: i
 
     half = control
     half%dt = 0.5_wp*(to - from)*control%dt
     ends = [from, 0.5_wp*(from + to), to]
     point = old
-    associate (m => joint%material)
+    associate (m => law%joint%material)
       do i = 1, 2
         last = point
-        call advance(joint, half, start + ends(i)*(target - start), start + ends(i + 1)*(target - start), point, used, &
-          reached, report=report)
+        call advance(law, half, start + ends(i)*(target - start), start + ends(i + 1)*(target - start), point, &
+          reached, report)
         ! smaller increments may lose the equilibrium of the row
         end = point
         if (reached < 1.0_wp) return
         if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. m%tau_v > 0.0_wp) then
           verdict%jump = max(verdict%jump, maxval(abs(report%after - report%before))/m%s0)
         end if
-        far = moves_far(joint, control, last, point, report%snaps)
-        defect = energy_defect(joint, last, point)
+        far = moves_far(law, control, last, point, report%snaps)
+        defect = energy_defect(law, last, point)
         if (depth > 0 .and. (far .or. defect > least_energy)) then
-          call examine(joint, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict, part)
+          call examine(law, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict, part)
         else
           far = far .and. maxval(abs(point%state(ledger) - last%state(ledger))) > least_energy*m%k_n*m%s0**2
           if (far) verdict%jump = max(verdict%jump, move_between(control, last, point)/m%s0)
@@ -145,14 +150,27 @@ contains
     end associate
   end subroutine examine
 
+  !> Work of an increment that is neither stored nor dissipated, relative to the energy K s0^2 of a plane at its
+  !> strength or to the terms of the balance, whichever is larger. It is an error of the trapezoidal rule, or the energy
+  !> that a jump to another branch releases.
+  pure function energy_defect(law, old, new) result(defect)
+    type(rie_law), intent(in) :: law               !! the law
+    type(point_type), intent(in) :: old, new       !! the point at start and end
+    real(wp) :: defect
+    real(wp) :: change(size(ledger)), work
+    work = new%work - old%work
+    change = new%state(ledger) - old%state(ledger)
+    defect = abs(work - sum(change))/max(law%stress*law%length, abs(work) + sum(abs(change)))
+  end function energy_defect
+
   !> Whether a part without a reported snap moves far.
-  pure function moves_far(joint, control, old, new, snaps) result(yes)
-    type(interface_type), intent(in) :: joint      !! the interface
+  pure function moves_far(law, control, old, new, snaps) result(yes)
+    type(rie_law), intent(in) :: law               !! the law
     type(control_type), intent(in) :: control      !! what is given
     type(point_type), intent(in) :: old, new       !! the point at both ends
     integer, intent(in) :: snaps                   !! reported snaps
     logical :: yes
-    yes = snaps == 0 .and. move_between(control, old, new) > max(least_jump*joint%material%s0, &
+    yes = snaps == 0 .and. move_between(control, old, new) > max(least_jump*law%joint%material%s0, &
       least_share*maxval(abs(new%s), mask=control%traction))
   end function moves_far
 

@@ -1,4 +1,4 @@
-!> One sample of the solver's soak run: a random interface, load and increment, solved by each method.
+!> One sample of the solver's soak run: a random interface, load and increment.
 module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
@@ -6,14 +6,13 @@ module solver_sample
   use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
-  use asperity_exclusion, only: exclude_equilibria, most_boxes
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_control_point, only: control_type, new_point, point_type
-  use asperity_loss, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found, &
-    loss_type, loss_worn
-  use asperity_mixed_control, only: advance, ended_limit, ended_lost, full_solver, most_updates, report_type
+  use asperity_mixed_control, only: advance, ended_limit, ended_lost, report_type
   use asperity_pattern, only: direction_vector
+  use asperity_rie_law, only: new_rie_law, rie_law
+  use loss_judge, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found
   use solver_judge, only: judge_row, verdict_type
   use random_numbers, only: draw, pick, seed_of, uniform
   implicit none
@@ -55,6 +54,7 @@ module solver_sample
     real(wp) :: traction(3) = 0.0_wp    !! initial traction, stress
     real(wp), allocatable :: state(:)   !! initial STATEV
     type(interface_type) :: joint
+    type(rie_law) :: law                !! the law of the interface
   end type sample_type
 
   !> Result of a method.
@@ -66,13 +66,8 @@ module solver_sample
     integer :: most_updates = 0         !! of one increment
     integer :: snaps = 0
     logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
-    integer :: free = 0                 !! free separations, if lost
-    logical :: proven = .false.         !! not completed, and bounds prove that no equilibrium exists
-    integer :: boxes = 0                !! examined for the proof
-    logical :: has_bounds = .false.     !! neither viscous damage, guard, finite height nor wear
     logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
-    logical :: worn = .false.           !! not completed, and a scan finds none for the facets that the motion has worn
-    logical :: explained = .false.      !! completed, or the loss has one of these three causes
+    logical :: explained = .false.      !! completed, or the loss has one of these two causes
     logical :: limited = .false.        !! an increment met the limit of updates
     logical :: slow = .false.           !! viscous damage, guard or wear, where the point may stick and slip in steps
                                         !! that are too short for the limit of updates
@@ -135,6 +130,7 @@ contains
     props([p_height, p_w0]) = [sample%height, sample%w0]
     call new_interface(props, sample%joint, status)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
+    sample%law = new_rie_law(sample%joint)
     if (varied) call crack(other, sample)
   end subroutine draw_sample
 
@@ -252,9 +248,8 @@ contains
 
   !> Apply the preload, then a slip of 1.5 s_f and its reversal, or a tangential traction of twice the strength of all
   !> planes.
-  subroutine run_sample(sample, method, outcome)
+  subroutine run_sample(sample, outcome)
     type(sample_type), intent(in) :: sample       !! the sample
-    integer, intent(in) :: method                 !! of `advance`
     type(outcome_type), intent(out) :: outcome    !! result
     integer, parameter :: preload = 10
     real(wp), parameter :: farthest = 1.5_wp*sf, strength = 2.0_wp
@@ -274,9 +269,9 @@ contains
     outcome%all_increments = preload + 2*n
     if (sample%load == all_tractions) outcome%all_increments = preload + n
     if (allocated(sample%state)) then
-      point = new_point(sample%joint, sample%state)
+      point = new_point(sample%law, sample%state)
     else
-      point = new_point(sample%joint)
+      point = new_point(sample%law)
     end if
     target = merge(sample%traction, 0.0_wp, control%traction)
     do i = 1, outcome%all_increments
@@ -290,7 +285,7 @@ contains
       else
         target(2:3) = e*farthest*(1.0_wp - abs(real(i - preload - n, wp))/real(n, wp))
       end if
-      call take(sample, control, start, target, method, point, outcome)
+      call take(sample, control, start, target, point, outcome)
       if (outcome%wrong .or. outcome%increments < i) return
     end do
     outcome%completed = .true.
@@ -298,23 +293,21 @@ contains
   end subroutine run_sample
 
   !> Solve one increment and check its result.
-  subroutine take(sample, control, start, target, method, point, outcome)
+  subroutine take(sample, control, start, target, point, outcome)
     type(sample_type), intent(in) :: sample           !! the sample
     type(control_type), intent(in) :: control         !! what is given
     real(wp), intent(in) :: start(3), target(3)       !! given values
-    integer, intent(in) :: method                     !! of `advance`
     type(point_type), intent(inout) :: point          !! the point
     type(outcome_type), intent(inout) :: outcome      !! increased counts
     type(report_type) :: report
-    type(loss_type) :: loss
     type(verdict_type) :: verdict
     type(point_type) :: old
     character(len=len(outcome%why)) :: why
-    real(wp) :: reached, values(3)
-    integer :: iterations
+    real(wp) :: place(3), reached, values(3)
+    integer :: kind
 
     old = point
-    call advance(sample%joint, control, start, target, point, iterations, reached, report=report, method=method)
+    call advance(sample%law, control, start, target, point, reached, report)
     outcome%updates = outcome%updates + report%updates
     outcome%most_updates = max(outcome%most_updates, report%updates)
     outcome%snaps = outcome%snaps + report%snaps
@@ -325,17 +318,14 @@ contains
     if (outcome%wrong) return
     if (reached >= 1.0_wp) then
       outcome%increments = outcome%increments + 1
-      if (method == full_solver) then
-        call judge_row(sample%joint, control, start, target, old, point, report%snaps, verdict)
-        if (verdict%jump > 0.0_wp) outcome%unreported = outcome%unreported + 1
-        if (verdict%defect > 0.0_wp) outcome%unbalanced = outcome%unbalanced + 1
-        if (verdict%jump > 0.0_wp .or. verdict%defect > 0.0_wp) outcome%why = "increment " // &
-          integer_text(outcome%increments) // ": jump without a report " // &
-          to_text(verdict%jump) // " s0, energy not balanced " // to_text(verdict%defect)
-      end if
+      call judge_row(sample%law, control, start, target, old, point, report%snaps, verdict)
+      if (verdict%jump > 0.0_wp) outcome%unreported = outcome%unreported + 1
+      if (verdict%defect > 0.0_wp) outcome%unbalanced = outcome%unbalanced + 1
+      if (verdict%jump > 0.0_wp .or. verdict%defect > 0.0_wp) outcome%why = "increment " // &
+        integer_text(outcome%increments) // ": jump without a report " // &
+        to_text(verdict%jump) // " s0, energy not balanced " // to_text(verdict%defect)
       return
     end if
-    if (method /= full_solver) return
     outcome%limited = report%ended == ended_limit
     outcome%slow = sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%w0 > 0.0_wp
     outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
@@ -344,47 +334,19 @@ contains
         " updates of the law"
       return
     end if
-    call examine_loss(sample%joint, control, report%beyond, point, most_updates, loss)
-    outcome%none_found = loss%kind == loss_none_found   ! also if the limit of updates was reached
-    outcome%stopped = loss%kind == loss_discontinuous
-    call prove(sample, control, target, report%beyond, point, outcome)
-    if (outcome%wrong) return
-    outcome%worn = loss%kind == loss_worn
-    outcome%explained = loss%kind /= loss_elsewhere
+    call examine_loss(sample%law, control, report%beyond, point, kind, place)
+    outcome%none_found = kind == loss_none_found   ! also if the limit of updates was reached
+    outcome%stopped = kind == loss_discontinuous
+    outcome%explained = kind /= loss_elsewhere
     why = ""
     if (outcome%limited) why = " limit of updates reached;"
-    associate (place => loss%scan%place)
-      if (loss%kind == loss_elsewhere) why = trim(why) // " there is an equilibrium at s = " // &
-        to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
-    end associate
+    if (kind == loss_elsewhere) why = trim(why) // " there is an equilibrium at s = " // &
+      to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
     if (len_trim(why) == 0) return
     ! rows before it may have a complaint, too
     if (len_trim(outcome%why) > 0) outcome%why = trim(outcome%why) // "; "
     outcome%why = trim(outcome%why) // "increment " // integer_text(outcome%increments + 1) // ":" // why
   end subroutine take
-
-  !> Try to prove a loss. The same bounds must not exclude the last equilibrium.
-  subroutine prove(sample, control, target, beyond, point, outcome)
-    type(sample_type), intent(in) :: sample           !! the sample
-    type(control_type), intent(in) :: control         !! what is given
-    real(wp), intent(in) :: target(3), beyond(3)      !! at the end of the increment, and just beyond the last point
-    type(point_type), intent(in) :: point             !! the last point
-    type(outcome_type), intent(inout) :: outcome      !! findings are set
-    !> Boxes after which bounds that are wrong would have excluded the equilibrium.
-    integer, parameter :: few = 2000
-    type(control_type) :: still
-    integer :: boxes
-    outcome%free = count(control%traction)
-    outcome%has_bounds = .not. (sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%joint%material%curved)
-    call exclude_equilibria(sample%joint, control, target, point, most_boxes, outcome%proven, outcome%boxes)
-    if (.not. outcome%proven) call exclude_equilibria(sample%joint, control, beyond, point, most_boxes, &
-      outcome%proven, outcome%boxes)
-    still = control
-    still%dt = 0.0_wp
-    call exclude_equilibria(sample%joint, still, merge(point%traction + control%spring*point%s, point%s, &
-      control%traction), point, few, outcome%wrong, boxes)
-    if (outcome%wrong) outcome%why = "bounds exclude the last equilibrium"
-  end subroutine prove
 
   !> Check that the point has the given values and that its state is admissible.
   subroutine judge(sample, control, values, old, point, outcome)
@@ -398,7 +360,7 @@ contains
     !> times the given separations.
     real(wp), parameter :: tolerance = 1.0e-6_wp, rounding = 1.0e-12_wp
     type(point_type) :: again
-    type(interface_type) :: still
+    type(rie_law) :: still
     real(wp) :: alpha(sample%joint%pattern%n), gap(3), most
     integer :: k
 
@@ -423,8 +385,8 @@ contains
       ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
       ! guard)
       ! nor do the facets wear further
-      still = sample%joint
-      still%material%inv_w0 = 0.0_wp
+      still = sample%law
+      still%joint%material%inv_w0 = 0.0_wp
       again = new_point(still, point%state, point%s)
       gap = again%traction - point%traction
       outcome%wrong = any(abs(gap) > most .and. control%traction)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import contract as contract
+    from .case_files import read_case as read_case
     from .history import History as History
     from .history import Snap as Snap
     from .history import Update as Update
@@ -18,10 +19,13 @@ if TYPE_CHECKING:
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
+    from .plots import plot as plot
     from .selection.search import LoadCase as LoadCase
     from .selection.search import NoPatternError as NoPatternError
     from .selection.search import Selection as Selection
     from .selection.search import select as select
+    from .steps import Point as Point
+    from .steps import Step as Step
 
     __version__: str
 
@@ -34,11 +38,15 @@ _HOMES = {
     "ModelWarning": "material",
     "NoPatternError": "selection.search",
     "Pattern": "pattern",
+    "Point": "steps",
     "Selection": "selection.search",
     "Snap": "history",
+    "Step": "steps",
     "Update": "history",
     "contract": "contract",
     "library": "installed",
+    "plot": "plots",
+    "read_case": "case_files",
     "select": "selection.search",
 }
 """Module of each public name. A module is imported when one of its names is first used."""

@@ -24,64 +24,19 @@ def interface_update(
     tangent: _Floats,
 ) -> tuple[int, bytes]: ...
 def interface_initial(props: _Floats, traction: _Floats, state: _Floats) -> tuple[int, bytes]: ...
-def interface_replay(
-    props: _Floats, s: _Floats, steps: _Floats, traction: _Floats, state: _Floats
-) -> tuple[int, bytes]: ...
-def interface_adaptive_slip(
+def step_entry(i: int) -> tuple[bytes, int, float, bytes]: ...
+def path_rows(
     props: _Floats,
-    direction: float,
-    turns: _Floats,
-    sigma_n: float,
+    counts: _Integers,
+    values: _Floats,
+    start: _Floats,
+    state: _Floats,
+    refines: int,
     tolerance: float,
-    times: _Floats,
-    preload_time: float,
-    separation: _Floats,
-    traction: _Floats,
-    state: _Floats,
-    work: _Floats,
+    numbers: _Floats,
+    states: _Floats,
+    events: _Texts,
 ) -> tuple[int, int, int, bytes]: ...
-def interface_confined_slip(
-    props: _Floats,
-    direction: float,
-    slips: _Floats,
-    sigma_n: float,
-    preload: int,
-    times: _Floats,
-    preload_time: float,
-    stiffness: float,
-    separation: _Floats,
-    traction: _Floats,
-    state: _Floats,
-    work: _Floats,
-    jumps: _Floats,
-) -> tuple[int, int, bytes]: ...
-def interface_slip_curves(
-    props: _Floats,
-    direction: _Floats,
-    sigma_n: _Floats,
-    stiffness: _Floats,
-    slips: _Floats,
-    preload: int,
-    rows: _Floats,
-) -> tuple[_Integers, _Integers]: ...
-def interface_branch_slip(
-    props: _Floats,
-    direction: float,
-    slips: _Floats,
-    sigma_n: float,
-    preload: int,
-    stiffness: float,
-    arc: float,
-    separation: _Floats,
-    traction: _Floats,
-    state: _Floats,
-    work: _Floats,
-    jumps: _Floats,
-    turned: _Integers,
-) -> tuple[int, int, int, bytes]: ...
-def interface_events(
-    props: _Floats, separation: _Floats, state: _Floats, jumps: _Integers, names: _Texts
-) -> None: ...
 def newton_path(
     props: _Floats,
     held: _Integers,

@@ -13,10 +13,12 @@ import numpy as np
 
 from . import contract
 from .contract import Floats
+from .history import History
 from .installed import driver
 from .interface import Interface
 from .material import Material
 from .pattern import Pattern
+from .steps import TARGETS, Point, Step, prescribed
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +26,8 @@ class Run:
     """One run of a case.
 
     value: value of the sweep, None without a sweep. start: "virgin", or the group with the state at the
-    start, "initial" or "state". steps: the load path as harness/driver/case_echo.f90 writes it; a replay has
-    none.
+    start, "initial" or "state". steps: the load path, with cycles, increments and times of every target; a
+    replay has none. state: start of the path, None for a virgin point. tolerance: of the path, or None.
     """
 
     value: float | None
@@ -33,12 +35,31 @@ class Run:
     material: Material
     pattern: Pattern
     start: str
-    steps: tuple[dict[str, Any], ...]
+    steps: tuple[Step, ...]
+    state: Point | None
+    tolerance: float | None
 
     @property
     def interface(self) -> Interface:
         """Interface with the material and the pattern of the run."""
         return Interface(self.material, self.pattern)
+
+    def history(self) -> History:
+        """Rows of the run.
+
+        Returns
+        -------
+        History
+            As `Interface.run` gives them for steps, state and tolerance of the run.
+
+        Raises
+        ------
+        ValueError
+            For a replay, which has no steps.
+        EquilibriumLost
+            Where no equilibrium is found.
+        """
+        return self.interface.run(self.steps, self.state, self.tolerance)
 
     def of_host(self) -> dict[str, Any]:
         """Entries of PROPS that belong to the host and to the numerics, by name."""
@@ -78,17 +99,47 @@ class SlipTest:
     slips: Floats
 
 
-def read_case(path: Path) -> Case:
-    """Read a case file, defaults included; raises ValueError with the messages of the driver.
+def read_case(path: str | Path) -> Case:
+    """Read a case file, defaults included.
 
-    Mode II values that differ from mode I give a ModelWarning, as in Material.
+    Parameters
+    ----------
+    path
+        Case file of the driver.
+
+    Returns
+    -------
+    Case
+        With a `Run` for every value of its sweep, or one; a run has the joint (`interface`), `steps`, `state`
+        and `tolerance` of `Interface.run`, and `history()` runs it.
+
+    Raises
+    ------
+    ValueError
+        With the messages of the driver: all errors, each with file, line, value and what is expected.
+
+    Warns
+    -----
+    ModelWarning
+        For mode II values that differ from mode I, as in Material.
+
+    Examples
+    --------
+    >>> import asperity
+    >>> from asperity.installed import named_case
+    >>> case = asperity.read_case(named_case("figure04b"))
+    >>> case.runs[0].steps[1].slip
+    (0.6,)
+    >>> round(float(case.runs[0].history().traction[-1, 0]), 9)
+    -10.0
     """
+    path = Path(path)
     done = subprocess.run([driver(), path, "--echo"], capture_output=True, check=False)
     if done.returncode != 0:
         raise ValueError(done.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
     echo = json.loads(done.stdout.decode("utf-8", "replace"))
     source, (first, last) = path.read_bytes(), echo["pattern"]
-    runs = tuple(_run(path, run) for run in echo["runs"])
+    runs = tuple(map(_run, echo["runs"]))
     return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
 
 
@@ -98,12 +149,16 @@ def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
     return {row.name: int(value) if row.integral else value for row, value in found}
 
 
-def _run(path: Path, run: dict[str, Any]) -> Run:
+def _run(run: dict[str, Any]) -> Run:
     props = tuple(run["props"])
     material = Material(**_values(props, "law"))
     listed = np.reshape(props[contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
     pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
-    return Run(run["value"], props, material, pattern, run["start"], tuple(run["steps"]))
+    steps = tuple(Step(**step) for step in run["steps"])
+    state = None
+    if "statev" in run:
+        state = Point(np.array(run["statev"]), tuple(run["separation"]), run["work"])
+    return Run(run["value"], props, material, pattern, run["start"], steps, state, run["tolerance"] or None)
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:
@@ -124,23 +179,24 @@ def slip_test(path: Path, run: Run) -> SlipTest:
     preload, sigma_N, direction = 0, 0.0, 0.0
     opened = False
     slips = [np.zeros(1)]
-    for step in run.steps:
-        given = {name for name in ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip") if name in step}
-        parts = [int(n) for n in step["increments"]]
+    for step, traction in zip(run.steps, prescribed(run.steps), strict=True):
+        given = {name for name in TARGETS if getattr(step, name) is not None}
         loaded = bool(preload) or len(slips) > 1
-        if any(step["spring"]) or any(step["traction"][1:]) or step["arc"] > 0.0:
-            given = {"what is neither slip nor opening"}
+        if any((step.k_N, step.k_Tx, step.k_Ty)) or any(traction[1:]) or step.follow == "branch":
+            given, parts = {"what is neither slip nor opening"}, []
+        else:
+            parts = [int(n) for n in step.increments]
         if given == {"t_N"} and len(parts) == 1 and not (loaded or opened):
-            preload, (sigma_N,) = parts[0], step["t_N"]
+            preload, (sigma_N,) = parts[0], step.t_N
         elif (
             given in ({"slip"}, {"slip", "t_N"})
-            and step["traction"][0]
-            and set(step.get("t_N", [sigma_N])) == {sigma_N}
+            and traction[0]
+            and set(step.t_N or [sigma_N]) == {sigma_N}
             and not opened
-            and (len(slips) == 1 or step["direction"] == direction)
+            and (len(slips) == 1 or step.direction == direction)
         ):
-            direction = step["direction"]
-            for target, n in zip(step["slip"], parts, strict=True):
+            direction = step.direction
+            for target, n in zip(step.slip, parts, strict=True):
                 slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
         elif given <= {"s_N"} and not loaded:
             opened = True

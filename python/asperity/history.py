@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import contract
 from .contract import Floats
 from .results import ENERGIES, Rows
+from .steps import Point
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
+
+EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps", "cut", "lost")
+"""Names of events in the order in which a row has them."""
 
 
 class _Named:
@@ -126,7 +132,8 @@ class History(_Named):
     separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv), by name in stored,
     rupture, friction, alpha(plane), slip(plane); work (T,): of the traction on the separation, the preload
     included, stress*length; events: (row, text), those of a preload with row 0; snaps: the jumps among them,
-    the longest of each row.
+    the longest of each row.  step (T,): from 1; position (T,): number of targets that were reached before,
+    plus the share of the way to the next one; time (T,); iterations (T,) of Newton's method.
     """
 
     separation: Floats
@@ -137,10 +144,15 @@ class History(_Named):
     events: tuple[tuple[int, str], ...] = ()
     snaps: tuple[Snap, ...] = ()
     n_planes: int | None = None
+    step: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
+    position: Floats = field(default_factory=lambda: np.zeros(0))
+    time: Floats = field(default_factory=lambda: np.zeros(0))
+    iterations: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         _freeze(self.separation, self.traction, self.damage, self.state, self.work)
+        _freeze(self.step, self.position, self.time, self.iterations)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -158,6 +170,34 @@ class History(_Named):
     def dilation(self) -> Floats:
         """Opening s_N of the rows, length; under pressure it begins with the closure."""
         return self.separation[:, 0]
+
+    @property
+    def end(self) -> Point:
+        """Separation, state and work of the last row, from which `Interface.run` may continue."""
+        if len(self) == 0:
+            raise ValueError("end: expected a history with rows")
+        s_N, s_Tx, s_Ty = self.separation[-1].tolist()
+        return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]))
+
+    def after_step(self, step: int) -> History:
+        """Rows after a step; the events before belong to the first of them."""
+        n = int(np.sum(self.step <= step))
+        rows = [part[n:] for part in (self.separation, self.traction, self.damage, self.state, self.work)]
+        more = [part[n:] for part in (self.step, self.position, self.time, self.iterations)]
+        before = {name for row, text in self.events if row < n for name in text.split("+")}
+        events = {row - n: text for row, text in self.events if row >= n}
+        if before and len(self) > n:
+            names = before | {name for name in events.get(0, "").split("+") if name}
+            events = {0: "+".join(sorted(names, key=EVENTS.index))} | {
+                k: v for k, v in events.items() if k > 0
+            }
+        snaps = tuple(replace(snap, row=max(snap.row - n, 0)) for snap in self.snaps)
+        return History(*rows, tuple(events.items()), snaps, self.n_planes, *more)
+
+    def ended(self, text: str) -> History:
+        """The same rows with this text as the event after the last one."""
+        events = tuple((row, name) for row, name in self.events if row < len(self))
+        return replace(self, events=(*events, (len(self), text)))
 
     def columns(self, planes: bool = False) -> dict[str, Any]:
         """Columns by their names in the results of the driver; planes: also the state of every plane."""
@@ -187,28 +227,8 @@ class History(_Named):
             writer.writerow(found)
             writer.writerows(zip(*lists, strict=True))
 
-    def plot(
-        self, path: str | Path | None = None, title: str = "", units: tuple[str, str] = ("mm", "MPa")
-    ) -> Figure:
-        """Figure of traction, dilation and damage over the slip, or over the opening without slip.
-
-        path: file to write, too.  units: of length and stress, for the labels.
-        """
-        from .plots import figure_of
-        from .style import printed, save
-
-        if len(self) == 0:
-            raise ValueError("plot: expected a history with rows")
-        figure = figure_of({None: self.rows()}, title, "", *units)
-        if path is not None:
-            with printed():
-                save(figure, Path(path))
-        return figure
-
     def rows(self) -> Rows:
         """Rows as read from a result of the driver."""
-        import numpy as np
-
         energies = np.column_stack([getattr(self, name) for name in ENERGIES])
         return Rows(self.separation, self.traction, self.damage, self._events(), energies)
 

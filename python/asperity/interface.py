@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats
-from .history import History, Snap, Update
+from .history import History, Update
+from .load_path import no_rows, rows_of
 from .material import Material, ModelWarning
 from .pattern import Pattern
 from .remarks import remarks, warn_of_physics
-
-DEFAULT_ARC = 0.05
-"""Longest step along a branch over s0, as in the driver."""
+from .steps import Point, Step
 
 
 class EquilibriumLost(RuntimeError):
@@ -118,18 +120,144 @@ class Interface:
             _raise(*_core.interface_initial(self._props, tractions.T, state.T))
         return state[0] if given.ndim == 1 else state
 
-    def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
-        """Take one virgin point along the separations S (T, 3), length; each row is the end of an increment.
+    def run(
+        self,
+        steps: Sequence[Step] | Step,
+        state: ArrayLike | Point | None = None,
+        tolerance: float | None = None,
+    ) -> History:
+        """Take one point along a load path; each row is the end of an increment.
 
-        times (T,): ends of the increments, which start at 0, not decreasing; required if tau_v > 0.  Raises
-        ValueError for a wrong shape and for values that are missing, not finite or too large.
+        Parameters
+        ----------
+        steps
+            The load path, as the groups `&step` of a case file: what is prescribed for each component.
+        state
+            Start: STATEV (nstatv,) at separation zero, as from `initial`; a `Point`, as `History.end` of an
+            earlier run; None is a virgin point.
+        tolerance
+            1e-8 to 0.1: the increments are halved until the rows of two runs of the whole path agree, and
+            rows are left out where straight lines stay within the tolerance. It is relative to the largest
+            traction (at least sigma0), separation (at least s_f) and work (at least Gc). Where the path
+            jumps, it is the distance between the curves.
+
+        Returns
+        -------
+        History
+            The rows of all steps.
+
+        Raises
+        ------
+        ValueError
+            For every value that is out of range, by its name, and for a tolerance that is not reached.
+        EquilibriumLost
+            Where no equilibrium is found, with the rows before and the reason.
+
+        Warns
+        -----
+        ModelWarning
+            As `confined_slip`, for the largest pressure of the rows.
+
+        Examples
+        --------
+        >>> from asperity import Interface, Material, Pattern, Step
+        >>> joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(4, 30.0))
+        >>> start = joint.initial([-0.2, 0.0, 0.0], damage=0.3)
+        >>> path = [Step(t_N=-0.4, increments=20), Step(slip=[0.4, -0.4], direction=20.0, increments=160)]
+        >>> test = joint.run(path, start)
+        >>> len(test), float(test.damage[-1])
+        (340, 1.0)
+        >>> round(float(joint.run(Step(slip=0.0, increments=80), test.end).separation[-1, 1]), 6)
+        0.0
+        """
+        history, lost = self.rows(steps, state, tolerance)
+        pressure = float(history.traction[:, 0].min()) if len(history) else 0.0
+        warn_of_physics(self.material, self.pattern, pressure)
+        if lost:
+            raise EquilibriumLost(lost, history)
+        return history
+
+    def rows(
+        self,
+        steps: Sequence[Step] | Step,
+        state: ArrayLike | Point | None = None,
+        tolerance: float | None = None,
+    ) -> tuple[History, str]:
+        """Rows of a load path, and why it ends before its end ("" if it does not).
+
+        It is `run` without its warnings and without `EquilibriumLost`, for many runs in threads: the library
+        works without the lock of the interpreter.
+
+        Parameters
+        ----------
+        steps, state, tolerance
+            As in `run`.
+
+        Returns
+        -------
+        tuple[History, str]
+            The rows in equilibrium, and the text of `EquilibriumLost`.
+
+        Raises
+        ------
+        ValueError
+            As `run` does.
+        """
+        start = self._start(state)
+        return rows_of(
+            self._props, self.n_planes, [steps] if isinstance(steps, Step) else steps, start, tolerance
+        )
+
+    def _start(self, state: ArrayLike | Point | None) -> Point:
+        """Start of a path; raises ValueError for a wrong shape."""
+        point = Point(np.zeros(self.nstatv)) if state is None else state
+        if not isinstance(point, Point):
+            point = Point(contract.array("state", state))
+        separation = contract.array("separation", point.separation)
+        for name, value, size in (("state", point.state, self.nstatv), ("separation", separation, 3)):
+            if np.shape(value) != (size,):
+                raise ValueError(f"{name} has shape {np.shape(value)}: expected ({size},)")
+        return point
+
+    def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
+        """Take one virgin point along separations; each row is the end of an increment.
+
+        Parameters
+        ----------
+        S
+            Separations (T, 3), length.
+        times
+            Ends of the increments (T,), which start at 0, not decreasing; required if tau_v > 0.
+
+        Returns
+        -------
+        History
+            T rows.
+
+        Raises
+        ------
+        ValueError
+            For a wrong shape and for values that are missing, not finite or too large.
+
+        Examples
+        --------
+        >>> from asperity import Interface, Material, Pattern
+        >>> flat = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0))
+        >>> flat.replay([[0.02, 0.0, 0.0], [0.2, 0.0, 0.0]]).traction[:, 0].round(12).tolist()
+        [3.0, 0.0]
         """
         S = _array("S", S, 3)
-        traction, state = np.empty((len(S), 3)), np.empty((len(S), self.nstatv))
-        steps = np.diff(self._times(times, len(S)), prepend=0.0)
-        if len(S) > 0:
-            _raise(*_core.interface_replay(self._props, S.T, steps, traction.T, state.T))
-        return self._history(S.copy(), traction, state, work_along(S, traction))
+        durations = np.diff(self._times(times, len(S)), prepend=0.0)
+        if len(S) == 0:
+            return self._empty()
+        step = Step(s_N=S[:, 0], s_Tx=S[:, 1], s_Ty=S[:, 2], increments=1, time=durations)
+        with _in_words_of_the_caller(
+            ((r"steps\[0\]: (s_\w+)\[(\d+)\]", rf"row \2 (of 0 to {len(S) - 1}): \1"),)
+        ):
+            history, lost = self.rows(step)
+        if lost:
+            raise EquilibriumLost(lost, history)
+        return history
 
     def confined_slip(
         self,
@@ -144,168 +272,100 @@ class Interface:
         follow: str = "stable",
         arc: float | None = None,
     ) -> History:
-        """Slip test of Section 4 under a constant normal traction: a row for each of the slips (T,), length.
+        """Slip test of Section 4: slips along a direction under a constant normal traction, zero across it.
 
-        The slip is along direction_deg (degrees, from Tx towards Ty), zero across it.  sigma_N, stress, is
-        applied first at zero slip in `preload` increments, which may damage the joint and give no row, and is
-        then constant.  stiffness >= 0, stress/length, is that of the surroundings (CNS, constant normal
-        stiffness): from the start of the slip on, the normal traction changes by -stiffness times the change
-        of s_N.  times (T,): of the slips, from 0 at the end of the preload, not decreasing, required if
-        tau_v > 0; the preload takes preload_time.
+        Parameters
+        ----------
+        direction_deg
+            Direction of the slip, degrees, from Tx towards Ty.
+        slips
+            Slips (T,), length, that are reached one after the other: a row for each of them or, with a
+            tolerance or follow="branch", as many rows as it takes.
+        sigma_N
+            Normal traction, stress. It is applied first at zero slip, which may damage the joint and gives no
+            row, and is then constant.
+        preload
+            Number of increments of sigma_N.
+        times
+            Times (T,) of the slips, from 0 at the end of the preload, not decreasing; required if tau_v > 0.
+        preload_time
+            Duration of the preload.
+        tolerance
+            As in `run`.
+        stiffness
+            Of the surroundings (CNS, constant normal stiffness), >= 0, stress/length: from the start of the
+            slip on, the normal traction changes by -stiffness times the change of s_N.
+        follow, arc
+            As in `Step`: follow="branch" continues along the unstable part, where "stable" jumps.
 
-        With a tolerance (1e-8 to 0.1) the slips are the reversals of the path and increments are adaptive,
-        also in the preload.  The rows are then the increments: straight lines between them are off by at most
-        the tolerance times the larger of sigma0 and the largest traction so far (traction), or of s_f and the
-        largest s_N so far (s_N).  The energies of the state and the work are extrapolated (Richardson): the
-        area under tau is the change of work less that of sigma_N s_N.
+        Returns
+        -------
+        History
+            Rows of the slip; its work includes that of the preload.
 
-        follow="branch" continues along the unstable part of a branch, where follow="stable" jumps. The slips
-        are then targets that are reached one after the other; in between the slip may turn back and forward
-        again, which the event turn names. Every step along the branch is a row; it moves the separation by at
-        most arc (1e-5 to 1, 0.05 without a value) times s0, or by four times that where all planes are fully
-        damaged.
+        Raises
+        ------
+        ValueError
+            For wrong input.
+        EquilibriumLost
+            Where no equilibrium is found, with the rows before.
 
-        Raises ValueError for wrong input and EquilibriumLost, with the converged rows, where no equilibrium
-        is found; warns where sigma_N closes an inclined plane by more than a small fraction of s_f or of the
-        asperity height, where a plane locks or may wear off in a jump, where the height is below s_f, where
-        theta may be in radians, and where sigma_N is not below the strength.
+        Warns
+        -----
+        ModelWarning
+            Where sigma_N closes an inclined plane by more than a small fraction of s_f or of the asperity
+            height, where a plane locks or may wear off in a jump, where the height is below s_f, where theta
+            may be in radians, and where sigma_N is not below the strength.
+
+        Examples
+        --------
+        >>> from asperity import Interface, Material, Pattern
+        >>> flat = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0))
+        >>> flat.confined_slip(0.0, [0.1, 0.2, 0.3], -1.0).traction[-1].round(6).tolist()
+        [-1.0, 0.5, 0.0]
         """
         slips = contract.array("slips", slips)
-        direction_deg = contract.number("direction_deg", direction_deg, "a finite angle")
         sigma_N = contract.number("sigma_N", sigma_N, "a finite traction")
-        preload = contract.whole("preload", preload)
-        stiffness = contract.number("stiffness", stiffness, "a finite stiffness >= 0")
         if slips.ndim != 1:
             raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
-        n = n_done = len(slips)
-        times = self._times(times, n)
+        times = self._times(times, len(slips))
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
-        if follow not in ("stable", "branch"):
-            raise ValueError(f"follow = {follow!r}: expected 'stable' or 'branch'")
-        if follow == "branch":
-            if tolerance is not None:
-                raise ValueError(f"tolerance = {tolerance!r}: expected None with follow = 'branch'")
-            if preload_time != 0.0 or times.any():
-                raise ValueError("times or preload_time with follow = 'branch': expected none")
-            warn_of_physics(self.material, self.pattern, sigma_N)
-            return self._branch_slip(direction_deg, slips, sigma_N, preload, stiffness, arc)
-        if arc is not None:
-            raise ValueError(f"arc = {arc!r}: expected None with follow = 'stable'")
-        if tolerance is not None:
-            if stiffness != 0.0:
-                raise ValueError(f"stiffness = {stiffness:g}: expected 0 with a tolerance")
-            if self.material.wears:
-                raise ValueError(
-                    f"tolerance = {tolerance:g} with W0 = {self.material.W0:g}: expected increments (slips) "
-                    "instead, on which wear depends to first order"
-                )
-            warn_of_physics(self.material, self.pattern, sigma_N)
-            return self._adaptive_slip(
-                direction_deg, slips, sigma_N, float(tolerance), times, float(preload_time)
-            )
-        separation, traction, state = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, self.nstatv))
-        work, jumps = np.empty(n), np.zeros((n + 1, 9))
-        if n > 0:
-            n_done, status, message = _core.interface_confined_slip(
-                self._props, direction_deg, slips, sigma_N, preload,
-                times, float(preload_time), stiffness,
-                separation.T, traction.T, state.T, work, jumps.T,
-            )  # fmt: skip
-            _raise(status, message)
-            warn_of_physics(self.material, self.pattern, sigma_N)
-        rows = max(n_done, 0)
-        lost = ""
-        if n_done < 0:
-            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
-        elif n_done < n:
-            lost = f"no equilibrium at slip {slips[n_done]:g}, sigma_N = {sigma_N:g}"
-        history = self._history(separation[:rows], traction[:rows], state[:rows], work[:rows], lost, jumps)
-        if lost:
-            where = "" if n_done < 0 else f"row {n_done} (of 0 to {n - 1}): "
-            raise EquilibriumLost(where + lost, history)
-        return history
-
-    def _adaptive_slip(
-        self,
-        direction: float,
-        turns: Floats,
-        sigma_N: float,
-        tolerance: float,
-        times: Floats,
-        preload_time: float,
-    ) -> History:
-        """Rows of adaptive increments between reversals."""
-        if len(turns) == 0:
-            return self._history(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, self.nstatv)), np.empty(0))
-        rows = 512
-        while True:
-            room = rows
-            separation, traction = np.empty((room, 3)), np.empty((room, 3))
-            state, work = np.empty((room, self.nstatv)), np.empty(room)
-            rows, reached, status, message = _core.interface_adaptive_slip(
-                self._props, direction, turns, sigma_N, tolerance,
-                times, preload_time, separation.T, traction.T, state.T, work,
-            )  # fmt: skip
-            _raise(status, message)
-            if rows <= room:
-                break
-        return self._ended((separation, traction, state, work), rows, turns, reached, sigma_N)
-
-    def _branch_slip(
-        self,
-        direction: float,
-        slips: Floats,
-        sigma_N: float,
-        preload: int,
-        stiffness: float,
-        arc: float | None,
-    ) -> History:
-        """Rows along the branch to each of the slips."""
-        longest = DEFAULT_ARC if arc is None else contract.number("arc", arc, "a finite number")
-        rows = 1024
-        while True:
-            room = rows
-            separation, traction = np.empty((room, 3)), np.empty((room, 3))
-            state, work = np.empty((room, self.nstatv)), np.empty(room)
-            jumps, turned = np.zeros((room + 1, 9)), np.zeros(room, dtype=np.int32)
-            if len(slips) == 0:
-                rows, reached, message = 0, 0, b""
-                break
-            rows, reached, status, message = _core.interface_branch_slip(
-                self._props, direction, slips, sigma_N, preload, stiffness, longest,
-                separation.T, traction.T, state.T, work, jumps.T, turned,
-            )  # fmt: skip
-            _raise(status, message)
-            if rows <= room:
-                break
-        why = message.decode("ascii").rstrip()
-        return self._ended(
-            (separation, traction, state, work), rows, slips, reached, sigma_N, why, (jumps, turned)
+        path = slip_path(
+            contract.number("direction_deg", direction_deg, "a finite angle"),
+            slips if slips.size else [0.0],
+            sigma_N,
+            contract.whole("preload", preload),
+            contract.number("stiffness", stiffness, "a finite stiffness >= 0"),
+            times,
+            preload_time,
+            follow,
+            arc,
+            each=tolerance is None,
         )
-
-    def _ended(
-        self,
-        buffers: tuple[Floats, ...],
-        rows: int,
-        targets: Floats,
-        reached: int,
-        sigma_N: float,
-        why: str = "",
-        events: tuple[Floats, ...] = (),
-    ) -> History:
-        """History of the used rows; EquilibriumLost unless every target was reached (< 0: preload)."""
-        lost = ""
-        if reached < 0:
-            lost = f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
-        elif reached < len(targets):
-            lost = f"no equilibrium before slip {targets[reached]:g}, sigma_N = {sigma_N:g}"
-            lost += f": {why}" if why else ""
-        # copies of the used rows free the larger buffers
-        history = self._history(*(part[:rows].copy() for part in buffers), lost, *events)
+        with _in_words_of_the_caller(SLIP_WORDS):
+            history, lost = self.rows(path, tolerance=tolerance)
+        warn_of_physics(self.material, self.pattern, sigma_N)
+        reached = int(history.position[-1]) - 1 if len(history) else -1
+        history = history.after_step(1)
+        if slips.size == 0:
+            return self._empty()
         if lost:
-            raise EquilibriumLost(lost, history)
+            why = lost.partition(": ")[2]
+            if reached < 0:
+                where, text = "", f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
+            else:
+                each = tolerance is None and follow == "stable"
+                where = f"row {len(history)} (of 0 to {len(slips) - 1}): " if each else ""
+                place = "at" if each else "before"
+                text = f"no equilibrium {place} slip {slips[reached]:g}, sigma_N = {sigma_N:g}"
+            history = history.ended(text)
+            raise EquilibriumLost(f"{where}{text}: {why}", history)
         return history
+
+    def _empty(self) -> History:
+        """History without rows."""
+        return no_rows(self.nstatv, self.n_planes)
 
     def props(
         self,
@@ -389,43 +449,57 @@ class Interface:
             )
         return array
 
-    def _history(
-        self,
-        separation: Floats,
-        traction: Floats,
-        state: Floats,
-        work: Floats,
-        lost: str = "",
-        jumps: Floats | None = None,
-        turned: NDArray[np.int32] | None = None,
-    ) -> History:
-        """History with events.
 
-        jumps (1 + T', 9): of preload and rows, as from interface_confined_slip.  turned (T',): of the rows,
-        as from interface_branch_slip.
-        """
-        rows = len(separation)
-        damage = contract.statev_index("damage")
-        snaps: list[Snap] = []
-        flags = np.zeros((rows, 3), dtype=np.int32)
-        if jumps is not None:
-            for i in np.flatnonzero(jumps[:, 0] > 0.0).tolist():
-                before, after = (tuple(jumps[i, k : k + 3].tolist()) for k in (2, 5))
-                snaps.append(Snap(max(i - 1, 0), before, after, float(jumps[i, 8])))
-            flags[:, 0] = jumps[1 : rows + 1, 0] > 0.0
-            flags[:, 2] = jumps[1 : rows + 1, 1] > 1.0
-            flags[:1, 0] |= jumps[0, 0] > 0.0
-        if turned is not None:
-            flags[:, 1] = turned[:rows]
-        names = np.zeros(rows, dtype="S64")
-        if rows > 0:
-            _core.interface_events(self._props, separation.T, state.T, flags.T, names)
-        happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
-        events = tuple((row, name) for row, name in happened if name)
-        if lost:
-            events += ((rows, lost),)
-        parts = separation, traction, state[:, damage].copy(), state, work
-        return History(*parts, events, tuple(snaps), self.n_planes)
+def slip_path(
+    direction: float,
+    slips: ArrayLike,
+    sigma_N: float,
+    preload: int,
+    stiffness: float = 0.0,
+    times: ArrayLike = 0.0,
+    preload_time: float = 0.0,
+    follow: str = "stable",
+    arc: float | None = None,
+    each: bool = True,
+) -> list[Step]:
+    """Steps of `Interface.confined_slip`; each: whether every slip is one increment of the stable path."""
+    held = Step(t_N=sigma_N, increments=preload, time=preload_time)
+    durations = np.diff(np.atleast_1d(times), prepend=0.0)
+    slide = Step(
+        t_N=sigma_N,
+        k_N=stiffness,
+        slip=slips,
+        direction=direction,
+        increments=1 if each and follow == "stable" else None,
+        time=durations if durations.any() else 0.0,
+        follow=follow,
+        arc=arc,
+    )
+    return [held, slide]
+
+
+SLIP_WORDS = (
+    (r"\n?^steps\[1\]: t_N = .*", ""),
+    (r"steps\[0\]: t_N\b", "sigma_N"),
+    (r"steps\[0\]: increments\b", "preload"),
+    (r"steps\[1\]: slip\b(?=[\[ ])", "slips"),
+    (r"steps\[1\]: direction\b(?= =)", "direction_deg"),
+    (r"steps\[1\]: k_N\b", "stiffness"),
+    (r"steps\[1\]: ", ""),
+)
+"""Names of the entries of `slip_path` in messages, and those of `Interface.confined_slip`."""
+
+
+@contextmanager
+def _in_words_of_the_caller(words: Sequence[tuple[str, str]]) -> Iterator[None]:
+    """Replace the names of a load path in errors by those of the arguments that it was made of."""
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        for pattern, name in words:
+            text = re.sub(pattern, name, text, flags=re.MULTILINE)
+        raise ValueError(text) from None
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:

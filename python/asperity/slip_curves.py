@@ -9,14 +9,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, contract
+from . import contract
 from .contract import Floats
-from .interface import Interface
+from .interface import Interface, slip_path
 from .parallel import map_in_order
 from .pattern import direction_vector
 
-ROW = 6
-"""Numbers of a row: s_N, the three components of the traction, damage, work."""
+COLUMNS = 5
+"""Columns of a curve: s_N, tau_L, tau_across, damage, work."""
 
 PARTS = 32
 """Number of tasks of many curves, more than workers, because curves differ in their cost."""
@@ -39,8 +39,8 @@ class SlipCurves:
     tau_across: Floats
     damage: Floats
     work: Floats
-    rows: NDArray[np.int32]
-    iterations: NDArray[np.int32]
+    rows: NDArray[np.int_]
+    iterations: NDArray[np.int_]
 
 
 def slip_curves(
@@ -68,32 +68,30 @@ def slip_curves(
         raise ValueError(f"preload = {preload}: expected at least 1 increment")
     size = max(1, angles.size // PARTS)
     blocks = [(angles[i : i + size], held[i : i + size]) for i in range(0, angles.size, size)]
-    done = map_in_order(partial(_solve, interface.props(), s_L, int(preload)), blocks, executor)
-    rows, n_done, iterations = (np.concatenate(part) for part in zip(*done, strict=True))
-
-    rows[np.arange(s_L.size)[None, :] >= n_done[:, None]] = np.nan
-    s_N, _, t_x, t_y, damage, work = np.moveaxis(rows, -1, 0)
-    e_x, e_y = direction_vector(angles).T
-    return SlipCurves(
-        angles.copy(),
-        held.copy(),
-        s_L.copy(),
-        s_N,
-        t_x * e_x[:, None] + t_y * e_y[:, None],
-        t_y * e_x[:, None] - t_x * e_y[:, None],
-        damage,
-        work,
-        n_done,
-        iterations,
-    )
+    done = map_in_order(partial(_solve, interface, s_L, int(preload)), blocks, executor)
+    columns, n_done, iterations = (np.concatenate(part) for part in zip(*done, strict=True))
+    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done, iterations)
 
 
 def _solve(
-    props: Floats, slips: Floats, preload: int, block: tuple[Floats, Floats]
-) -> tuple[Floats, NDArray[np.int32], NDArray[np.int32]]:
-    """Rows of the curves of a block of directions and normal tractions, their number, and iterations."""
-    angles, held = (np.array(part) for part in block)
-    rows = np.empty((angles.size, slips.size, ROW))
-    counts = _core.interface_slip_curves(props, angles, held, np.zeros(angles.size), slips, preload, rows.T)
-    n_done, iterations = (np.atleast_1d(count) for count in counts)
-    return rows, n_done, iterations
+    interface: Interface, slips: Floats, preload: int, block: tuple[Floats, Floats]
+) -> tuple[Floats, NDArray[np.int_], NDArray[np.int_]]:
+    """Columns of the curves of a block of directions and normal tractions, their number of rows, iterations."""
+    columns = np.full((len(block[0]), COLUMNS, slips.size), np.nan)
+    n_done, iterations = np.zeros(len(block[0]), dtype=int), np.zeros(len(block[0]), dtype=int)
+    for i, (angle, sigma_N) in enumerate(zip(*block, strict=True)):
+        history, lost = interface.rows(slip_path(angle, slips, sigma_N, preload))
+        in_preload = bool(lost) and len(history) < preload
+        history = history.after_step(1)
+        n = len(history)
+        e = direction_vector(angle)
+        t_x, t_y = history.traction[:, 1:].T
+        columns[i, :, :n] = (
+            history.dilation,
+            t_x * e[0] + t_y * e[1],
+            t_y * e[0] - t_x * e[1],
+            history.damage,
+            history.work,
+        )
+        n_done[i], iterations[i] = -1 if in_preload else n, history.iterations.sum()
+    return columns, n_done, iterations

@@ -1,11 +1,10 @@
-"""Runs of a sweep by several drivers at once, as `asperity run --jobs` and `--scheduler` do."""
+"""Runs of a sweep by several drivers at once, as `asperity run --jobs` does."""
 
 from __future__ import annotations
 
 import subprocess
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,31 +14,9 @@ from .installed import driver
 from .parallel import map_in_order
 
 
-@dataclass(frozen=True)
-class Job:
-    """Case file (its name and content), output as messages name it, and options of the driver."""
-
-    name: str
-    content: bytes
-    output: Path
-    options: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Exit code, messages and written files of a driver."""
-
-    code: int
-    messages: str
-    files: dict[str, bytes]
-
-
 def number_of_runs(case: Path) -> int:
-    """Runs of a case that workers can do; raises ValueError for a case that reads another file."""
-    found = read_case(case)
-    if not found.runs[0].steps:
-        raise ValueError(f"{case}: &replay: expected without --jobs and --scheduler, it reads a file here")
-    return len(found.runs)
+    """Runs of a case, one for each value of its sweep."""
+    return len(read_case(case).runs)
 
 
 def run_sweep(
@@ -54,34 +31,31 @@ def run_sweep(
     A line that is a message of several runs is returned once.  Raises OSError, before any work, if the folder
     of the output does not exist.
     """
+    if output == Path("-"):
+        raise ValueError("-o -: expected the name of a file with --jobs, of which several are written")
     if not output.parent.is_dir():
         raise FileNotFoundError(f"{output}: expected a file in a folder that exists, not in {output.parent}")
-    job = Job(case.name, case.read_bytes(), output, tuple(options))
-    done = map_in_order(partial(_one_run, job), range(1, number_of_runs(case) + 1), executor, tick)
-    for one in done:
-        for name, content in one.files.items():
+    one_run = partial(_one_run, case, output, options)
+    done = map_in_order(one_run, range(1, number_of_runs(case) + 1), executor, tick)
+    for _, _, files in done:
+        for name, content in files.items():
             path = output.parent / name
             if path.exists() and path.samefile(case):
                 raise ValueError(
                     f"{case}: the output {path} would replace the case file: expected another -o"
                 )
             path.write_bytes(content)
-    lines = dict.fromkeys(line for one in done for line in one.messages.splitlines(keepends=True))
-    return max(one.code for one in done), "".join(lines)
+    lines = dict.fromkeys(line for _, messages, _ in done for line in messages.splitlines(keepends=True))
+    return max(code for code, _, _ in done), "".join(lines)
 
 
-def _one_run(job: Job, number: int) -> Outcome:
-    """Run one value of the sweep in a folder of its own."""
+def _one_run(
+    case: Path, output: Path, options: Sequence[str], number: int
+) -> tuple[int, str, dict[str, bytes]]:
+    """Exit code, messages and files of one value of the sweep, which is run in a folder of its own."""
     with TemporaryDirectory() as folder:
-        case, results = Path(folder, "case", job.name), Path(folder, "results")
-        case.parent.mkdir()
-        results.mkdir()
-        case.write_bytes(job.content)
-        command = [driver(), job.name, "-o", results / job.output.name, "--only", str(number), *job.options]
-        run = subprocess.run(
-            command, cwd=case.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
-        )
-        files = {path.name: path.read_bytes() for path in sorted(results.iterdir())}
-    here, there = (str(place / "_")[:-1] for place in (results, job.output.parent))
-    messages = run.stdout.decode("utf-8", "replace").replace(here, there)
-    return Outcome(run.returncode, messages, files)
+        command = [driver(), case, "-o", Path(folder, output.name), "--only", str(number), *options]
+        run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        files = {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
+    here, there = (str(place / "_")[:-1] for place in (Path(folder), output.parent))
+    return run.returncode, run.stdout.decode("utf-8", "replace").replace(here, there), files

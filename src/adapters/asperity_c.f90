@@ -39,7 +39,6 @@ contains
     nstatv = 0
     if (status == status_ok) nstatv = joint%n_statev
     call put_text(text, message, size)
-    deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_nstatv
 
   !> Set the offset of n states so that each carries a traction; returns 0, or the status of the first rejected point.
@@ -80,7 +79,6 @@ contains
       end do
     end if
     call put_text(text, message, size)
-    deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_initial_state
 
   !> Update n points over one increment; returns 0, or a status code with the reasons in the message only.
@@ -137,7 +135,6 @@ contains
       end if
     end if
     call put_text(text, message, size)
-    deallocate (text)   ! flang 16 does not deallocate it
   end function asperity_update
 
   !> Make the interface from PROPS and check the counts as the caller passed them, which may be negative.

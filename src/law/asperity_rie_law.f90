@@ -2,13 +2,14 @@
 module asperity_rie_law
   use asperity_call_checks, only: state_status
   use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
+  use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics, update_point
   use asperity_point_law, only: point_law
   implicit none
   private
-  public :: new_rie_law, whole_separation
+  public :: new_rie_law, whole_separation, slipped_separation
 
   !> The law of an interface.
   type, extends(point_law), public :: rie_law
@@ -126,5 +127,58 @@ contains
     end do
     opening = opening - state(v_offset)
   end function first_touch
+
+  !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the
+  !> smallest opening for which no plane is in contact. Gauss-Newton steps; one is enough where the planes are straight.
+  pure function slipped_separation(joint, state, free) result(s)
+    type(interface_type), intent(in) :: joint       !! the interface
+    real(wp), intent(in) :: state(:)                !! STATEV
+    logical, intent(in) :: free(3)                  !! components that may move
+    real(wp) :: s(3)
+    integer, parameter :: most_fits = 20
+    !> Change at which the fit ends, relative to the separation; condition number of a fit that is determined.
+    real(wp), parameter :: fitted = 1.0e-12_wp, worst_condition = 1.0e9_wp
+    real(wp) :: a(3, 3), b(3), largest, opening
+    type(kinematics_type) :: kinematics
+    integer :: fits, i, j, k
+    logical :: solved
+    s = 0.0_wp
+    do fits = 1, merge(most_fits, 1, joint%material%curved)
+      a = 0.0_wp
+      b = 0.0_wp
+      do k = 1, joint%pattern%n
+        i = plane_statev(k)
+        kinematics = plane_kinematics(joint, k, s, state)
+        associate (t => kinematics%gradient(2, :), h => kinematics%gradient(3, :), gamma => joint%pattern%gamma(k))
+          b = b + gamma*((state(i + 1) - kinematics%contact(2))*t + (state(i + 2) - kinematics%contact(3))*h)
+          do j = 1, 3
+            a(:, j) = a(:, j) + gamma*(t*t(j) + h*h(j))
+          end do
+        end associate
+      end do
+      if (.not. any(abs(b) > 0.0_wp)) return
+      ! a small stiffness in the normal direction, as flat planes do not determine the opening
+      a(1, 1) = a(1, 1) + sqrt(epsilon(1.0_wp))
+      do i = 1, 3
+        if (free(i)) cycle
+        a(i, :) = 0.0_wp
+        a(:, i) = 0.0_wp
+        a(i, i) = 1.0_wp
+        b(i) = 0.0_wp
+      end do
+      largest = maxval(abs(b))
+      call eliminate(3, a, b, solved)
+      if (solved) solved = maxval(abs(b)) <= worst_condition*largest
+      if (.not. solved) return
+      s = s + b
+      if (maxval(abs(b)) <= fitted*maxval(abs(s))) exit
+    end do
+    opening = 0.0_wp
+    do k = 1, joint%pattern%n
+      kinematics = plane_kinematics(joint, k, s, state)
+      opening = max(opening, min(s(1), kinematics%touch))
+    end do
+    s(1) = opening
+  end function slipped_separation
 
 end module asperity_rie_law

@@ -4,11 +4,11 @@ module asperity_text
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: append, set_text, put_text, to_text, short_text, integer_text, piece_end
+  public :: append, set_text, put_text, to_text, short, integer_text, piece_end
 
 contains
 
-  !> A number rounded to six decimal digits.
+  !> A number rounded to six digits.
   pure function six_digits(value) result(rounded)
     real(wp), intent(in) :: value   !! finite
     real(wp) :: rounded
@@ -52,12 +52,13 @@ contains
     call write_number(value, text, length)
   end function to_text
 
-  !> As to_text, of the number rounded to six digits, for a message.
-  pure function short_text(value) result(text)
+  !> Text of a number with six digits, for a message.
+  pure function short(value) result(text)
     real(wp), intent(in) :: value   !! finite
     character(len=text_length(six_digits(value))) :: text
-    text = to_text(six_digits(value))
-  end function short_text
+    integer :: length
+    call write_number(six_digits(value), text, length)
+  end function short
 
   !> Text of an integer.
   pure function integer_text(value) result(text)

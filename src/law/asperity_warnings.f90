@@ -4,7 +4,7 @@ module asperity_warnings
   use asperity_contract, only: n_fixed_props, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_text, only: short_text
+  use asperity_text, only: short
   implicit none
   private
   public :: measures, warned, warning_text, largest_slip_increment, climbed_height
@@ -83,27 +83,27 @@ contains
       text = "sigma02 or Gc2 differ from mode I: the thermodynamic argument of the law holds for equal " // &
         "values only (paper, Remark 2)"
     case (m_locking)
-      text = "mu tan(theta) = " // short_text(value) // " of the steepest plane: expected < 1, because " // &
+      text = "mu tan(theta) = " // short(value) // " of the steepest plane: expected < 1, because " // &
         "from 1 on the interface locks where it slides up this plane"
     case (m_radians)
-      text = "theta = " // short_text(value) // " degrees is nearly flat: expected degrees, not radians"
+      text = "theta = " // short(value) // " degrees is nearly flat: expected degrees, not radians"
     case (m_low)
-      text = "s_f = 2 Gc/sigma0 is " // short_text(value) // " height: expected a height of at least s_f, " // &
+      text = "s_f = 2 Gc/sigma0 is " // short(value) // " height: expected a height of at least s_f, " // &
         "because the bond of the straight plane breaks within s_f"
     case (m_tension)
-      text = "the normal traction reaches " // short_text(value) // " times the strength sigma0: " // &
+      text = "the normal traction reaches " // short(value) // " times the strength sigma0: " // &
         "expected less, because beyond it there is no equilibrium"
     case (m_soft)
-      text = alone // " closes by " // short_text(value) // " s_f, " // expected(which) // &
+      text = alone // " closes by " // short(value) // " s_f, " // expected(which) // &
         ": the contact is soft, a larger kc makes it stiffer"
     case (m_deep)
-      text = alone // " closes by " // short_text(value) // " height, " // expected(which) // &
+      text = alone // " closes by " // short(value) // " height, " // expected(which) // &
         ": a larger kc makes the contact stiffer"
     case (m_runaway)
-      text = "the friction on " // alone // " stores " // short_text(value) // " W0, " // expected(which) // &
+      text = "the friction on " // alone // " stores " // short(value) // " W0, " // expected(which) // &
         ": beyond it a facet may wear off in a jump"
     case default
-      text = "the elastic slip of " // alone // " wears " // short_text(value) // " of its closure off, " // &
+      text = "the elastic slip of " // alone // " wears " // short(value) // " of its closure off, " // &
         expected(which) // ": beyond it the wear of an increment does not converge"
     end select
   end function warning_text
@@ -111,8 +111,8 @@ contains
   !> What is expected of a measure.
   pure function expected(which) result(text)
     integer, intent(in) :: which   !! the measure
-    character(len=len(short_text(limits(which))) + 17) :: text
-    text = "expected at most " // short_text(limits(which))
+    character(len=len(short(limits(which))) + 17) :: text
+    text = "expected at most " // short(limits(which))
   end function expected
 
   !> Largest increment of slip whose wear takes no more than the closure of a facet: W0/(mu z kc Kn) at the climbed

@@ -7,14 +7,15 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
-  use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_load_path, only: begin_run, next_row, row_type, run_type
   use asperity_pattern, only: direction_vector
   use random_numbers, only: draw
-  use asperity_mixed_control, only: report_type
+  use asperity_steps, only: complete_steps, step_table, step_type
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
-    work_along, tangent_by_differences, plane_axes, local_separation, length, draw, random_history, same_bits, is_nan
+    slip_steps, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
+    random_history, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -39,6 +40,7 @@ module support_law
   type :: path_type
     integer :: n = 0                        !! number of slips reached
     real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
+    real(wp), allocatable :: t(:, :)        !! (3, slips) traction (N, Tx, Ty), MPa
     real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
     real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
@@ -86,26 +88,76 @@ contains
     joint = interface_of([props, reshape(planes, [size(planes)])])
   end function listed_interface
 
-  !> Confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a direction. The
-  !> transverse slip is zero.
-  function slip_path(joint, direction, slips, sigma_n) result(path)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
-    real(wp), intent(in) :: slips(:)                !! mm
-    real(wp), intent(in) :: sigma_n                 !! normal traction, MPa
+  !> Steps of a confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a
+  !> direction, one increment each. The transverse slip is zero.
+  subroutine slip_steps(direction, slips, sigma_n, preload, durations, steps)
+    real(wp), intent(in) :: direction                         !! from Tx towards Ty, degrees
+    real(wp), intent(in) :: slips(:)                          !! mm
+    real(wp), intent(in) :: sigma_n                           !! normal traction, MPa
+    integer, intent(in) :: preload                            !! increments of sigma_N
+    real(wp), intent(in) :: durations(2)                      !! of the preload and of the slip
+    type(step_type), allocatable, intent(out) :: steps(:)     !! complete
+    character(len=:), allocatable :: message
+    allocate (steps(2))
+    steps(1)%place = ""
+    steps(2)%place = ""
+    steps(1)%given(entry_of("t_N"))%values = [sigma_n]
+    steps(1)%given(entry_of("increments"))%values = [real(preload, wp)]
+    steps(1)%given(entry_of("time"))%values = durations(:1)
+    steps(2)%given(entry_of("slip"))%values = slips
+    steps(2)%given(entry_of("direction"))%values = [direction]
+    steps(2)%given(entry_of("increments"))%values = [1.0_wp]
+    steps(2)%given(entry_of("time"))%values = durations(2:)
+    call complete_steps(steps, "", message)
+    if (allocated(message)) error stop "support_law: a test has bad steps"
+  end subroutine slip_steps
+
+  !> Position of an entry of a step.
+  pure function entry_of(name) result(i)
+    character(len=*), intent(in) :: name   !! of the entry
+    integer :: i
+    do i = size(step_table), 1, -1
+      if (step_table(i)%name == name) exit
+    end do
+  end function entry_of
+
+  !> Confined slip; slips from the loss of equilibrium on are not in the arrays.
+  function slip_path(joint, direction, slips, sigma_n, preload, durations) result(path)
+    type(interface_type), intent(in) :: joint             !! the interface
+    real(wp), intent(in) :: direction                     !! from Tx towards Ty, degrees
+    real(wp), intent(in) :: slips(:)                      !! mm
+    real(wp), intent(in) :: sigma_n                       !! normal traction, MPa
+    integer, intent(in), optional :: preload              !! increments of sigma_N
+    real(wp), intent(in), optional :: durations(2)        !! of the preload and of the slip; absent: no time passes
     type(path_type) :: path
-    type(report_type), allocatable :: reports(:)
-    real(wp), allocatable :: t(:, :)
-    real(wp) :: e(2)
-    integer :: n
+    type(step_type), allocatable :: steps(:)
+    type(run_type) :: run
+    type(row_type) :: row
+    real(wp) :: e(2), times(2)
+    integer :: n, parts
+    logical :: found
+    parts = n_preload
+    if (present(preload)) parts = preload
+    times = 0.0_wp
+    if (present(durations)) times = durations
     n = size(slips)
-    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%work(n), reports(0:n))
-    call confined_slip(joint, slip_test_type(direction, sigma_n, n_preload), slips, path%s, t, path%state, path%n, &
-      reports, work=path%work)
-    path%iterations = reports(1:)%iterations
+    allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%iterations(n))
+    call slip_steps(direction, slips, sigma_n, parts, times, steps)
+    call begin_run(joint, steps, run)
+    do
+      call next_row(run, row, found)
+      if (.not. found .or. row%lost) exit
+      if (row%step == 1) cycle
+      path%n = path%n + 1
+      path%s(:, path%n) = row%s
+      path%t(:, path%n) = row%traction
+      path%state(:, path%n) = row%state
+      path%work(path%n) = row%work
+      path%iterations(path%n) = row%report%iterations
+    end do
     e = direction_vector(direction)
-    path%along = e(1)*t(2, :) + e(2)*t(3, :)
-    path%across = e(1)*t(3, :) - e(2)*t(2, :)
+    path%along = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)
+    path%across = e(1)*path%t(3, :path%n) - e(2)*path%t(2, :path%n)
   end function slip_path
 
   !> Values last/n, 2 last/n, ..., last.

@@ -7,7 +7,6 @@ test or did not end, or if CTest itself calls it failed.
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 from pathlib import Path
@@ -35,26 +34,18 @@ def count(output: str) -> tuple[int, int]:
 
 
 def main() -> int:
-    """Run the command."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("log", type=Path, help="Testing/Temporary/LastTest.log in the build folder")
-    parser.add_argument("suites", nargs="*", help="suites that must be there; without any, all of the log")
-    options = parser.parse_args()
-    log = options.log.read_text(encoding="utf-8", errors="replace")
-    entries = {m["name"]: m for m in ENTRY.finditer(log)}
+    """Run the command: the argument is Testing/Temporary/LastTest.log in the build folder."""
+    log = Path(sys.argv[1]).read_text(encoding="utf-8", errors="replace")
     total_passed = total_failed = 0
-    for name in options.suites or entries:
-        entry = entries.get(name)
-        passed, failed = count(entry["output"]) if entry else (0, 0)
+    for entry in ENTRY.finditer(log):
+        passed, failed = count(entry["output"])
         note = ""
-        if entry is None:
-            note = ", not in the log"
-        elif passed + failed == 0:
+        if passed + failed == 0:
             note = ", no test ran"
         elif failed == 0 and "Test Passed." not in entry["end"]:
             note = ", CTest calls it failed"
         failed += bool(note)
-        print(f"{name}: {passed} passed, {failed} failed{note}")
+        print(f"{entry['name']}: {passed} passed, {failed} failed{note}")
         total_passed += passed
         total_failed += failed
     print(f"{total_passed} passed, {total_failed} failed")

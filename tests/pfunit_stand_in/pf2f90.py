@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Translate genuine pFUnit files (.pf) into Fortran that calls the stand-in module funit, or only check them.
+"""Translate a genuine pFUnit file (.pf) into Fortran that calls the stand-in module funit, or only check it.
 
 Whatever is not understood is an error with file, line and text; nothing is skipped.
 """
@@ -15,14 +15,13 @@ from pathlib import Path
 MAX_COLUMNS = 120
 # Names that are declared by the suite function that pFUnit generates.
 RESERVED = ("t", "suite", "test")
-ORDERS = "LessThan LessThanOrEqual GreaterThan GreaterThanOrEqual"
 # Assertions by their name in lower case: name of the assertion, number of operands, and accepted options.
 ASSERTIONS = {
-    name.lower(): (name, operands, options)
+    name.lower(): (name, operands, {"message", *options})
     for names, operands, options in (
-        ("True False IsNaN IsFinite", 1, {"message"}),
-        (f"Equal NotEqual {ORDERS} RelativelyEqual", 2, {"tolerance", "message"}),
-        ("ExceptionRaised", 0, set()),
+        ("True False IsNaN IsFinite", 1, ()),
+        ("LessThan LessThanOrEqual GreaterThan GreaterThanOrEqual", 2, ()),
+        ("Equal RelativelyEqual", 2, ("tolerance",)),
     )
     for name in names.split()
 }
@@ -34,12 +33,11 @@ class PfError(Exception):
 
 @dataclass
 class Suite:
-    """One .pf file: its module, its test, before and after procedures, and the translated lines."""
+    """One .pf file: its module, its tests, and the translated lines."""
 
     path: Path
     module: str = ""
-    uses_funit: bool = False
-    procedures: dict[str, list[str]] = field(default_factory=lambda: {"test": [], "before": [], "after": []})
+    tests: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
@@ -73,7 +71,7 @@ def arguments_of(text: str) -> list[str]:
         if depth == 0:
             if text[i + 1 :].strip():
                 raise PfError("text after the closing parenthesis")
-            return [] if parts == [""] else parts
+            return parts
     raise PfError("no closing parenthesis on the same line")
 
 
@@ -95,14 +93,12 @@ def assertion(name: str, text: str, file: str, line: int) -> list[str]:
         if option in options or option not in known_options or not value:
             raise PfError(f"@assert{op} takes no {option}= here")
         options[option] = value
-    if op == "ExceptionRaised":
-        if len(operands) > 1:
-            raise PfError("@assertExceptionRaised takes at most the text thrown")
-        return [f"call pf_assert_raised('{file}', {line}&", *(f"&, {text}&" for text in operands), "&)"]
     if len(operands) != count:
-        raise PfError(f"@assert{op} takes {count} operand(s), then tolerance= and message= by name")
+        raise PfError(f"@assert{op} takes {count} operand(s), then options by name")
     if op == "RelativelyEqual" and "tolerance" not in options:
         raise PfError("@assertRelativelyEqual needs tolerance=")
+    if op in {"True", "False"}:
+        operands = [f"merge(1, 0, {operands[0]})"]
     lines = [f"call pf_assert('{op}', '{file}', {line}, actual=&", f"&pf_value({operands[-1]})&"]
     if count == 2:
         lines.append(f"&, expected=pf_value({operands[0]})&")
@@ -126,48 +122,45 @@ def check_line(raw: str, code: str) -> None:
         raise PfError(f"no public entity may be named {', '.join(RESERVED)}")
 
 
-def add_procedure(suite: Suite, role: str, raw: str) -> None:
-    """Register the subroutine that follows @test, @before or @after."""
+def add_test(suite: Suite, raw: str) -> None:
+    """Register the subroutine that follows @test."""
     header = re.fullmatch(r"\s*subroutine\s+(\w+)\s*\(\s*\)\s*", raw, re.IGNORECASE)
     if not header:
-        raise PfError(f"the line after @{role} must be: subroutine name()")
+        raise PfError("the line after @test must be: subroutine name()")
     name = header[1].lower()
-    if name in RESERVED or any(name in names for names in suite.procedures.values()):
+    if name in RESERVED or name in suite.tests:
         raise PfError(f"{name} is reserved or already used")
-    if role != "test" and suite.procedures[role]:
-        raise PfError(f"second @{role}")
-    suite.procedures[role].append(name)
+    suite.tests.append(name)
 
 
 def read(path: Path) -> Suite:
     """Read and translate one .pf file; its errors are collected in the result."""
     suite = Suite(path)
-    role, continued, number, raw = "", False, 0, ""
+    awaits_test, continued, number, raw = False, False, 0, ""
     for number, raw in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         code = code_of(raw)
         try:
             check_line(raw, code)
             directive = re.match(r"\s*@(\w*)\s*(.*)", raw)
-            if role:
-                awaited, role = role, ""
-                add_procedure(suite, awaited, raw)
+            if awaits_test:
+                awaits_test = False
+                add_test(suite, raw)
             if module := re.fullmatch(r"\s*module\s+(\w+)\s*", raw, re.IGNORECASE):
                 if suite.module or module[1].lower() != path.stem.lower():
                     raise PfError(f"the file must hold one module, {path.stem}")
                 suite.module = module[1]
-            suite.uses_funit |= bool(re.fullmatch(r"\s*use\s+funit\s*", raw, re.IGNORECASE))
             if not directive:
                 suite.lines.append(raw)
             elif continued:
                 raise PfError("a directive cannot continue a line")
-            elif directive[1].lower() in suite.procedures:
+            elif directive[1].lower() == "test":
                 if directive[2]:
                     raise PfError("text after the directive")
-                role = directive[1].lower()
+                awaits_test = True
                 suite.lines.append("")
             elif directive[1].lower().startswith("assert"):
                 suite.lines += assertion(directive[1][6:], directive[2], path.name, number)
-                suite.lines += ["if (pf_raised()) return", f'# {number + 1} "{path}"']
+                suite.lines += ["if (pf_failed) return", f'#line {number + 1} "{path}"']
             else:
                 raise PfError(f"unknown directive @{directive[1]}")
         except PfError as error:
@@ -175,48 +168,41 @@ def read(path: Path) -> Suite:
         if code.strip():
             continued = code.rstrip().endswith("&")
     for fault, missing in (
-        (role, f"nothing after @{role}"),
+        (awaits_test, "nothing after @test"),
         (not suite.module, f"no line 'module {path.stem}'"),
-        (not suite.uses_funit, "no line 'use funit'"),
-        (not suite.procedures["test"], "no @test"),
+        (not suite.tests, "no @test"),
     ):
         if fault:
             suite.errors.append(f"{path}:{number}: {missing}: {raw.strip()}")
     return suite
 
 
-def fortran_of(suites: list[Suite]) -> str:
-    """Return one source: every suite's module, a module that runs its tests, and the main program."""
-    text: list[str] = []
-    for suite in suites:
-        tests, before, after = (suite.procedures[role] for role in ("test", "before", "after"))
-        fixture = "".join(f", {role}={n[0]}" for role, n in (("before", before), ("after", after)) if n)
-        text += [f'# 1 "{suite.path}"', *suite.lines, ""]
-        text += [f"module {suite.module}_suite", "use funit, only: pf_run"]
-        text += [f"use {suite.module}, only: {name}" for name in tests + before + after]
-        text += ["implicit none", "private", "public :: run_suite", "contains", "subroutine run_suite()"]
-        text += [f"call pf_run('{suite.module}', '{name}', &\n{name}{fixture})" for name in tests]
-        text += ["end subroutine run_suite", f"end module {suite.module}_suite", ""]
-    text += ["program pf_main", "use funit, only: pf_finish"]
-    text += [f"use {suite.module}_suite, only: run_{i} => run_suite" for i, suite in enumerate(suites)]
-    text += ["implicit none", *(f"call run_{i}()" for i in range(len(suites)))]
+def fortran_of(suite: Suite) -> str:
+    """Return the module of the suite and a program that runs its tests.
+
+    Only a preprocessor makes Fortran of PF_RUN: pFUnit's main program needs one, too.
+    """
+    text = [f'#line 1 "{suite.path}"', *suite.lines, ""]
+    text += ["#define PF_RUN call pf_run", "program pf_main", "use funit, only: pf_finish, pf_run"]
+    text += [f"use {suite.module}, only: test_{i} => {name}" for i, name in enumerate(suite.tests)]
+    text += ["implicit none"]
+    text += [f"PF_RUN('{suite.module}', '{name}', test_{i})" for i, name in enumerate(suite.tests)]
     text += ["call pf_finish()", "end program pf_main"]
     return "\n".join(text) + "\n"
 
 
 def main() -> int:
-    """Run the command; exit status 1 if a file is refused."""
+    """Run the command; exit status 1 if the file is refused."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("files", nargs="+", type=Path, help=".pf files of one executable")
+    parser.add_argument("file", type=Path, help=".pf file")
     parser.add_argument("-o", "--output", type=Path, help="Fortran source to write; without it, only check")
     options = parser.parse_args()
-    suites = [read(path) for path in options.files]
-    errors = [error for suite in suites for error in suite.errors]
-    for error in errors:
+    suite = read(options.file)
+    for error in suite.errors:
         print(error, file=sys.stderr)
-    if not errors and options.output:
-        options.output.write_text(fortran_of(suites), encoding="utf-8")
-    return 1 if errors else 0
+    if not suite.errors and options.output:
+        options.output.write_text(fortran_of(suite), encoding="utf-8")
+    return 1 if suite.errors else 0
 
 
 if __name__ == "__main__":

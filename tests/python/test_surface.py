@@ -95,8 +95,7 @@ def test_tilted_ridge() -> None:
 
 
 def test_unequal_sides() -> None:
-    """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for each direction.
-    """
+    """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for a direction."""
     rise, fall = np.tan(np.radians([20.0, 40.0]))
     # five points up and five down, repeated four times
     period = np.concatenate([np.full(5, 0.2 / rise), np.full(5, 0.2 / fall)])
@@ -354,6 +353,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the picture, which takes longest, where a test looks at the text only."""
+    monkeypatch.setattr("asperity.surface.picture.draw", lambda *_: None)
+
+
 def write(text: str) -> Path:
     """A scan in the current folder."""
     Path("scan.csv").write_text(text, encoding="utf-8")
@@ -489,6 +494,7 @@ def test_rounded_coordinates(folder: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_picture")
 def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Doubtful units, two spacings and slopes of noise give a remark, a plateau does not."""
     x = np.arange(400) * 0.1
@@ -579,6 +585,7 @@ BOX = """&material sigma0 = 0.3, Gc = 0.03, eta = 0.95, mu = 0.4, kc = 20.0 /
 
 
 @pytest.mark.parametrize("options", [[], ["--regular"]])
+@pytest.mark.usefixtures("no_picture")
 def test_case_for_the_other_commands(
     folder: Path, capsys: pytest.CaptureFixture[str], options: list[str]
 ) -> None:
@@ -635,6 +642,7 @@ def test_bad_cases(
     assert {path.name for path in folder.iterdir()} == {"scan.csv", "box.nml"}
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A straight profile gives the flat plane, listed or regular."""
     write(rows(np.arange(9.0), 0.5 * np.arange(9.0), header="x [mm], z [mm]"))
@@ -663,7 +671,7 @@ def test_page(tmp_path: Path) -> None:
     page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"
     text = page.read_text(encoding="utf-8")
     assert follow(page, tmp_path) == text
-    assert text.count("```text") == 7
+    assert text.count("```text") == 4
     listed, _ = slopes.bin_facets(slopes.facets(read_scan(tmp_path / "joint.csv")), 8, 3)
     first = ",".join(f"{value:.9f}" for value in (*listed.normals[0], listed.weights[0]))
     assert first in text

@@ -8,6 +8,8 @@ import os
 import re
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from statistics import NormalDist
 
@@ -16,10 +18,10 @@ import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import covariance, study
-from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit import covariance
+from asperity.fit import synthetic as study
+from asperity.fit.fitting import Fit, fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.parallel import Processes, Serial
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import DrivenPath, PrescribedPath, SlipPath, load_paths
 from asperity.uncertainty.spread import RESULTS, spread
@@ -44,12 +46,18 @@ def case(tmp_path: Path):
     return write
 
 
+@pytest.fixture(scope="module")
+def found() -> Fit:
+    """A fit of a synthetic record."""
+    return fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
+
+
 def test_friction_of_a_flat_joint(case) -> None:
     """The sliding joint carries mu |sigma_N|: its quantiles are those of the normal distribution of mu."""
     count, sd, levels = 4000, 0.05, (0.05, 0.5, 0.95)
     distribution = of_deviations({"mu": 0.5}, {"mu": sd}, {})
     [path] = load_paths(case(FLAT))
-    found = spread(path, ("mu",), distribution.draw(count, 1), levels, Serial())
+    found = spread(path, ("mu",), distribution.draw(count, 1), levels, ThreadPoolExecutor(1))
     assert found.lost == 0 and not found.refused and len(found.results) == count
     end = found.results[:, RESULTS.index("traction at the end")]
     for i, level in enumerate(levels):
@@ -88,9 +96,8 @@ def test_units_do_not_change_samples() -> None:
 
 
 @pytest.mark.slow
-def test_samples_of_a_fit_have_its_intervals(tmp_path: Path) -> None:
+def test_samples_of_a_fit_have_its_intervals(found: Fit, tmp_path: Path) -> None:
     """The file of a fit gives samples whose intervals are those of the fit, also of the residual ratio."""
-    found = fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
     path = tmp_path / "case.fit.json"
     path.write_text(covariance.covariance_text(found))
     known = covariance.read(path)
@@ -145,8 +152,8 @@ def test_workers_make_no_difference(case) -> None:
     """Processes give the same bits as one process."""
     [path] = load_paths(case(ROUGH + CYCLE))
     samples = of_deviations({"mu": 0.5}, {"mu": 0.1}, {}).draw(600, 0)
-    with Processes(2) as processes:
-        found = [spread(path, ("mu",), samples, (0.1, 0.9), one) for one in (Serial(), processes)]
+    with ProcessPoolExecutor(2, get_context("spawn")) as processes:
+        found = [spread(path, ("mu",), samples, (0.1, 0.9), one) for one in (None, processes)]
     np.testing.assert_array_equal(found[0].curves, found[1].curves)
     np.testing.assert_array_equal(found[0].results, found[1].results)
 
@@ -176,9 +183,11 @@ def test_samples_without_a_result_are_counted(tmp_path: Path, capsys: pytest.Cap
 
 
 @pytest.mark.slow
-def test_from_a_record_to_quantiles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_from_a_record_to_quantiles(
+    found: Fit, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """`fit -o` then `uncertainty`, with the same output for any number of jobs."""
-    found = fit(study.synthetic(0.03, 0), study.FREE, study.SET, starts=1)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
     path.write_text(case_text(found))
     beside.write_text(covariance.covariance_text(found))
@@ -304,7 +313,7 @@ def test_file_that_is_none_of_a_fit(content: str, tmp_path: Path) -> None:
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "uncertainty.md"
 
 FEW = 400
-"""Samples of the test of the page, which has 100000 and 20000."""
+"""Samples of the test of the page, which has 100000."""
 
 DEVIATIONS = 5.0
 """Difference of two means that counts as none, in standard errors of the mean of FEW samples."""
@@ -316,7 +325,7 @@ def test_page(tmp_path: Path) -> None:
     blocks = re.findall(
         r"```console\n(.*?)```\n+```text\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
     )
-    assert len(blocks) == 2
+    assert len(blocks) == 1
     for commands, shown in blocks:
         few = re.sub(r"--samples \d+", f"--samples {FEW}", commands)
         path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])

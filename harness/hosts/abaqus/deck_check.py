@@ -1,205 +1,322 @@
-"""Check of a whole deck, `model(text)`: steps, and whether materials, sections and elements fit each other.
+"""Check of a deck for Abaqus: `model(text)` raises DeckError for the first mistake, with its line.
 
-Constants and state variables of the joint are compared with the contract of asperity. What Abaqus itself
-would say about the deck is not known.
+It knows the keywords of the decks of `asperity export abaqus` only. Constants and state variables of a joint
+are compared with the contract of asperity. What Abaqus itself would say about a deck is not known.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 from asperity import contract
-from deck import DeckError, Keyword, read
-from deck_model import (
-    COHESIVE,
-    READERS,
-    SOLIDS,
-    Model,
-    Step,
-    rows_of_boundary,
-    rows_of_cload,
-    rows_of_dload,
-)
 
-VARIABLES = {
-    "node output": {"U", "RF"} | {f"{name}{i}" for name in ("U", "RF") for i in (1, 2, 3)},
-    "element output": {"S", "E", "SDV"},
-    "node print": {f"{name}{i}" for name in ("U", "RF") for i in (1, 2, 3)},
-    "el print": {"SDV1"},
+ELEMENTS = {
+    "CPE4": (2, 4, 4),
+    "CPE4I": (2, 4, 4),
+    "CPS4": (2, 4, 3),
+    "C3D8": (3, 8, 6),
+    "COH2D4": (2, 4, 2),
+    "COH3D8": (3, 8, 3),
 }
+"""Dimension, number of nodes and number of stress components of the element types."""
+
+RULES = {
+    "heading": "model 1",
+    "node": "model 1",
+    "nset": "model 1 nset*",
+    "elset": "model 1 elset*",
+    "element": "model 1 type* elset*",
+    "material": "model 0 name*",
+    "elastic": "model 1",
+    "density": "model 1",
+    "user material": "model 1 constants* unsymm",
+    "depvar": "model 1",
+    "cohesive section": "model 1 elset* material* response* thickness*",
+    "solid section": "model 0 elset* material*",
+    "initial conditions": "model 1 type*",
+    "equation": "model 2",
+    "amplitude": "model 1 name* definition",
+    "boundary": "both 1 amplitude",
+    "step": "step 0 name* nlgeom unsymm inc",
+    "static": "step 1 direct",
+    "dynamic": "step 1 explicit*",
+    "controls": "step 1 parameters* field",
+    "cload": "step 1 amplitude",
+    "dload": "step 1 amplitude",
+    "output": "step 0 field history time_interval",
+    "node output": "step 1 nset",
+    "element output": "step 1 elset",
+    "node print": "step 1 nset frequency totals",
+    "el print": "step 1 elset frequency",
+    "end step": "step 0",
+}
+"""Place of a keyword, its least number of data lines, and its options (star: required)."""
+
+
+class DeckError(ValueError):
+    """A mistake in a deck."""
+
+
+@dataclass
+class Keyword:
+    """Keyword line with its data lines; names are in lower case, values as written."""
+
+    name: str
+    line: int
+    options: dict[str, str]
+    data: list[list[str]] = field(default_factory=list)
+
+    def error(self, text: str) -> DeckError:
+        """Error at this keyword."""
+        return DeckError(f"line {self.line}: *{self.name}: {text}")
+
+    def number(self, text: str) -> float:
+        """A number of Abaqus, whose exponent may be D."""
+        try:
+            return float(text.lower().replace("d", "e"))
+        except ValueError:
+            raise self.error(f"{text!r}: expected a number") from None
+
+    def integer(self, text: str) -> int:
+        """A whole number."""
+        self.check(text.isdigit(), f"{text!r}: expected a whole number")
+        return int(text)
+
+    def check(self, right: bool, text: str) -> None:
+        """Raise DeckError if something is not right."""
+        if not right:
+            raise self.error(text)
+
+
+Material = dict[str, Keyword]
+"""Keywords of a material by name."""
+
+
+class Model:
+    """What a deck describes; elements and nodes by number, sets as lists of numbers."""
+
+    def __init__(self, keywords: list[Keyword]) -> None:
+        """Read the keywords in their order."""
+        self.keywords = keywords
+        self.explicit = any(keyword.name == "dynamic" for keyword in keywords)
+        self.nodes: dict[int, list[float]] = {}
+        self.elements: dict[int, tuple[str, list[int]]] = {}
+        self.sets: dict[str, dict[str, list[int]]] = {"nset": {}, "elset": {}}
+        self.materials: dict[str, Material] = {}
+        self.sections: dict[int, Material] = {}
+        self.amplitudes: set[str] = set()
+        for keyword in keywords:
+            self._check_names(keyword)
+            if keyword.name in ("elastic", "density", "user material", "amplitude"):
+                props_of(keyword)
+            reader = getattr(self, "_" + keyword.name.replace(" ", "_"), None)
+            if reader is not None:
+                reader(keyword)
+        if not any(keyword.name == "step" for keyword in keywords):
+            raise DeckError("no *Step")
+        for number, (kind, _) in self.elements.items():
+            if number not in self.sections:
+                raise DeckError(f"element {number} of the type {kind} has no section")
+
+    def of(self, keyword: Keyword, kind: str, name: str) -> list[int]:
+        """Numbers of a set of nodes or elements (kind: nset or elset), or of one of them."""
+        if name in self.sets[kind]:
+            return self.sets[kind][name]
+        known = self.nodes if kind == "nset" else self.elements
+        keyword.check(name.isdigit() and int(name) in known, f"{kind} = {name}: does not exist")
+        return [int(name)]
+
+    def _check_names(self, keyword: Keyword) -> None:
+        """Sets, materials and amplitudes that a keyword names exist, and degrees of freedom."""
+        for option, value in keyword.options.items():
+            if option in self.sets and keyword.name not in (option, "element"):
+                self.of(keyword, option, value)
+            known = {"material": self.materials, "amplitude": self.amplitudes}.get(option)
+            keyword.check(known is None or value in known, f"{option} = {value}: does not exist")
+        if keyword.name == "dload":
+            for name, *_ in keyword.data:
+                self.of(keyword, "elset", name)
+        if keyword.name in ("boundary", "cload", "equation"):
+            terms = keyword.data
+            if keyword.name == "equation":
+                terms = [terms[1][i : i + 2] for i in range(0, len(terms[1]), 3)]
+            for name, *freedoms in terms:
+                node = self.of(keyword, "nset", name)[0]
+                for freedom in freedoms[: 2 if keyword.name == "boundary" else 1]:
+                    most = len(self.nodes[node])
+                    right = 1 <= keyword.integer(freedom) <= most
+                    keyword.check(right, f"degree of freedom {freedom}: expected 1 to {most}")
+
+    def _node(self, keyword: Keyword) -> None:
+        for name, *point in keyword.data:
+            number = keyword.integer(name)
+            keyword.check(number not in self.nodes, f"node {number} is given twice")
+            self.nodes[number] = [keyword.number(value) for value in point]
+        sizes = {len(point) for point in self.nodes.values()}
+        keyword.check(sizes in ({2}, {3}), f"{sizes} coordinates: expected 2 or 3 for all nodes")
+
+    def _element(self, keyword: Keyword) -> None:
+        kind = keyword.options["type"].upper()
+        keyword.check(kind in ELEMENTS, f"type = {kind}: expected one of {', '.join(ELEMENTS)}")
+        dimension, count, _ = ELEMENTS[kind]
+        for row in keyword.data:
+            number, *nodes = map(keyword.integer, row)
+            at = f"element {number}"
+            keyword.check(len(nodes) == count, f"{at} has {len(nodes)} nodes: expected {count}")
+            for node in nodes:
+                keyword.check(node in self.nodes, f"{at}: node {node} does not exist")
+            points = np.array([self.nodes[node] for node in nodes])
+            keyword.check(points.shape[1] == dimension, f"{at}: expected nodes with {dimension} coordinates")
+            half = count // 2
+            lower, upper = points[:half], points[half:] if dimension == 3 else points[:1:-1]
+            if kind.startswith("COH"):
+                keyword.check(np.abs(upper - lower).max() < 1.0e-9, f"{at}: its faces do not coincide")
+                upper = upper + np.eye(dimension)[-1]
+            keyword.check(_volume(lower, upper) > 0.0, f"{at}: its nodes are not in the order of {kind}")
+            keyword.check(number not in self.elements, f"{at} is given twice")
+            self.elements[number] = (kind, nodes)
+            self.sets["elset"].setdefault(keyword.options["elset"], []).append(number)
+
+    def _nset(self, keyword: Keyword) -> None:
+        numbers = [value for row in keyword.data for value in row]
+        for number in numbers:
+            self.of(keyword, keyword.name, number)
+        self.sets[keyword.name][keyword.options[keyword.name]] = [int(number) for number in numbers]
+
+    _elset = _nset
+
+    def _material(self, keyword: Keyword) -> None:
+        self.materials[keyword.options["name"]] = {}
+
+    def _property(self, keyword: Keyword) -> Material:
+        keyword.check(bool(self.materials), "expected after *Material")
+        material = list(self.materials.values())[-1]
+        material[keyword.name] = keyword
+        return material
+
+    _elastic = _density = _property
+
+    def _user_material(self, keyword: Keyword) -> None:
+        self._property(keyword)
+        wanted, props = keyword.options["constants"], props_of(keyword)
+        keyword.check(wanted == str(len(props)), f"{len(props)} values: expected constants = {wanted}")
+        full = all(len(row) == 8 for row in keyword.data[:-1]) and len(keyword.data[-1]) <= 8
+        keyword.check(full, "expected eight constants on a line")
+        try:
+            contract.check(props)
+        except ValueError as error:
+            raise keyword.error(str(error)) from None
+        keyword.check(self.explicit or "unsymm" in keyword.options, "unsymm is missing, which friction needs")
+
+    def _depvar(self, keyword: Keyword) -> None:
+        material = self._property(keyword)
+        keyword.check("user material" in material, "expected after *User Material")
+        props = props_of(material["user material"])
+        names = contract.statev_names(contract.check(props), props[contract.index("W0")] > 0.0)
+        names = [name.replace("offset", "separation") if self.explicit else name for name in names]
+        rows = [[str(len(names))], *([str(i), name, name] for i, name in enumerate(names, 1))]
+        keyword.check(keyword.data == rows, f"expected {len(names)}: {', '.join(names)}")
+
+    def _solid_section(self, keyword: Keyword) -> None:
+        material, cohesive = self.materials[keyword.options["material"]], keyword.name == "cohesive section"
+        for name in ["depvar" if cohesive else "elastic", *(["density"] if self.explicit else [])]:
+            keyword.check(name in material, f"{keyword.options['material']} has no *{name.title()}")
+        for number in self.of(keyword, "elset", keyword.options["elset"]):
+            kind = self.elements[number][0]
+            keyword.check(kind.startswith("COH") == cohesive, f"element {number} is of the type {kind}")
+            self.sections[number] = material
+
+    def _cohesive_section(self, keyword: Keyword) -> None:
+        self._solid_section(keyword)
+        for option, wanted in (("response", "TRACTION SEPARATION"), ("thickness", "SPECIFIED")):
+            keyword.check(keyword.options[option].upper() == wanted, f"{option}: expected {wanted}")
+        material = self.materials[keyword.options["material"]]
+        thickness = props_of(material["user material"])[contract.index("h")]
+        keyword.check(keyword.number(keyword.data[0][0]) == thickness, f"expected PROPS 9, {thickness:g}")
+
+    def _initial_conditions(self, keyword: Keyword) -> None:
+        stress, rows = keyword.options["type"].upper() == "STRESS", []
+        for row in keyword.data:
+            keyword.check(len(row) <= 8, f"{len(row)} values: expected at most 8 on a line")
+            if stress or not rows or row[0] in self.sets["elset"]:
+                rows.append(list(row))
+            else:
+                rows[-1] += row
+        for name, *values in rows:
+            for number in self.of(keyword, "elset", name):
+                keyword.check(number in self.sections, f"element {number}: expected its section before")
+                depvar = self.sections[number].get("depvar", keyword)
+                wanted = ELEMENTS[self.elements[number][0]][2] if stress else len(depvar.data) - 1
+                keyword.check(len(values) == wanted, f"{name}: {len(values)} values: expected {wanted}")
+
+    def _amplitude(self, keyword: Keyword) -> None:
+        self.amplitudes.add(keyword.options["name"])
+
+    def _step(self, keyword: Keyword) -> None:
+        procedure = self.keywords[self.keywords.index(keyword) + 1].name
+        wanted = "dynamic" if self.explicit else "static"
+        keyword.check(procedure == wanted, f"expected *{wanted.title()} right after it")
+        unsymmetric = self.explicit or keyword.options.get("unsymm", "").upper() == "YES"
+        keyword.check(unsymmetric, "unsymm=YES is missing, which friction needs")
 
 
 def model(text: str) -> Model:
     """Model of a deck; raises DeckError."""
-    found = Model()
-    keywords = read(text)
-    for keyword in keywords:
-        reader = READERS.get(keyword.name)
-        if reader is not None:
-            reader(found, keyword)
-    _read_steps(found, keywords)
-    if not found.steps:
-        raise DeckError("no *Step")
-    for check in CHECKS:
-        check(found)
-    return found
-
-
-def _read_steps(found: Model, keywords: list[Keyword]) -> None:
-    inside: list[Keyword] | None = None
-    for keyword in keywords:
-        if keyword.name == "step":
-            inside = [keyword]
-        elif keyword.name == "end step":
-            found.steps.append(_step(found, inside or []))
-            inside = None
-        elif inside is not None:
-            inside.append(keyword)
-        elif keyword.name == "boundary":
-            found.boundary.append(keyword)
-            list(rows_of_boundary(found, keyword))
-
-
-def _step(found: Model, keywords: list[Keyword]) -> Step:
-    head = keywords[0]
-    procedures = [keyword for keyword in keywords if keyword.name in ("static", "dynamic")]
-    if len(procedures) != 1 or procedures[0] is not keywords[1]:
-        raise head.error("expected one procedure, *Static or *Dynamic, right after it")
-    explicit = procedures[0].name == "dynamic"
-    values = procedures[0].data[0]
-    if explicit and (len(values) != 2 or values[0] or procedures[0].number(values[1]) <= 0.0):
-        raise procedures[0].error(f"{', '.join(values)}: expected an empty field and the duration")
-    if not explicit:
-        _check_static(head, procedures[0])
-    for keyword in keywords[2:]:
-        name = keyword.options.get("amplitude")
-        if name is not None and name not in found.amplitudes:
-            raise keyword.error(f"amplitude = {name}: does not exist")
-        for rows, kind in (
-            (rows_of_boundary, "boundary"),
-            (rows_of_cload, "cload"),
-            (rows_of_dload, "dload"),
-        ):
-            if keyword.name == kind:
-                list(rows(found, keyword))
-        _check_output(found, keyword)
-    return Step(head.options["name"], explicit, keywords)
-
-
-def _check_static(head: Keyword, procedure: Keyword) -> None:
-    values = procedure.numbers()
-    direct = "direct" in procedure.options
-    if len(values) != (2 if direct else 4) or min(values) <= 0.0 or values[0] > values[1]:
-        wanted = (
-            "increment and duration"
-            if direct
-            else "first increment, duration, smallest and largest increment"
-        )
-        raise procedure.error(f"{values}: expected {wanted}, all > 0")
-    if not direct and not values[2] <= values[0] <= values[3]:
-        raise procedure.error(f"first increment {values[0]:g}: expected from {values[2]:g} to {values[3]:g}")
-    needed = round(values[1] / (values[0] if direct else values[3]))
-    if needed > int(head.options.get("inc", "100")):
-        raise head.error(f"inc = {head.options.get('inc', '100')}: expected at least {needed} increments")
-    if head.options.get("unsymm", "").upper() != "YES":
-        raise head.error("unsymm=YES is missing, which friction needs")
-
-
-def _check_output(found: Model, keyword: Keyword) -> None:
-    """Sets and variables of output requests."""
-    known = VARIABLES.get(keyword.name)
-    if known is None:
-        return
-    for option, sets in (("nset", found.nsets), ("elset", found.elsets)):
-        if option in keyword.options and keyword.options[option] not in sets:
-            raise keyword.error(f"{option} = {keyword.options[option]}: does not exist")
-    for name in keyword.data[0]:
-        if name not in known:
-            raise keyword.error(f"{name}: expected one of {', '.join(sorted(known))}")
-
-
-def _check_sections(found: Model) -> None:
-    for number, (kind, _) in found.elements.items():
-        if number not in found.sections:
-            raise DeckError(f"element {number} has no section")
-        material = found.materials[found.sections[number][0]]
-        if kind in COHESIVE and (material.props is None or not material.statev):
-            raise DeckError(
-                f"*Material, name={material.name}: expected *User Material and *Depvar for {kind}"
-            )
-        if kind in SOLIDS and material.elastic is None:
-            raise DeckError(f"*Material, name={material.name}: expected *Elastic for {kind}")
-
-
-def _check_user_materials(found: Model) -> None:
-    """Constants, state variables, thickness and procedure fit each other."""
-    explicit = any(step.explicit for step in found.steps)
-    if explicit and not all(step.explicit for step in found.steps):
-        raise DeckError("static and explicit steps in one deck")
-    for material in found.materials.values():
-        if explicit and material.density is None:
-            raise DeckError(
-                f"*Material, name={material.name}: *Density is missing, which *Dynamic, Explicit needs"
-            )
-        if material.props is None:
+    found: list[Keyword] = []
+    in_step = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip() or len(line) > 256:
+            raise DeckError(f"line {number}: expected data or a keyword in at most 256 characters")
+        if line.startswith("**"):
             continue
-        planes = contract.check(np.array(material.props))
-        names = contract.statev_names(planes, material.props[contract.index("W0")] > 0.0)
-        expected = [name.replace("offset", "separation") if explicit else name for name in names]
-        if material.statev != expected:
-            raise DeckError(
-                f"*Material, name={material.name}: *Depvar: expected {len(names)}: {', '.join(expected)}"
-            )
-        if not explicit and not material.unsymmetric:
-            raise DeckError(f"*Material, name={material.name}: unsymm is missing, which friction needs")
-        for name, thickness in found.sections.values():
-            if name == material.name and thickness != material.props[contract.index("h")]:
-                raise DeckError(f"*Cohesive Section: thickness {thickness:g}: expected PROPS 9 of {name}")
-    for number, values in found.solution.items():
-        needed = len(found.materials[found.sections[number][0]].statev)
-        if len(values) != needed:
-            raise DeckError(
-                f"*Initial Conditions: element {number}: {len(values)} state variables: expected {needed}"
-            )
+        if not line.startswith("*"):
+            if not found:
+                raise DeckError(f"line {number}: data before the first keyword")
+            row = [part.strip() for part in line.split(",")]
+            found[-1].data.append(row[:-1] if len(row) > 1 and row[-1] == "" else row)
+            continue
+        found.append(_keyword(line, number))
+        name, place = found[-1].name, RULES[found[-1].name].split()[0]
+        found[-1].check(name != "step" or not in_step, "expected *End Step before")
+        inside = place == "step" and name != "step"
+        found[-1].check(place == "both" or name == "step" or inside == in_step, f"expected in the {place}")
+        in_step = (in_step or name == "step") and name != "end step"
+    for keyword in found:
+        least, count = int(RULES[keyword.name].split()[1]), len(keyword.data)
+        right = count == 0 if keyword.name in ("material", "step", "output", "end step") else count >= least
+        keyword.check(right, f"{count} data lines: expected {least}")
+    if in_step:
+        raise found[-1].error("expected *End Step")
+    return Model(found)
 
 
-def _check_geometry(found: Model) -> None:
-    """Elements are not turned over; both faces of a joint coincide and belong to something."""
-    held = {
-        node
-        for keyword in found.boundary
-        for nodes, _, _ in rows_of_boundary(found, keyword)
-        for node in nodes
-    }
-    solid = {node for kind, nodes in found.elements.values() if kind in SOLIDS for node in nodes}
-    for number, (kind, nodes) in found.elements.items():
-        points = np.array([found.nodes[node] for node in nodes])
-        half = len(nodes) // 2
-        lower, upper = points[:half], points[half:]
-        if found.dimension == 2:
-            upper = upper[::-1]
-        if kind in SOLIDS and not _volume(lower, upper) > 0.0:
-            raise DeckError(f"element {number}: its nodes are not in the order of {kind}")
-        if kind in COHESIVE:
-            if np.abs(upper - lower).max() > 1.0e-9:
-                raise DeckError(f"element {number}: node {nodes[half]} does not lie on the lower face")
-            loose = [node for node in nodes if node not in solid | held]
-            if loose:
-                raise DeckError(f"element {number}: node {loose[0]} belongs to no solid and has no *Boundary")
-            up = np.eye(found.dimension)[-1]
-            if not _volume(lower, upper + up) > 0.0:
-                raise DeckError(
-                    f"element {number}: its normal does not point from the lower to the upper face"
-                )
+def props_of(keyword: Keyword) -> np.ndarray:
+    """All values of the data lines as numbers."""
+    return np.array([keyword.number(value) for row in keyword.data for value in row])
+
+
+def _keyword(line: str, number: int) -> Keyword:
+    """Name and options of a keyword line."""
+    name, *parts = [part.strip() for part in line[1:].split(",")]
+    keyword = Keyword(name.lower(), number, {})
+    keyword.check(keyword.name in RULES, "unknown keyword")
+    known = [one.replace("_", " ") for one in RULES[keyword.name].split()[2:]]
+    for part in parts:
+        option, _, value = (text.strip() for text in part.partition("="))
+        allowed = ", ".join(known).replace("*", "") or "no option"
+        keyword.check(option.lower() in allowed.split(", "), f"{option}: expected one of {allowed}")
+        keyword.options[option.lower()] = value
+    for one in known:
+        keyword.check(one[-1] != "*" or one[:-1] in keyword.options, f"{one[:-1]} is missing")
+    return keyword
 
 
 def _volume(lower: np.ndarray, upper: np.ndarray) -> float:
-    """Volume between two faces that are counter-clockwise seen from above (approximate if twisted)."""
+    """Volume between two faces, > 0 where they are counter-clockwise seen from above."""
     if lower.shape[1] == 2:
         x, y = np.concatenate([lower, upper[::-1]]).T
         return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     middle = 0.5 * (lower + upper)
     area = 0.5 * np.cross(middle[2] - middle[0], middle[3] - middle[1])
     return float(area @ (upper - lower).mean(axis=0))
-
-
-CHECKS = (_check_sections, _check_user_materials, _check_geometry)

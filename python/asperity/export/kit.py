@@ -16,8 +16,8 @@ from .environment import ENVIRONMENT
 README = """# asperity {version} for Abaqus
 
 **Abaqus was not run.** asperity was written without a copy of Abaqus. Its tests read the decks by a syntax
-check of their own and run them in a stand-in, a small program that calls the routines as the manuals say.
-So look at the first run.
+check of their own, call the routines as the manuals say, and run the two decks of one element as material
+points. So look at the first run.
 
 ## First run: a minute
 

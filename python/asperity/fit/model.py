@@ -9,14 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import _core
 from ..contract import Floats
-from ..interface import Interface
+from ..interface import Interface, slip_path
 from ..material import Material
 from ..parallel import map_in_order
 from ..pattern import Pattern, direction_vector
-from ..slip_curves import ROW
-from .records import ShearTest
+from .shear_test import ShearTest
 
 SIDES = 8
 """Inclined planes of the default pattern: RP-8 is nearly isotropic and cheap."""
@@ -211,20 +209,12 @@ def slip_curve(
     state and events.  Rows without equilibrium repeat the last one.
     """
     n = slips.size
-    rows = np.empty((1, n, ROW))
-    found, _ = _core.interface_slip_curves(
-        interface._props,
-        np.array([direction]),
-        np.array([test.sigma_N]),
-        np.array([test.k_N]),
-        slips,
-        preload,
-        rows.T,
-    )
-    done = max(int(np.atleast_1d(found)[0]), 0)
-    s_N, _, t_x, t_y, _, _ = rows[0].T
-    e_x, e_y = direction_vector(direction)
-    tau, s_N = t_x * e_x + t_y * e_y, s_N - s_N[0]
-    if 0 < done < n:
-        tau[done:], s_N[done:] = tau[done - 1], s_N[done - 1]
-    return tau, s_N, done
+    history, _ = interface.rows(slip_path(direction, slips, test.sigma_N, preload, test.k_N))
+    history = history.after_step(1)
+    done = len(history)
+    if done == 0:
+        return np.zeros(n), np.zeros(n), 0
+    # rows without equilibrium repeat the last one
+    place = np.minimum(np.arange(n), done - 1)
+    tau = history.traction[:, 1:] @ direction_vector(direction)
+    return tau[place], (history.dilation - history.dilation[0])[place], done

@@ -14,10 +14,10 @@ from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
 from .distribution import bad_constant
-from .paths import CURVES, Curve, DrivenPath, LoadPath
+from .paths import CURVES, Curve, LoadPath
 
-BATCH, DRIVEN_BATCH = 250, 10
-"""Samples of a task; of a task whose samples are runs of the driver."""
+BATCH = 250
+"""Samples of a task, whatever the number of workers."""
 
 MOST_POINTS = 121
 """Largest number of points of a curve for which quantiles are computed; ends and reversals are among them."""
@@ -70,8 +70,7 @@ def spread(
             "of its path"
         )
     points = points_of(path.x)
-    size = batch_size(path)
-    batches = [samples[i : i + size] for i in range(0, len(samples), size)]
+    batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
     done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
     refused: Counter[str] = sum((batch.refused for batch in done), Counter())
     curves, results = (
@@ -86,11 +85,6 @@ def spread(
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
     own = (case.values, _results(path.x, case))
     return Spread(path, points, np.array(levels), quantiles, results, refused, lost, own)
-
-
-def batch_size(path: LoadPath) -> int:
-    """Samples of a task, whatever the number of workers."""
-    return DRIVEN_BATCH if isinstance(path, DrivenPath) else BATCH
 
 
 def points_of(x: Floats) -> np.ndarray:

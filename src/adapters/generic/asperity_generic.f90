@@ -165,7 +165,6 @@ contains
       call put_text(text, point%message, message_size)
       ! OpenGeoSys does not show the message of MGIS
       write (error_unit, "(2a)") "asperity generic: ", text
-      deallocate (text)   ! flang 16 does not deallocate it
       call request_cut(rejected_pnewdt, factor)
       done = -1
       return

@@ -1,0 +1,247 @@
+!> Judge of a loss: a wide scan of the free separations for an equilibrium where the solver found none, and a test
+!> whether the law is discontinuous where the motion under the prescribed tractions ends.
+!>
+!> One free separation: its traction is computed at many values, and the extreme is refined. Several free separations:
+!> the residual is computed on a grid, and Newton's method starts from the best grid points. Every trial is one
+!> increment from the state of the point, without time and wear.
+module loss_judge
+  use asperity_control_point, only: control_type, equations_type, evaluate, farthest_equilibrium, free_part, &
+    new_equations, point_type, unstable
+  use asperity_kinds, only: wp
+  use asperity_newton, only: newton_solve, newton_type
+  use asperity_point_law, only: point_law
+  use asperity_snap, only: snap
+  implicit none
+  private
+  public :: examine_loss
+
+  !> No equilibrium was found; there is one that the motion does not reach; the motion stops where the law is
+  !> discontinuous.
+  integer, parameter, public :: loss_none_found = 1, loss_elsewhere = 2, loss_discontinuous = 3
+
+  !> Result of a scan.
+  type, public :: scan_type
+    integer :: n = 0                       !! free separations
+    integer :: free = 0                    !! component of the first of them, 1 to 3
+    integer :: samples = 0                 !! updates of the law
+    logical :: found = .false.             !! whether there is an equilibrium
+    real(wp) :: place(3) = 0.0_wp          !! separation of the equilibrium or of the extreme, length
+    real(wp) :: lower = 0.0_wp, upper = 0.0_wp   !! range of every free separation, length
+    logical :: short = .true.              !! one free: the traction is too small everywhere (false: too large)
+    real(wp) :: extreme = 0.0_wp           !! one free: largest (smallest) traction + spring*separation; several:
+                                           !! smallest residual; stress
+  end type scan_type
+
+contains
+
+  !> Examine the loss of a point under prescribed values: kind of the loss, and the place of an equilibrium.
+  subroutine examine_loss(law, control, given, point, kind, place)
+    class(point_law), intent(in) :: law             !! the law
+    type(control_type), intent(in) :: control       !! what is prescribed, at least one traction
+    real(wp), intent(in) :: given(3)                !! its values
+    type(point_type), intent(in) :: point           !! the last point found
+    integer, intent(out) :: kind                    !! of the loss
+    real(wp), intent(out) :: place(3)               !! separation of the equilibrium, if there is one, length
+    !> Range to each side, as multiples of s_f, of the largest separation so far, and of the closure under the
+    !> prescribed tractions; largest range, as a fraction of the separation beyond which the solver stops a motion.
+    real(wp), parameter :: around = 5.0_wp, share = 0.5_wp
+    type(control_type) :: at_once
+    type(equations_type) :: equations
+    type(scan_type) :: scan
+    real(wp) :: reach
+    logical :: found
+    at_once = control
+    at_once%dt = 0.0_wp
+    call new_equations(law, at_once, given, given, equations)
+    equations%old = point
+    scan%n = equations%n
+    scan%free = equations%free(1)
+    reach = around*(law%reach + law%magnitude(point%s, point%state)/law%stiffness + &
+      maxval(merge(abs(given)/law%softest, abs(given), control%traction)))
+    reach = min(reach, share*farthest_equilibrium(law, equations))
+    scan%upper = reach
+    scan%lower = -reach
+    if (scan%n == 1) then
+      call scan_line(law, equations, point, scan)
+    else
+      call scan_grid(law, equations, point, scan)
+    end if
+    kind = merge(loss_elsewhere, loss_none_found, scan%found)
+    place = scan%place
+    if (.not. law%jumps) return
+    call new_equations(law, at_once, given, given, equations)
+    equations%old = point
+    call snap(law, equations, found)
+    if (found) return
+    if (discontinuity(law, at_once, given, equations%old) > 0.0_wp) kind = loss_discontinuous
+  end subroutine examine_loss
+
+  !> One free separation.
+  subroutine scan_line(law, equations, point, scan)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(inout) :: equations   !! the equation
+    type(point_type), intent(in) :: point           !! where the search ended
+    type(scan_type), intent(inout) :: scan          !! range -> findings
+    integer, parameter :: steps = 20000, refinements = 60
+    real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
+    type(point_type) :: at
+    real(wp) :: a, b, best, f(2), here, sense, width, x(2)
+    integer :: i
+
+    sense = 1.0_wp
+    ! at the point, or at the end of the range if the point is beyond it
+    x(2) = min(max(point%s(scan%free), scan%lower), scan%upper)
+    call look(x(2), at, here)
+    scan%short = here < 0.0_wp
+    sense = merge(1.0_wp, -1.0_wp, scan%short)
+    best = sense*here
+    a = x(2)
+    width = (scan%upper - scan%lower)/real(steps, wp)
+    do i = 0, steps
+      x(1) = scan%lower + width*real(i, wp)
+      call look(x(1), at, f(1))
+      if (f(1) > best) then
+        best = f(1)
+        a = x(1)
+      end if
+    end do
+    scan%samples = steps + 2 + 2*refinements
+    b = min(a + width, scan%upper)
+    a = max(a - width, scan%lower)
+    ! refine the extreme between the neighbours of the best sample
+    do i = 1, refinements
+      x = [b - golden*(b - a), a + golden*(b - a)]
+      call look(x(1), at, f(1))
+      call look(x(2), at, f(2))
+      if (f(1) > f(2)) then
+        b = x(2)
+      else
+        a = x(1)
+      end if
+    end do
+    best = max(best, maxval(f))
+    scan%place = point%s
+    scan%place(scan%free) = 0.5_wp*(a + b)
+    scan%extreme = equations%target(scan%free) + sense*best
+    scan%found = best >= 0.0_wp
+
+  contains
+
+    !> Excess of the traction over the given one, in the sense of the missing traction; a large negative number if the
+    !> separation is out of range.
+    subroutine look(s, at, surplus)
+      real(wp), intent(in) :: s               !! free separation, length
+      type(point_type), intent(inout) :: at   !! -> the point there
+      real(wp), intent(out) :: surplus        !! stress
+      real(wp) :: r(3), scale
+      logical :: good
+      call evaluate(law, equations, [s, 0.0_wp, 0.0_wp], 0.0_wp, at, r, scale, good)
+      surplus = -huge(surplus)
+      if (good) surplus = sense*r(1)
+    end subroutine look
+
+  end subroutine scan_line
+
+  !> Several free separations.
+  subroutine scan_grid(law, equations, point, scan)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(inout) :: equations   !! the equations
+    type(point_type), intent(in) :: point           !! where the search ended
+    type(scan_type), intent(inout) :: scan          !! range -> findings
+    !> Grid points for each of two and of three separations; number of best points from which Newton's method starts.
+    integer, parameter :: points(3) = [1, 201, 41], starts = 20
+    type(point_type) :: at
+    type(newton_type) :: result
+    !> A candidate counts only if its residual is below this fraction of the residual at the last point.
+    real(wp), parameter :: closer = 0.1_wp
+    real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
+    integer :: i, j, k, n
+    logical :: good
+
+    n = equations%n
+    best = huge(best)
+    seeds = 0.0_wp
+    x = free_part(equations, point%s)
+    call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
+    here = maxval(abs(r))
+    do i = 0, points(n)**n - 1
+      k = i
+      do j = 1, n
+        x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, points(n)), wp)/real(points(n) - 1, wp)
+        k = k/points(n)
+      end do
+      call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
+      if (.not. good) cycle
+      size_of = maxval(abs(r))
+      k = maxloc(best, 1)
+      if (size_of < best(k)) then
+        best(k) = size_of
+        seeds(:, k) = x
+      end if
+    end do
+    scan%samples = points(n)**n
+    scan%extreme = minval(best)
+    scan%place = equations%target
+    scan%place(equations%free(:n)) = seeds(:n, minloc(best, 1))
+    do i = 1, starts
+      if (.not. best(i) < huge(best)) cycle
+      at%s = equations%target
+      at%s(equations%free(:n)) = seeds(:n, i)
+      call newton_solve(law, equations, 0.0_wp, huge(1.0_wp), at, result)
+      x = free_part(equations, at%s)
+      if (.not. (result%converged .and. .not. unstable(n, result%last, law%stiffness)) .or. maxval(abs(x)) > scan%upper) cycle
+      call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
+      if (maxval(abs(r)) > closer*here) cycle
+      scan%found = .true.
+      scan%place = at%s
+      exit
+    end do
+  end subroutine scan_grid
+
+  !> Largest change of a free traction over a distance that is too short for any stiffness of the law, stress; 0 if it
+  !> is continuous there. A closed facet of finite height is discontinuous at its foot, where its curvature sets in, and
+  !> so is the guard where it admits damage that it had prevented, also at a constant separation.
+  function discontinuity(law, control, given, point) result(leap)
+    class(point_law), intent(in) :: law             !! the law
+    type(control_type), intent(in) :: control       !! what is given, at least one traction
+    real(wp), intent(in) :: given(3)                !! its values
+    type(point_type), intent(in) :: point           !! the point
+    real(wp) :: leap
+    !> Distances, relative to s0, the motion stops about there before the discontinuity; stiffness of a continuous law,
+    !> relative to that of the stiffest plane.
+    real(wp), parameter :: distances(2) = [1.0e-9_wp, 1.0e-7_wp], steepest = 100.0_wp
+    type(equations_type) :: equations
+    type(point_type) :: at
+    real(wp) :: ahead(3), back(3), scale, step(3)
+    integer :: i, j
+    logical :: good
+    leap = 0.0_wp
+    call new_equations(law, control, given, given, equations)
+    equations%old = point
+    call evaluate(law, equations, free_part(equations, point%s), 0.0_wp, at, ahead, scale, good)
+    if (good) leap = maxval(abs(at%traction - point%traction), mask=control%traction)
+    if (leap <= least(distances(1))) leap = 0.0_wp
+    do j = 1, size(distances)
+      if (leap > 0.0_wp) exit
+      do i = 1, equations%n
+        step = 0.0_wp
+        step(i) = distances(j)*law%length
+        call evaluate(law, equations, free_part(equations, point%s) + step, 0.0_wp, at, ahead, scale, good)
+        if (good) call evaluate(law, equations, free_part(equations, point%s) - step, 0.0_wp, at, back, scale, good)
+        if (good) leap = max(leap, maxval(abs(ahead - back)))
+      end do
+      if (leap <= least(distances(j))) leap = 0.0_wp
+    end do
+
+  contains
+
+    !> Smallest change over a distance that no stiffness explains.
+    pure function least(distance) result(change)
+      real(wp), intent(in) :: distance   !! relative to s0
+      real(wp) :: change
+      change = steepest*law%magnitude([distance*law%length, 0.0_wp, 0.0_wp], 0.0_wp*point%state)
+    end function least
+
+  end function discontinuity
+
+end module loss_judge

@@ -1,0 +1,62 @@
+"""The catalogue of failure modes: entries, runs and report."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from . import law_modes, solver_modes
+from .modes import FailureMode, Trial
+
+MODES: tuple[FailureMode, ...] = solver_modes.MODES + law_modes.MODES
+"""Entries in the order of the page."""
+
+
+def find(names: Iterable[str]) -> list[FailureMode]:
+    """Entries by name, `all` for every one; raises ValueError for an unknown name."""
+    known = {mode.name: mode for mode in MODES}
+    wanted = list(names)
+    unknown = [name for name in wanted if name != "all" and name not in known]
+    if unknown:
+        raise ValueError(f"{', '.join(unknown)}: expected all or names of {', '.join(known)}")
+    return list(MODES) if "all" in wanted else [known[name] for name in wanted]
+
+
+def shown(trials: Sequence[Trial]) -> bool:
+    """Whether an entry has a failure and a success, each as expected."""
+    return all(trial.holds for trial in trials) and len({trial.expected for trial in trials}) == 2
+
+
+def table(results: Iterable[tuple[FailureMode, Sequence[Trial]]]) -> str:
+    """Body of docs/results/stability.md: description, advice and one comparison for each failure mode."""
+    return "\n\n".join(_section(mode, trials) for mode, trials in results)
+
+
+def _section(mode: FailureMode, trials: Sequence[Trial]) -> str:
+    pair = [pair for pair in pairwise(trials) if pair[0].survives != pair[1].survives][-1]
+    lines = [f"### {mode.name}", "", f"**{mode.title}.** {mode.happens}", ""]
+    lines += [f"*What to do.* {mode.advice}", ""]
+    lines += [f"- *{'Survives' if t.survives else 'Fails'}:* {t.method} ({t.measured})." for t in pair]
+    return "\n".join(lines)
+
+
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+"""A number in a table."""
+
+NOISE = 1e-9
+"""Numbers below this are rounding errors."""
+
+
+def agree(one: str, other: str) -> bool:
+    """Whether two tables have the same words, and numbers within a factor of 2 or both rounding errors.
+
+    Compilers round differently, which changes numbers of iterations and errors.
+    """
+    if NUMBER.sub("#", one) != NUMBER.sub("#", other):
+        return False
+    pairs = zip(*(map(float, NUMBER.findall(text)) for text in (one, other)), strict=True)
+    return all(
+        max(abs(a), abs(b)) < NOISE or (a * b >= 0.0 and 0.5 <= abs(a) / abs(b) <= 2.0 if a * b else a == b)
+        for a, b in pairs
+    )

@@ -1,0 +1,85 @@
+"""Rows of a load path from the library."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core, contract
+from .contract import Floats
+from .history import History, Snap
+from .steps import Point, Step, pack
+
+FIRST_ROOM, MOST_ROOM = 2048, 1_000_000
+"""Rows that are allocated where their number is not known before, and at most at first."""
+
+NUMBERS = 21
+"""Numbers of a row: step, increment, position, time; separation; traction; work; Newton iterations, updates of
+the law, snaps; separation before and after the longest snap, released energy."""
+
+
+def rows_of(
+    props: Floats, n_planes: int, steps: Sequence[Step], start: Point, tolerance: float | None = None
+) -> tuple[History, str]:
+    """Rows in equilibrium for admissible PROPS, and why the path ends before its end ("" if it does not).
+
+    Raises ValueError for every value of the steps, the start and the tolerance that is out of range.
+    """
+    steps = list(steps)
+    if not steps or not all(isinstance(step, Step) for step in steps):
+        raise ValueError("steps: expected one asperity.Step or more")
+    relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
+    counts, values = pack(steps)
+    work = np.nan if start.work is None else contract.number("work", start.work)
+    place = np.append(contract.array("separation", start.separation), work)
+    state = contract.array("state", start.state)
+    n = FIRST_ROOM
+    if tolerance is None and not any(step.follow == "branch" for step in steps):
+        n = min(sum(map(len, steps)), MOST_ROOM)
+    while True:
+        room = n
+        numbers, states, names = (
+            np.zeros((room, NUMBERS)),
+            np.empty((room, state.size)),
+            np.zeros(room, "S64"),
+        )
+        n, ended, status, message = _core.path_rows(
+            props, counts.T, values, place, state, tolerance is not None, relative, numbers.T, states.T, names
+        )
+        text = message.decode("ascii").rstrip()
+        if status != 0:
+            raise ValueError(text)
+        if n <= room:
+            break
+    n -= ended
+    lost = _lost(numbers[n], text) if ended else ""
+    return _history(numbers[:n], states[:n], names[:n], n_planes, lost), lost
+
+
+def no_rows(nstatv: int, n_planes: int) -> History:
+    """History without rows."""
+    return _history(np.zeros((0, NUMBERS)), np.zeros((0, nstatv)), np.zeros(0, "S64"), n_planes, "")
+
+
+def _lost(row: Floats, why: str) -> str:
+    """Text of a lost equilibrium."""
+    s, t = (", ".join(f"{value:.6g}" for value in part) for part in (row[4:7], row[7:10]))
+    return f"equilibrium lost beyond step {row[0]:g} increment {row[1]:g}, s = ({s}), t = ({t}): {why}"
+
+
+def _history(numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str) -> History:
+    """History of rows as the library gives them."""
+    happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
+    events = tuple((row, name) for row, name in happened if name)
+    if lost:
+        events += ((len(numbers), lost),)
+    snaps = []
+    for row in np.flatnonzero(numbers[:, 13] > 0.0).tolist():
+        before, after = (tuple(numbers[row, k : k + 3].tolist()) for k in (14, 17))
+        snaps.append(Snap(row, before, after, float(numbers[row, 20])))
+    damage = states[:, contract.statev_index("damage")].copy()
+    parts = numbers[:, 4:7].copy(), numbers[:, 7:10].copy(), damage, states.copy(), numbers[:, 10].copy()
+    more = numbers[:, 0].astype(int), numbers[:, 2].copy(), numbers[:, 3].copy(), numbers[:, 11].astype(int)
+    return History(*parts, events, tuple(snaps), n_planes, *more)

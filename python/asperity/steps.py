@@ -1,0 +1,190 @@
+"""Load paths: steps with the names, defaults and rules of `&step`, and the point at which a path starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core, contract
+from .contract import Floats
+
+FOLLOW = ("stable", "branch")
+"""Values of `follow`; their positions are the numbers of the library."""
+
+
+class Entry(NamedTuple):
+    """Entry of a step: whether it has one value (or a list), its default, and what is expected."""
+
+    name: str
+    single: bool
+    default: float
+    expected: str
+
+
+@cache
+def entries() -> tuple[Entry, ...]:
+    """Entries of a step, from the table of the library."""
+    found = []
+    for i in count(1):
+        name, single, default, expected = _core.step_entry(i)
+        if not name.strip():
+            return tuple(found)
+        texts = (text.decode("ascii").rstrip() for text in (name, expected))
+        found.append(Entry(next(texts), bool(single), default, next(texts)))
+    raise AssertionError  # pragma: no cover
+
+
+@dataclass(frozen=True, repr=False)
+class Step:
+    """A step of a load path: which separation or traction of each component it prescribes.
+
+    A step starts where the step before ended. A component that a step does not name keeps its condition, the
+    prescribed separation or traction, at its last value; in the first step that is a separation of 0. Targets
+    are one value or a list, reached one after the other; a shorter list repeats its last value. None is: not
+    given.
+
+    Parameters
+    ----------
+    s_N, s_Tx, s_Ty
+        Targets of the separation, length.
+    t_N, t_Tx, t_Ty
+        Targets of the traction, stress; tension is positive.
+    k_N, k_Tx, k_Ty
+        Stiffness of the surroundings (CNS), stress/length, beside a prescribed traction: the traction is its
+        target minus k (s - s at the start of the step), until k is 0 or the separation is prescribed.
+    slip, direction
+        Targets of s_Tx and s_Ty together, along a direction in degrees from Tx towards Ty, which remains in
+        later steps.
+    increments
+        Number of increments to each target, one number or a list; 100 if it is not given.
+    cycles
+        How often the lists are followed; 1 if it is not given.
+    time
+        Duration of the step, divided equally among its increments, or a list, the time to each target; 1 if
+        it is not given. It matters for viscous damage only.
+    follow
+        "stable": the point jumps where the stable path ends. "branch": it continues along the unstable part,
+        where the prescribed values turn back and forward again.
+    arc
+        Longest step along the branch, times s0; 0.05 if it is not given.
+
+    Raises
+    ------
+    ValueError
+        If a value is no number. Everything else is checked by `Interface.run`.
+
+    Examples
+    --------
+    >>> Step(t_N=-1.0, increments=20)
+    Step(t_N=-1.0, increments=20.0)
+    >>> Step(slip=[0.4, -0.4], direction=20.0).slip
+    (0.4, -0.4)
+    """
+
+    s_N: ArrayLike | None = None
+    s_Tx: ArrayLike | None = None
+    s_Ty: ArrayLike | None = None
+    t_N: ArrayLike | None = None
+    t_Tx: ArrayLike | None = None
+    t_Ty: ArrayLike | None = None
+    k_N: float | None = None
+    k_Tx: float | None = None
+    k_Ty: float | None = None
+    slip: ArrayLike | None = None
+    direction: float | None = None
+    increments: ArrayLike | None = None
+    cycles: int | None = None
+    time: ArrayLike | None = None
+    follow: str | None = None
+    arc: float | None = None
+
+    def __post_init__(self) -> None:
+        """Numbers become floats, lists become tuples of floats."""
+        for name, value in self.given().items():
+            if name == "follow":
+                if value not in FOLLOW:
+                    raise ValueError(f"follow = {contract.shown(value)}: expected 'stable' or 'branch'")
+                continue
+            array = contract.array(name, value)
+            if array.ndim > 1:
+                raise ValueError(f"{name} has shape {array.shape}: expected a number or a list")
+            object.__setattr__(self, name, tuple(array.tolist()) if array.ndim else float(array))
+
+    def given(self) -> dict[str, object]:
+        """Entries that are given, by name."""
+        pairs = ((part.name, getattr(self, part.name)) for part in fields(self))
+        return {name: value for name, value in pairs if value is not None}
+
+    def __repr__(self) -> str:
+        """Entries that are given."""
+        return f"Step({', '.join(f'{name}={contract.shown(value)}' for name, value in self.given().items())})"
+
+    def __len__(self) -> int:
+        """Number of increments along the stable path."""
+        targets = max(np.size(self.given().get(name, 0.0)) for name in TARGETS)
+        parts = np.atleast_1d(np.asarray(self.given().get("increments", _DEFAULTS["increments"])))
+        last = parts[-1] * (targets - parts.size) if parts.size else 0.0
+        return int(np.clip(np.nan_to_num((parts.sum() + last) * (self.cycles or 1.0)), 1.0, 1e7))
+
+
+TARGETS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip")
+"""Entries with a value for each target."""
+
+_DEFAULTS = {entry.name: entry.default for entry in entries()}
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Start of a load path.
+
+    Parameters
+    ----------
+    state
+        STATEV, (nstatv,).
+    separation
+        (N, Tx, Ty), length.
+    work
+        Work of the traction so far, stress*length; None is the sum of stored and dissipated energies.
+    """
+
+    state: Floats
+    separation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    work: float | None = None
+
+
+def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
+    """Numbers of values (T, E) of the entries of T steps, -1 for one that is not given, and all values."""
+    counts = np.full((len(steps), len(entries())), -1, dtype=np.int32)
+    values: list[float] = []
+    for i, step in enumerate(steps):
+        given = step.given()
+        for j, entry in enumerate(entries()):
+            if entry.name not in given:
+                continue
+            value = given[entry.name]
+            if entry.name == "follow":
+                value = float(FOLLOW.index(value))
+            part = value if isinstance(value, tuple) else (value,)
+            counts[i, j] = len(part)
+            values.extend(part)
+    return counts, np.array(values or [0.0])
+
+
+def prescribed(steps: Sequence[Step]) -> list[tuple[bool, ...]]:
+    """For each step and component (N, Tx, Ty): whether its traction is prescribed (or its separation)."""
+    traction = [False, False, False]
+    found = []
+    for step in steps:
+        for i, axis in enumerate(("N", "Tx", "Ty")):
+            if getattr(step, f"s_{axis}") is not None or (i > 0 and step.slip is not None):
+                traction[i] = False
+            elif getattr(step, f"t_{axis}") is not None:
+                traction[i] = True
+        found.append(tuple(traction))
+    return found

@@ -1,0 +1,124 @@
+! Load paths in the shape f2py reads (see asperity_f2py.f90).
+
+!> Entry i of a step.
+subroutine step_entry(i, name, single, default_value, expected)
+  use asperity_steps, only: step_table
+  implicit none
+  integer, intent(in) :: i                          !! from 1
+  character(len=10), intent(out) :: name            !! padded with blanks; blank beyond the last entry
+  integer, intent(out) :: single                    !! 1: one value, 0: a list
+  double precision, intent(out) :: default_value    !! where none is given
+  character(len=40), intent(out) :: expected        !! range in messages
+  name = ""
+  if (i > size(step_table)) return
+  name = step_table(i)%name
+  single = merge(1, 0, step_table(i)%single)
+  default_value = step_table(i)%default
+  expected = step_table(i)%expected
+end subroutine step_entry
+
+!> Rows of a load path.
+subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
+                     tolerance, room, numbers, states, events, n_rows, lost, status, message)
+  use asperity_call_checks, only: explain_point, point_status
+  use asperity_contract, only: status_ok, status_separation
+  use asperity_control_point, only: new_point, point_type
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_load_path, only: begin_run, explain_loss, next_row, row_type, run_type
+  use asperity_refine, only: explain_tolerance, refine_path
+  use asperity_rie_law, only: new_rie_law
+  use asperity_steps, only: check_steps, complete_steps, step_type
+  use asperity_text, only: append, integer_text, put_text
+  implicit none
+  integer, intent(in) :: nprops                             !! number of constants
+  double precision, intent(in) :: props(nprops)             !! admissible PROPS
+  integer, intent(in) :: nstatv                             !! state variables of a point
+  integer, intent(in) :: n_entries                          !! entries of a step
+  integer, intent(in) :: n_steps                            !! steps
+  integer, intent(in) :: counts(n_entries, n_steps)         !! values of each entry, -1: not given
+  integer, intent(in) :: n_values                           !! values of all entries, at least 1
+  double precision, intent(in) :: values(n_values)          !! values, entry by entry and step by step
+  double precision, intent(in) :: start(4)                  !! separation (N, Tx, Ty), length, and work so far at the
+                                                            !! start; a work that is not finite: the energies of the state
+  double precision, intent(in) :: state(nstatv)             !! STATEV at the start; 0: virgin
+  integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
+  double precision, intent(in) :: tolerance                 !! relative
+  integer, intent(in) :: room                               !! size of the arrays of rows
+  double precision, intent(inout) :: numbers(21, room)      !! step, increment, position, time; separation; traction; work;
+                                                            !! iterations, updates, snaps, separation before and after
+                                                            !! the longest snap, released energy
+  double precision, intent(inout) :: states(nstatv, room)   !! STATEV
+  character(len=64), intent(inout) :: events(room)          !! names joined by +, blank: none
+  integer, intent(out) :: n_rows                            !! rows; those beyond the room are counted, not kept
+  integer, intent(out) :: lost                              !! 1: no equilibrium beyond the last row
+  integer, intent(out) :: status                            !! 0 or status_separation
+  character(len=32768), intent(out) :: message              !! every bad value, or why equilibrium was lost
+  !f2py threadsafe
+  type(interface_type) :: joint
+  type(step_type), allocatable :: steps(:)
+  type(point_type) :: point
+  type(run_type) :: run
+  type(row_type) :: row
+  type(row_type), allocatable :: rows(:)
+  character(len=:), allocatable :: text
+  integer :: first, i, j
+  logical :: found
+  n_rows = 0
+  lost = 0
+  text = ""
+  call new_interface(props, joint, status)
+  if (status /= status_ok) return
+  allocate (steps(n_steps))
+  first = 1
+  do i = 1, n_steps
+    steps(i)%place = "steps[" // integer_text(i - 1) // "]: "
+    do j = 1, n_entries
+      if (counts(j, i) < 0) cycle
+      steps(i)%given(j)%values = values(first:first + counts(j, i) - 1)
+      first = first + counts(j, i)
+    end do
+  end do
+  call complete_steps(steps, "", text)
+  if (len(text) == 0) call check_steps(joint, steps, "", text)
+  if (len(text) == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, "", text)
+  if (len(text) == 0) then
+    if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
+      state, text)
+  end if
+  if (len(text) > 0) then
+    status = status_separation
+    call put_text(text, message)
+    return
+  end if
+  point = new_point(new_rie_law(joint), state, start(:3))
+  if (abs(start(4)) <= huge(start)) point%work = start(4)
+  if (refines == 1) then
+    call refine_path(joint, steps, point, tolerance, rows, run, text)
+    if (len(text) > 0) status = status_separation
+  else
+    call begin_run(joint, steps, run, point)
+  end if
+  do
+    if (allocated(rows)) then
+      found = n_rows < size(rows)
+      if (found) row = rows(n_rows + 1)
+    else
+      call next_row(run, row, found)
+    end if
+    if (.not. found) exit
+    n_rows = n_rows + 1
+    if (n_rows > room) cycle
+    associate (report => row%report)
+      numbers(:, n_rows) = [dble(row%step), dble(row%increment), row%position, row%time, row%s, row%traction, row%work, &
+                            dble(report%iterations), dble(report%updates), dble(report%snaps), report%before, &
+                            report%after, report%released]
+    end associate
+    states(:, n_rows) = row%state
+    events(n_rows) = row%events
+  end do
+  if (row%lost) then
+    lost = 1
+    if (status == status_ok) call explain_loss(run, row, text)
+  end if
+  call put_text(text, message)
+end subroutine path_rows

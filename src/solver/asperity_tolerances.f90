@@ -1,0 +1,98 @@
+!> Numerical parameters of the solver, each with its reason.
+module asperity_tolerances
+  use asperity_kinds, only: wp
+  implicit none
+  private
+
+  ! --- residual ------------------------------------------------------------------------------------------------------
+  !> Largest residual of an equilibrium, relative to the traction scale: some hundred rounding errors of the terms of
+  !> the sum over the planes.
+  real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
+  !> Smallest traction scale, relative to the strength: an unloaded equilibrium must not fail on rounding. For an
+  !> initial state it is the strength itself, so that a rounding error of the host does not count as a tension.
+  real(wp), parameter, public :: finest_scale = 1.0e-6_wp, finest_initial_scale = 1.0_wp
+  !> Largest traction scale, relative to strength and prescribed tractions: the residual never exceeds 1e-7 of them,
+  !> however large free separations grow. For an initial state it never exceeds 5e-11, half of the accuracy documented
+  !> in docs/reference/driver.md.
+  real(wp), parameter, public :: coarsest_scale = 1.0e6_wp, coarsest_initial_scale = 500.0_wp
+
+  ! --- Newton's method -----------------------------------------------------------------------------------------------
+  !> Largest number of iterations: quadratic convergence needs fewer than 10, and switches of planes add a few.
+  integer, parameter, public :: most_iterations = 25
+  !> Decrease of the residual that a step must bring, as a fraction of the step (Armijo), and shortest step.
+  real(wp), parameter, public :: decrease = 1.0e-4_wp, shortest_step = 2.0_wp**(-8)
+  !> Condition number above which the derivative of the residual counts as singular.
+  real(wp), parameter, public :: worst_condition = 1.0e9_wp
+  !> Longest step if the derivative is singular, relative to that of an elastic interface: there is no step in a
+  !> direction without stiffness. For an initial state it is as long as the condition allows, as open planes have to
+  !> come into contact.
+  real(wp), parameter, public :: longest_step = 31622.8_wp, longest_initial_step = worst_condition
+  !> Negative numbers of a smaller magnitude, relative to the elastic stiffness, count as zero in the stability
+  !> criterion: they are rounding errors of sums over the planes and of products of three of these sums.
+  real(wp), parameter, public :: instability = 1.0e-12_wp
+
+  ! --- following a curve of equilibria -------------------------------------------------------------------------------
+  !> Smallest share of an increment that is tried; a fold is located to this accuracy.
+  real(wp), parameter, public :: smallest_share = 2.0_wp**(-20)
+  !> Longest change of a free separation in a step at whose ends the tangents differ, relative to s0: a jump that is
+  !> longer cannot be hidden in such a step. RP-32 jumps by 0.1 s0.
+  real(wp), parameter, public :: longest_change = 0.1_wp
+  !> Change of the free separations that needs no agreement with the tangents, and tolerated difference between a
+  !> longer change and the mean of the predictions by both tangents, relative to s0. The difference may also be this
+  !> share of the change of the prescribed values.
+  real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
+  !> Distance from a kink at which Newton's method starts on its closing side, relative to s0.
+  real(wp), parameter, public :: closer = 1.0e-4_wp
+  !> Largest number of updates of the law in an increment: a second of work.
+  integer, parameter, public :: most_updates = 50000
+
+  ! --- snap ----------------------------------------------------------------------------------------------------------
+  !> Smallest jump of a free separation that counts as a snap, relative to s0.
+  real(wp), parameter, public :: snap_resolution = 0.01_wp
+  !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken before.
+  real(wp), parameter, public :: least_rupture = 1.0e-9_wp
+  !> First step of the motion, relative to s0; two equilibria that are nearer may be taken for one.
+  real(wp), parameter, public :: first_motion = 0.005_wp
+  !> Shortest step that is judged by its energies, relative to s0.
+  real(wp), parameter, public :: shortest_motion = first_motion*2.0_wp**(-10)
+  !> Tolerated energy that does not balance in a step of s0 of the motion, relative to the energy of a plane at its
+  !> strength or to the terms of the balance; shorter steps are allowed less in proportion, as the energy that a snap
+  !> releases is a sum over the steps.
+  real(wp), parameter, public :: unbalanced = 3.0e-4_wp
+  !> Growth of the longest step of the motion: slow where the joint may soften, else fast.
+  real(wp), parameter, public :: slow_growth = 1.02_wp, fast_growth = 2.0_wp
+  !> Smallest damping of the motion, relative to the elastic stiffness; the largest is its inverse.
+  real(wp), parameter, public :: least_damping = 1.0e-13_wp
+  !> Change of the damping after a step that converged, and after one that did not.
+  real(wp), parameter, public :: less_damping = 0.5_wp, more_damping = 4.0_wp
+  !> Separation at which a motion counts as endless, relative to s_f and to the elastic separation of the prescribed
+  !> values.
+  real(wp), parameter, public :: farthest = 1000.0_wp
+
+  ! --- whole branch ---------------------------------------------------------------------------------------------------
+  !> Length of a branch that counts as endless, relative to s_f, in addition to the change of the prescribed separations
+  !> and to that of the springs without the interface.
+  real(wp), parameter, public :: endless = 20.0_wp
+  !> Largest number of steps to the prescribed values on a straight line, without springs.
+  real(wp), parameter, public :: most_branch_steps = 2.0e5_wp
+  !> Shortest step that is tried, relative to the longest.
+  real(wp), parameter, public :: shortest_branch_step = 2.0_wp**(-16)
+  !> Largest difference between the direction of a step and the mean of the directions at its ends; steps that are
+  !> shorter than this, relative to s0, may pass a kink, where they differ by any amount.
+  real(wp), parameter, public :: largest_turn = 0.15_wp, straight_step = 1.0e-3_wp
+  !> Distance from a point at which the direction of the branch is computed, relative to s0.
+  real(wp), parameter, public :: look_ahead = 1.0e-6_wp
+  !> Lengths of the steps that are tried at a kink, relative to s0, and cosine of the angle to the last step of a step
+  !> that leads back.
+  real(wp), parameter, public :: search_steps(3) = [1.0e-3_wp, 1.0e-5_wp, 1.0e-7_wp], backwards = -0.95_wp
+
+  ! --- load paths ----------------------------------------------------------------------------------------------------
+  !> Largest prescribed traction, so that the difference of two is finite.
+  real(wp), parameter, public :: largest_target = 0.25_wp*huge(1.0_wp)
+  !> Largest prescribed separation of a load path, relative to s_f: the numbers beside it differ by 1e-4 s_f, so that no
+  !> damage could be resolved beyond it.
+  real(wp), parameter, public :: farthest_prescribed = 1.0e12_wp
+  !> Number of equal increments of an initial traction: the slips of inclined planes depend on the path.
+  integer, parameter, public :: initial_increments = 32
+
+end module asperity_tolerances
