@@ -155,7 +155,8 @@ contains
     largest = equations%coarsest*(law%stress + given)
     if (scale > largest) scale = min(scale, largest + law%magnitude(merge(0.0_wp, point%s, &
       equations%control%traction), 0.0_wp*point%state))
-    scale = max(tiny(scale), equations%finest, scale)
+    ! rounding errors of the separation in the damping force
+    scale = max(tiny(scale), equations%finest, scale) + equations%damping*maxval(abs(x))
   end subroutine evaluate
 
   !> The free components of a vector in the first n, the others zero.
