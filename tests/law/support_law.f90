@@ -7,10 +7,10 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
-  use asperity_slip_test, only: confined_slip, slip_test_type
+  use asperity_mixed_control, only: advance, control_type, new_point, point_type, report_type
   use asperity_pattern, only: direction_vector
+  use asperity_rie_law, only: new_rie_law, rie_law
   use random_numbers, only: draw
-  use asperity_mixed_control, only: report_type
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
@@ -37,13 +37,14 @@ module support_law
 
   !> Results of a point in a confined slip test.
   type :: path_type
-    integer :: n = 0                        !! number of slips reached
+    integer :: n = 0                        !! number of slips reached, -1: equilibrium was lost in the preload
     real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
     real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
     real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
+    real(wp), allocatable :: normal(:)      !! (slips) normal traction, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
     real(wp), allocatable :: work(:)        !! (slips) work of the traction on the separation, N/mm
-    integer, allocatable :: iterations(:)   !! (slips) Newton iterations
+    type(report_type), allocatable :: reports(:)   !! (slips) of the increments
   end type path_type
 
 contains
@@ -88,24 +89,57 @@ contains
 
   !> Confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a direction. The
   !> transverse slip is zero.
-  function slip_path(joint, direction, slips, sigma_n) result(path)
+  function slip_path(joint, direction, slips, sigma_n, preload, spring, time) result(path)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                !! mm
     real(wp), intent(in) :: sigma_n                 !! normal traction, MPa
+    integer, intent(in), optional :: preload        !! increments of sigma_n
+    real(wp), intent(in), optional :: spring        !! normal stiffness of the surroundings during the slip, MPa/mm
+    real(wp), intent(in), optional :: time          !! of the preload, and of the slip
     type(path_type) :: path
-    type(report_type), allocatable :: reports(:)
-    real(wp), allocatable :: t(:, :)
-    real(wp) :: e(2)
-    integer :: n
+    type(control_type) :: control
+    type(point_type) :: point
+    type(report_type) :: report
+    type(rie_law) :: law
+    real(wp) :: e(2), reached, start(3), target(3)
+    integer :: i, n, parts
     n = size(slips)
-    allocate (path%s(3, n), t(3, n), path%state(joint%n_statev, n), path%work(n), reports(0:n))
-    call confined_slip(joint, slip_test_type(direction, sigma_n, n_preload), slips, path%s, t, path%state, path%n, &
-      reports, work=path%work)
-    path%iterations = reports(1:)%iterations
+    parts = n_preload
+    if (present(preload)) parts = preload
+    allocate (path%s(3, n), path%along(n), path%across(n), path%normal(n))
+    allocate (path%state(joint%n_statev, n), path%work(n), path%reports(n))
+    law = new_rie_law(joint)
     e = direction_vector(direction)
-    path%along = e(1)*t(2, :) + e(2)*t(3, :)
-    path%across = e(1)*t(3, :) - e(2)*t(2, :)
+    control%traction(1) = .true.
+    if (present(time)) control%dt = time/real(parts, wp)
+    point = new_point(law)
+    target = 0.0_wp
+    path%n = -1
+    do i = 1, parts
+      start = target
+      target(1) = sigma_n*real(i, wp)/real(parts, wp)
+      call advance(law, control, start, target, point, reached, report)
+      if (reached < 1.0_wp) return
+    end do
+    path%n = 0
+    if (present(spring)) control%spring(1) = spring
+    if (present(time)) control%dt = time/real(n, wp)
+    ! the force of the spring is zero at the start of the slip
+    target(1) = sigma_n + control%spring(1)*point%s(1)
+    do i = 1, n
+      start = target
+      target(2:3) = slips(i)*e
+      call advance(law, control, start, target, point, reached, path%reports(i))
+      if (reached < 1.0_wp) return
+      path%n = i
+      path%s(:, i) = point%s
+      path%along(i) = dot_product(e, point%traction(2:3))
+      path%across(i) = e(1)*point%traction(3) - e(2)*point%traction(2)
+      path%normal(i) = point%traction(1)
+      path%state(:, i) = point%state
+      path%work(i) = point%work
+    end do
   end function slip_path
 
   !> Values last/n, 2 last/n, ..., last.
