@@ -11,8 +11,8 @@ module asperity_branch
   use asperity_mixed_control, only: advance, ended_complete, ended_endless, ended_lost, ended_rejected, report_type
   use asperity_point_law, only: point_law
   use asperity_text, only: append, to_text
-  use asperity_tolerances, only: backwards, endless, largest_turn, most_branch_steps, most_iterations, residual_tolerance, &
-    search_steps, shortest_branch_step, straight_step
+  use asperity_tolerances, only: backwards, endless, farthest, largest_turn, most_branch_steps, most_iterations, &
+    residual_tolerance, search_steps, shortest_branch_step, straight_step
   implicit none
   private
   public :: new_branch, branch_step, explain_end
@@ -115,8 +115,8 @@ contains
       good = length >= shortest_branch_step*branch%longest
     end do
     if (.not. good) call search(law, equations, unit, y_0, branch, direction, length, trial, y, ending, good)
-    if (good .and. direction(n + 1)*ending(n + 1) < 0.0_wp) call find_fold(law, equations, unit, y_0, direction, length, &
-      trial, y, ending)
+    if (good .and. direction(n + 1)*ending(n + 1) < 0.0_wp) call find_fold(law, equations, unit, y_0, direction, &
+      length, trial, y, ending)
     if (good .and. y(n + 1) >= unit) call find_end(law, equations, unit, y_0, direction, length, trial, y, good)
     report%parts = 1
     report%updates = equations%updates
@@ -334,7 +334,7 @@ contains
       end do
       b = -r
       call eliminate(n, matrix, b, good)
-      if (good) good = maxval(abs(b(:n))) <= farthest_equilibrium(law, equations)
+      if (good) good = maxval(abs(b(:n))) <= farthest_equilibrium(law, equations, farthest)
       if (.not. good) return
       equations%iterations = equations%iterations + 1
       j = 0

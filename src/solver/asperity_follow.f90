@@ -7,7 +7,8 @@ module asperity_follow
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, longest_change, most_updates, smallest_share, unexplained, unexplained_share
+  use asperity_tolerances, only: closer, farthest, longest_change, most_updates, smallest_share, unexplained, &
+    unexplained_share
   implicit none
   private
   public :: follow
@@ -97,7 +98,7 @@ contains
     good = .true.
     if (equations%n == 0) return
     good = .not. unstable(equations%n, result%last, law%stiffness) .and. &
-      maxval(abs(new%s)) <= farthest_equilibrium(law, equations)
+      maxval(abs(new%s)) <= farthest_equilibrium(law, equations, farthest)
     move = free_part(equations, new%s - old%s)
     if (.not. good .or. maxval(abs(move)) <= unexplained*law%length) return
     good = result%stable
