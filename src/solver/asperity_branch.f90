@@ -11,7 +11,7 @@ module asperity_branch
   use asperity_mixed_control, only: advance, ended_complete, ended_endless, ended_lost, ended_rejected, report_type
   use asperity_point_law, only: point_law
   use asperity_text, only: append, to_text
-  use asperity_tolerances, only: backwards, endless, farthest, largest_turn, most_branch_steps, most_iterations, &
+  use asperity_tolerances, only: backwards, endless, largest_turn, most_branch_steps, most_iterations, &
     residual_tolerance, search_steps, shortest_branch_step, straight_step
   implicit none
   private
@@ -334,7 +334,7 @@ contains
       end do
       b = -r
       call eliminate(n, matrix, b, good)
-      if (good) good = maxval(abs(b(:n))) <= farthest_equilibrium(law, equations, farthest)
+      if (good) good = maxval(abs(b(:n))) <= farthest_equilibrium(law, equations, 1.0_wp)
       if (.not. good) return
       equations%iterations = equations%iterations + 1
       j = 0

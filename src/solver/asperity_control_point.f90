@@ -4,7 +4,7 @@ module asperity_control_point
   use asperity_checks, only: all_bounded
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: coarsest_scale, finest_scale, instability, longest_step
+  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, longest_step
   implicit none
   private
   public :: control_type, point_type, equations_type, new_point, move_point, new_equations, values_at, evaluate, &
@@ -234,17 +234,19 @@ contains
   !> Separation beyond which an equilibrium counts as one without bound, length: a multiple of s_f plus the elastic
   !> separation of the prescribed values, or the separation at the start. With viscous damage the bond decreases with
   !> time, but never to zero; without it a joint that is far away may move elastically.
-  pure function farthest_equilibrium(law, equations, multiple) result(far)
+  pure function farthest_equilibrium(law, equations, share) result(far)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
-    real(wp), intent(in) :: multiple                !! of s_f
+    real(wp), intent(in) :: share                   !! of `farthest`
     real(wp) :: far
-    real(wp) :: values(3)
+    real(wp) :: elastic, moved, values(3)
     far = huge(far)
     if (equations%n == 0) return
     values = max(abs(equations%start), abs(equations%target))
-    far = maxval(merge(values/law%softest, values, equations%control%traction))
-    far = max(maxval(abs(equations%old%s)) + merge(0.0_wp, 2.0_wp*far, law%relaxes), multiple*(law%reach + far))
+    elastic = maxval(merge(values/law%softest, values, equations%control%traction))
+    moved = maxval(abs(equations%old%s))
+    far = share*farthest*(law%reach + elastic)
+    far = max(far, merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))
     far = min(far, 0.5_wp*law%bound)
   end function farthest_equilibrium
 

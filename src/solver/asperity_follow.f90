@@ -7,8 +7,7 @@ module asperity_follow
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, farthest, longest_change, most_updates, smallest_share, unexplained, &
-    unexplained_share
+  use asperity_tolerances, only: closer, longest_change, most_updates, smallest_share, unexplained, unexplained_share
   implicit none
   private
   public :: follow
@@ -55,7 +54,7 @@ contains
     type(point_type), intent(inout) :: trial            !! -> the point at its end
     logical, intent(out) :: good                        !! whether the step is accepted
     type(newton_type) :: result
-    real(wp) :: change(3), guess(3), matrix(3, 3), predicted(3)
+    real(wp) :: change(3), guess(3), matrix(3, 3), predicted(3), retreat
     integer :: attempt
     logical :: last
     last = next - share < 2.0_wp*smallest_share
@@ -69,6 +68,11 @@ contains
         if (.not. good) cycle
         guess = here%s
         guess(equations%free(:equations%n)) = guess(equations%free(:equations%n)) + predicted(:equations%n)
+        if (law%wears .and. equations%control%traction(1)) then
+          retreat = worn_retreat(law, equations, share, next, guess)
+          guess(1) = guess(1) + retreat
+          predicted(1) = predicted(1) + retreat
+        end if
         trial%s = guess
       else if (attempt == 3) then
         trial%s(1) = trial%s(1) - closer*law%length
@@ -82,6 +86,28 @@ contains
     end do
     good = .false.
   end subroutine take_step
+
+  !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
+  !> that facets which retreat by more than their closure leave no residual to find them by.
+  pure function worn_retreat(law, equations, share, next, s) result(retreat)
+    class(point_law), intent(in) :: law               !! the law
+    type(equations_type), intent(in) :: equations     !! the equations
+    real(wp), intent(in) :: share, next               !! of the increment, at both ends of the step
+    real(wp), intent(in) :: s(3)                      !! separation, length
+    real(wp) :: retreat
+    type(equations_type) :: local
+    type(point_type) :: point
+    real(wp) :: r(3), scale, touch(2)
+    integer :: i
+    logical :: good
+    local = equations
+    touch = 0.0_wp
+    do i = 1, 2
+      call evaluate(law, local, free_part(local, s), merge(share, next, i == 1), point, r, scale, good)
+      if (good) touch(i) = law%first_touch(s, point%state)
+    end do
+    retreat = touch(2) - touch(1)
+  end function worn_retreat
 
   !> Whether a converged step continues the curve.
   pure subroutine judge(law, equations, from, to, result, predicted, old, new, last, good)
@@ -98,7 +124,7 @@ contains
     good = .true.
     if (equations%n == 0) return
     good = .not. unstable(equations%n, result%last, law%stiffness) .and. &
-      maxval(abs(new%s)) <= farthest_equilibrium(law, equations, farthest)
+      maxval(abs(new%s)) <= farthest_equilibrium(law, equations, 1.0_wp)
     move = free_part(equations, new%s - old%s)
     if (.not. good .or. maxval(abs(move)) <= unexplained*law%length) return
     good = result%stable

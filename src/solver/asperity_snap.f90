@@ -6,7 +6,7 @@ module asperity_snap
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: farthest, fast_growth, first_motion, least_damping, less_damping, more_damping, most_updates, &
+  use asperity_tolerances, only: fast_growth, first_motion, least_damping, less_damping, more_damping, most_updates, &
     shortest_motion, slow_growth, unbalanced
   implicit none
   private
@@ -29,7 +29,7 @@ contains
     damping = law%stiffness
     drift = 0.0_wp
     ! with viscous damage there are equilibria at every separation, as no time passes
-    far = farthest_equilibrium(law, equations, 0.5_wp*farthest)
+    far = farthest_equilibrium(law, equations, 0.5_wp)
     found = .false.
     do while (damping < law%stiffness/least_damping .and. equations%updates < most_updates)
       ! is there an equilibrium near the point?
