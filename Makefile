@@ -23,9 +23,10 @@ done = @mkdir -p $(@D) && touch $@
 
 # what the builds depend on, what the Python package holds, and everything
 files = $(shell find $(1) -type f -not -path '*/.*' -not -name '*.pyc')
-code := $(call files,CMakeLists.txt CMakePresets.json Makefile cmake tools src harness \
-  $(filter-out %/python,$(wildcard tests/*)))
-package := $(call files,pyproject.toml CMakeLists.txt cmake src harness python)
+native := CMakeLists.txt cmake src $(filter-out %/studies,$(wildcard harness/*))
+code := $(call files,$(native) CMakePresets.json Makefile tools \
+  $(filter-out %/python %/oracle,$(wildcard tests/*)))
+package := $(call files,$(native) pyproject.toml python)
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .NOTPARALLEL:
@@ -46,6 +47,7 @@ $(parts): %: $(passed)/%
 $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
 	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	@$(step) "Lint: layers of the package" build/logs/lint-imports.log env PYTHONPATH=python $(venv)/lint-imports --no-cache
 	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)
 $(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed

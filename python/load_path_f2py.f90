@@ -18,8 +18,8 @@ subroutine step_entry(i, name, single, default_value, expected)
 end subroutine step_entry
 
 !> Rows of a load path.
-subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, tolerance, &
-                     room, numbers, states, events, n_rows, lost, status, message)
+subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
+                     tolerance, room, numbers, states, events, n_rows, lost, status, message)
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok, status_separation
   use asperity_control_point, only: new_point, point_type
@@ -41,7 +41,8 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   double precision, intent(in) :: start(4)                  !! separation (N, Tx, Ty), length, and work so far at the
                                                             !! start; a work that is not finite: the energies of the state
   double precision, intent(in) :: state(nstatv)             !! STATEV at the start; 0: virgin
-  double precision, intent(in) :: tolerance                 !! relative; 0: increments as they are given
+  integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
+  double precision, intent(in) :: tolerance                 !! relative
   integer, intent(in) :: room                               !! size of the arrays of rows
   double precision, intent(inout) :: numbers(21, room)      !! step, increment, position, time; separation; traction; work;
                                                             !! iterations, updates, snaps, separation before and after
@@ -79,7 +80,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   end do
   call complete_steps(steps, "", text)
   if (len(text) == 0) call check_steps(joint, steps, "", text)
-  if (len(text) == 0 .and. abs(tolerance) > 0.0d0) call explain_tolerance(tolerance, steps, "", text)
+  if (len(text) == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, "", text)
   if (len(text) == 0) then
     if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
       state, text)
@@ -91,7 +92,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   end if
   point = new_point(new_rie_law(joint), state, start(:3))
   if (abs(start(4)) <= huge(start)) point%work = start(4)
-  if (tolerance > 0.0d0) then
+  if (refines == 1) then
     call refine_path(joint, steps, point, tolerance, rows, run, text)
     if (len(text) > 0) status = status_separation
   else

@@ -37,7 +37,6 @@ LEFT_OUT = {
     "threads",
     "memory",
     "test_solver_soak",
-    "test_adaptive_soak",
     "test_branch_soak",
 }
 # A test that takes so many times its usual time, and at least so many seconds, has noticed the mutant.

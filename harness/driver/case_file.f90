@@ -99,7 +99,8 @@ module case_file
   type, public :: case_type
     character(len=:), allocatable :: title
     logical :: planes = .false.                   !! whether each plane has columns
-    real(wp) :: tolerance = 0.0_wp                !! of the load path, 0: increments as they are given
+    logical :: refines = .false.                  !! whether the increments are refined to a tolerance
+    real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
     logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     type(interface_type) :: joint
@@ -199,7 +200,7 @@ contains
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
-    if (abs(case%tolerance) > 0.0_wp .and. len(message) == earlier) call explain_tolerance(case%tolerance, case%steps, &
+    if (case%refines .and. len(message) == earlier) call explain_tolerance(case%tolerance, case%steps, &
       group_where(text, group_index(text, "case")), message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
@@ -272,8 +273,7 @@ contains
       case ("planes")
         call get_logical(text, e, case%planes, message)
       case ("tolerance")
-        ! no admissible value remains if the given one is no number
-        case%tolerance = -1.0_wp
+        case%refines = .true.
         call get_real(text, e, case%tolerance, message)
       case default
         call unknown_name(text, e, "title, planes, tolerance", message)

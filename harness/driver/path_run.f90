@@ -33,7 +33,7 @@ contains
     if (case%state%given) start = new_point(new_rie_law(case%joint), case%state%statev, case%state%s)
     if (case%state%has_work) start%work = case%state%work
     if (case%state%given) call start_from(table, case%joint, start)
-    if (case%tolerance > 0.0_wp) then
+    if (case%refines) then
       call refine_path(case%joint, case%steps, start, case%tolerance, rows, run, failure)
     else
       call begin_run(case%joint, case%steps, run, start)

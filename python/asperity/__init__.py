@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .material import Material as Material
     from .material import ModelWarning as ModelWarning
     from .pattern import Pattern as Pattern
+    from .plots import plot as plot
     from .selection.search import LoadCase as LoadCase
     from .selection.search import NoPatternError as NoPatternError
     from .selection.search import Selection as Selection
@@ -44,6 +45,7 @@ _HOMES = {
     "Update": "history",
     "contract": "contract",
     "library": "installed",
+    "plot": "plots",
     "read_case": "case_files",
     "select": "selection.search",
 }

@@ -31,6 +31,7 @@ def path_rows(
     values: _Floats,
     start: _Floats,
     state: _Floats,
+    refines: int,
     tolerance: float,
     numbers: _Floats,
     states: _Floats,

@@ -17,7 +17,6 @@ from .steps import Point
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
@@ -189,7 +188,9 @@ class History(_Named):
         events = {row - n: text for row, text in self.events if row >= n}
         if before and len(self) > n:
             names = before | {name for name in events.get(0, "").split("+") if name}
-            events = {0: "+".join(sorted(names, key=EVENTS.index))} | {k: v for k, v in events.items() if k > 0}
+            events = {0: "+".join(sorted(names, key=EVENTS.index))} | {
+                k: v for k, v in events.items() if k > 0
+            }
         snaps = tuple(replace(snap, row=max(snap.row - n, 0)) for snap in self.snaps)
         return History(*rows, tuple(events.items()), snaps, self.n_planes, *more)
 
@@ -225,24 +226,6 @@ class History(_Named):
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(found)
             writer.writerows(zip(*lists, strict=True))
-
-    def plot(
-        self, path: str | Path | None = None, title: str = "", units: tuple[str, str] = ("mm", "MPa")
-    ) -> Figure:
-        """Figure of traction, dilation and damage over the slip, or over the opening without slip.
-
-        path: file to write, too.  units: of length and stress, for the labels.
-        """
-        from .plots import figure_of
-        from .style import printed, save
-
-        if len(self) == 0:
-            raise ValueError("plot: expected a history with rows")
-        figure = figure_of({None: self.rows()}, title, "", *units)
-        if path is not None:
-            with printed():
-                save(figure, Path(path))
-        return figure
 
     def rows(self) -> Rows:
         """Rows as read from a result of the driver."""

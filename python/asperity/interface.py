@@ -204,7 +204,9 @@ class Interface:
             As `run` does.
         """
         start = self._start(state)
-        return rows_of(self._props, self.n_planes, [steps] if isinstance(steps, Step) else steps, start, tolerance)
+        return rows_of(
+            self._props, self.n_planes, [steps] if isinstance(steps, Step) else steps, start, tolerance
+        )
 
     def _start(self, state: ArrayLike | Point | None) -> Point:
         """Start of a path; raises ValueError for a wrong shape."""
@@ -249,7 +251,9 @@ class Interface:
         if len(S) == 0:
             return self._empty()
         step = Step(s_N=S[:, 0], s_Tx=S[:, 1], s_Ty=S[:, 2], increments=1, time=durations)
-        with _in_words_of_the_caller(((r"steps\[0\]: (s_\w+)\[(\d+)\]", rf"row \2 (of 0 to {len(S) - 1}): \1"),)):
+        with _in_words_of_the_caller(
+            ((r"steps\[0\]: (s_\w+)\[(\d+)\]", rf"row \2 (of 0 to {len(S) - 1}): \1"),)
+        ):
             history, lost = self.rows(step)
         if lost:
             raise EquilibriumLost(lost, history)

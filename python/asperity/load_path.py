@@ -30,9 +30,7 @@ def rows_of(
     steps = list(steps)
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
-    relative = 0.0
-    if tolerance is not None:
-        relative = contract.number("tolerance", tolerance, "1e-8 to 0.1") or -1.0
+    relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     counts, values = pack(steps)
     work = np.nan if start.work is None else contract.number("work", start.work)
     place = np.append(contract.array("separation", start.separation), work)
@@ -42,9 +40,13 @@ def rows_of(
         n = min(sum(map(len, steps)), MOST_ROOM)
     while True:
         room = n
-        numbers, states, names = np.zeros((room, NUMBERS)), np.empty((room, state.size)), np.zeros(room, "S64")
+        numbers, states, names = (
+            np.zeros((room, NUMBERS)),
+            np.empty((room, state.size)),
+            np.zeros(room, "S64"),
+        )
         n, ended, status, message = _core.path_rows(
-            props, counts.T, values, place, state, relative, numbers.T, states.T, names
+            props, counts.T, values, place, state, tolerance is not None, relative, numbers.T, states.T, names
         )
         text = message.decode("ascii").rstrip()
         if status != 0:

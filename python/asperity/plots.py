@@ -11,12 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .contract import Floats
+from .history import History
 from .interface import Interface
 from .pattern_pictures import plan, section
 from .results import Rows
 from .style import COLOURS, LINES, TWO, direction_arrows, label_ends, printed, save
 
-__all__ = ["COLOURS", "LINES", "draw", "figure_of", "plt", "slip_direction"]
+__all__ = ["COLOURS", "LINES", "draw", "figure_of", "plot", "plt", "slip_direction"]
 
 
 def slip_direction(separation: Floats) -> Floats:
@@ -28,6 +29,44 @@ def slip_direction(separation: Floats) -> Floats:
     first = (size >= 0.5 * size.max()).argmax()
     e: Floats = slip[first] / size[first]
     return e
+
+
+def plot(
+    history: History,
+    path: str | Path | None = None,
+    title: str = "",
+    units: tuple[str, str] = ("mm", "MPa"),
+) -> Figure:
+    """Figure of traction, dilation and damage of a history over the slip, or over the opening without slip.
+
+    Parameters
+    ----------
+    history
+        Rows of one point.
+    path
+        File to write, too: a name that ends in .png or .pdf.
+    title
+        Title of the figure.
+    units
+        Units of length and stress, for the labels.
+
+    Returns
+    -------
+    Figure
+        Figure of Matplotlib, which no window shows.
+
+    Raises
+    ------
+    ValueError
+        For a history without rows, and for a path with another ending.
+    """
+    if len(history) == 0:
+        raise ValueError("plot: expected a history with rows")
+    figure = figure_of({None: history.rows()}, title, "", *units)
+    if path is not None:
+        with printed():
+            save(figure, Path(path))
+    return figure
 
 
 def draw(

@@ -1,13 +1,9 @@
-"""Tables of PROPS and STATEV in Markdown, and the files that show them between markers."""
+"""Tables in Markdown, and pages with text between markers."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from decimal import Decimal
-from pathlib import Path
-
-from . import contract
+from collections.abc import Iterable, Mapping, Sequence
 
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool = False) -> str:
@@ -16,60 +12,10 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: bool =
     return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
 
 
-def percent(value: float) -> str:
-    """Fraction as a number of percent with two significant digits, never with an exponent."""
-    return f"{Decimal(f'{100.0 * value:.2g}'):f}"
-
-
-def props() -> str:
-    """Table of PROPS."""
-    table = contract.props_table()
-    rows: list[list[str]] = []
-    for row in table:
-        default = "required" if row.default is None else f"{row.default:.4g}"
-        rows.append([str(row.index), row.name, row.meaning, row.unit, row.admissible, default])
-    listed = "normal (N, Tx, Ty) of any length and weight gamma of each listed plane"
-    rows.append([f"{len(table) + 1}..", "planes", listed, "-", "n_N > 0, gamma > 0, sum of gamma 1", "-"])
-    return markdown(["#", "name", "meaning", "unit", "admissible", "default"], rows)
-
-
-def statev() -> str:
-    """Table of STATEV."""
-    rows = []
-    for row in contract.statev_table():
-        place, beyond = str(row.index), row.index - contract.N_POINT_STATEV
-        if beyond > contract.N_PLANE_STATEV:
-            first = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} Np"
-            place = f"{first} + {contract.N_FACET_STATEV} (k - 1) + {beyond - contract.N_PLANE_STATEV}"
-        elif beyond > 0:
-            place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
-        rows.append([place, row.name, row.meaning, row.unit])
-    return markdown(["#", "name", "meaning", "unit"], rows)
-
-
-TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
-"""Tables by the name of their marker."""
-
-
-def fill(text: str, contents: Mapping[str, Callable[[], str]] = TABLES) -> str:
+def fill(text: str, contents: Mapping[str, str]) -> str:
     """Put contents between the markers <!-- name --> ... <!-- /name --> of a text."""
-    for name, table in contents.items():
+    for name, content in contents.items():
         begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-        block = f"{begin}\n{table()}\n{end}".replace("\\", r"\\")  # escaped for re.sub
+        block = f"{begin}\n{content}\n{end}".replace("\\", r"\\")  # escaped for re.sub
         text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
     return text
-
-
-def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:
-    """Fill the tables of a file and return whether they were up to date; with `check` do not write.
-
-    Raises ValueError for a file without markers.
-    """
-    text = path.read_text(encoding="utf-8")
-    if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in contents):
-        names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in contents)
-        raise ValueError(f"{path}: expected markers {names}")
-    filled = fill(text, contents)
-    if not check and filled != text:
-        path.write_text(filled, encoding="utf-8")
-    return filled == text

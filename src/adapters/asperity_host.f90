@@ -65,7 +65,7 @@ contains
     real(wp), intent(inout), optional :: pnewdt             !! the host's increment factor
     real(wp) :: growth
     integer :: k
-    growth = maxval(new([(plane_statev(k), k=1, joint%pattern%n)]) - old)
+    growth = maxval(new([(plane_statev(k), k=1, joint%pattern%n)]) - max(old, joint%material%damage0))
     if (growth > joint%dalpha) then
       call request_cut(max(least_pnewdt, min(largest_pnewdt, joint%dalpha/growth)), pnewdt)
     end if

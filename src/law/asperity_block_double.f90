@@ -6,7 +6,7 @@ module asperity_block_double
     v_rupture, v_status, v_stored
   use asperity_kinds, only: wp
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_share, double_material_type => material_type, material_type
+  use asperity_material, only: damage_share, double_material_type => material_type, largest_share, material_type
   use asperity_pattern, only: pattern_type
   implicit none
   private

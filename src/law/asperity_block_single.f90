@@ -5,7 +5,7 @@ module asperity_block_single
     n_point_statev, n_statev, separation_limit, status_ok, status_props, v_damage, v_friction, v_offset, &
     v_rupture, v_status, v_stored
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_share, double_material_type => material_type
+  use asperity_material, only: damage_share, double_material_type => material_type, largest_share
   use asperity_pattern, only: pattern_type
   implicit none
   private

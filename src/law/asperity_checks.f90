@@ -7,9 +7,9 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
-  use asperity_contract, only: damage_row, divisor_props, height_ratio_limit, integral_props, min_inclined, &
-    n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, &
-    p_height, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, &
+  use asperity_contract, only: damage_row, divisor_props, length_ratio_limit, integral_props, min_inclined, &
+    n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_closure, p_gc, &
+    p_gc2, p_height, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, &
     status_ok, status_props, stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
@@ -189,9 +189,8 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. within(height_ratio(fixed), height_ratio_limit)) then
-        status = status_ok
-      end if
+      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. within(length_ratio(fixed, p_height), &
+        length_ratio_limit) .and. within(length_ratio(fixed, p_closure), length_ratio_limit)) status = status_ok
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -227,7 +226,8 @@ contains
     end do
     if (status == status_ok) then
       call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
-      call review_ratio("height sigma0/(2 Gc)", height_ratio(fixed), height_ratio_limit, status, message)
+      call review_ratio("height sigma0/(2 Gc)", length_ratio(fixed, p_height), length_ratio_limit, status, message)
+      call review_ratio("closure sigma0/(2 Gc)", length_ratio(fixed, p_closure), length_ratio_limit, status, message)
     end if
     if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
@@ -319,12 +319,13 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> Height of the asperities over s_f; 1 if there is none.
-  pure function height_ratio(fixed) result(ratio)
+  !> A length over s_f; 1 if it is 0.
+  pure function length_ratio(fixed, i) result(ratio)
     real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
+    integer, intent(in) :: i                       !! index of the length
     real(wp) :: ratio
-    ratio = merge(fixed(p_height)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc))), 1.0_wp, fixed(p_height) > 0.0_wp)
-  end function height_ratio
+    ratio = merge(fixed(i)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc))), 1.0_wp, fixed(i) > 0.0_wp)
+  end function length_ratio
 
   !> Whether a ratio is at most `limit` and at least 1/limit.
   pure function within(ratio, limit) result(yes)

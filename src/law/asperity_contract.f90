@@ -13,7 +13,7 @@ module asperity_contract
   ! --- PROPS ---------------------------------------------------------------------------------------------------------
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
-    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19
+    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
   integer, parameter, public :: n_fixed_props = 24, n_required_props = 4
@@ -48,9 +48,9 @@ module asperity_contract
   real(wp), parameter, public :: smallest_divisor = small
   !> Largest ratio of the stiffnesses of the two modes, and of its reciprocal.
   real(wp), parameter, public :: stiffness_ratio_limit = 1.0e100_wp
-  !> Largest ratio of height and s_f = 2 Gc/sigma0, and of its reciprocal: the curvature of a facet stays in the range
-  !> of a double.
-  real(wp), parameter, public :: height_ratio_limit = 1.0e10_wp
+  !> Largest ratio of height or closure and s_f = 2 Gc/sigma0, and of its reciprocal: the curvature of a facet and the
+  !> pressure stay in the range of a double.
+  real(wp), parameter, public :: length_ratio_limit = 1.0e10_wp
   !> Largest energy in a state; divided by the smallest thickness it is still finite.
   real(wp), parameter, public :: energy_limit = 1.0e250_wp
   real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp), below_right = nearest(90.0_wp, -1.0_wp)
@@ -92,14 +92,16 @@ module asperity_contract
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("slot20", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
-    prop_type("slot21", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
+    prop_type("damage0", "law", "damage of every plane from the start; 1: a joint without bond", "-", "0 to 1", &
+              0.0_wp, 1.0_wp, 0.0_wp), &
+    prop_type("closure", "law", "largest closure of the hyperbolic contact; 0: linear contact", "length", &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
     prop_type("slot22", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
     prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp)]
   !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
-  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(5) = [p_h, p_sigma02, p_gc2, &
-    p_height, p_w0]
+  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(6) = [p_h, p_sigma02, p_gc2, &
+    p_height, p_w0, p_closure]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &

@@ -5,7 +5,7 @@
 !>   close     a plane that was open comes into contact
 !>   slip      a damaged plane in contact begins to slide
 module asperity_events
-  use asperity_contract, only: plane_statev, v_damage, v_offset
+  use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics
@@ -43,7 +43,7 @@ contains
     real(wp), intent(in) :: new(:)                      !! STATEV of this row
     type(planes_type), intent(inout) :: planes          !! at the last row -> at this row
     character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
-    logical, dimension(size(planes%contact)) :: contact, apart, slides, damaged, was_damaged
+    logical, dimension(size(planes%contact)) :: contact, apart, slides, damaged, was_damaged, grown, was_grown
     type(kinematics_type) :: kinematics
     real(wp) :: s_n
     integer :: i, k
@@ -57,10 +57,12 @@ contains
       apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)
       slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
       damaged(k) = new(i) >= 1.0_wp
-      was_damaged(k) = old(i) >= 1.0_wp
+      was_damaged(k) = max(old(i), joint%material%damage0) >= 1.0_wp
+      grown(k) = new(i) > joint%material%damage0
+      was_grown(k) = old(i) > joint%material%damage0
     end do
     event = ""
-    call name_event(event, "onset", new(v_damage) > 0.0_wp .and. .not. old(v_damage) > 0.0_wp)
+    call name_event(event, "onset", any(grown) .and. .not. any(was_grown))
     call name_event(event, "damaged", all(damaged) .and. .not. all(was_damaged))
     call name_event(event, "open", any(planes%contact .and. .not. contact))
     call name_event(event, "close", any(planes%apart .and. contact))

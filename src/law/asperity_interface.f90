@@ -37,7 +37,7 @@ contains
 
     call read_props(props, p, status)
     if (status /= status_ok) return
-    joint%material = new_material(p)
+    call new_material(p, joint%material)
     m = int(p(p_m))
     if (m < 0) then
       call listed_pattern(-m, props(n_fixed_props + 1:), joint%pattern)

@@ -89,7 +89,7 @@ contains
       lanes%s_dit(k) = 0.0_wp
       lanes%s_dih(k) = 0.0_wp
     end do
-    if (joint%material%curved) then
+    if (joint%material%general) then
       lanes%omega(:joint%pattern%lanes) = 0.0_wp
       lanes%wear_work(:joint%pattern%lanes) = 0.0_wp
     end if
@@ -102,7 +102,7 @@ contains
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the flag is a literal, so that the compiler generates a separate loop for each value
-    if (joint%material%curved) then
+    if (joint%material%general) then
       call sum_planes(joint, .true., growth, worn_share, from, to, lanes, sums)
     else
       call sum_planes(joint, .false., growth, worn_share, from, to, lanes, sums)
@@ -160,9 +160,9 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, curved, whole, share, from, to, lanes, sums)
+  pure subroutine sum_planes(joint, general, whole, share, from, to, lanes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
-    logical, intent(in) :: curved                 !! whether the contacts lie on facets
+    logical, intent(in) :: general                !! whether contacts lie on facets or are not linear
     type(growth_type), intent(in) :: whole        !! growth of the damage that no guard limits
     real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
@@ -185,7 +185,7 @@ contains
     integer :: k
 
     m = joint%material
-    m%curved = curved
+    m%general = general
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp
@@ -203,7 +203,7 @@ contains
     d_xy = 0.0_wp
     d_yy = 0.0_wp
     limit(:joint%pattern%lanes) = whole%limit
-    if (m%curved) then
+    if (m%general) then
       rho_old(:joint%pattern%lanes) = 1.0_wp - lanes%omega(:joint%pattern%lanes)
       rho(:joint%pattern%lanes) = rho_old(:joint%pattern%lanes)
       worn(:joint%pattern%lanes) = 0.0_wp
@@ -212,7 +212,7 @@ contains
         !$omp simd
         do k = 1, joint%pattern%lanes
           plane = plane_of(joint%pattern, k)
-          old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+          old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
           wear = wear_at_start(m, plane, from, old, lanes%omega(k), lanes%wear_work(k))
           drive_old(k) = wear%drive
           worn(k) = share*(wear%omega - lanes%omega(k))
@@ -225,7 +225,7 @@ contains
       !$omp simd
       do k = 1, joint%pattern%lanes
         plane = plane_of(joint%pattern, k)
-        old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+        old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
         at_start = separations(m, plane, rho_old(k), from)
         at = separations(m, plane, rho(k), to)
         limit(k) = guarded_limit(m, whole, at_start, at, old)
@@ -236,7 +236,7 @@ contains
     do k = 1, joint%pattern%lanes
       plane = plane_of(joint%pattern, k)
       weight = plane%gamma*m%k_t
-      old = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+      old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
       growth = whole
       growth%limit = limit(k)
       at_start = separations(m, plane, rho_old(k), from)
@@ -248,7 +248,7 @@ contains
       before = plane_forces(m, at_start, old)
       after = plane_forces(m, at, now%new)
       spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
-      if (m%curved) then
+      if (m%general) then
         ! wear: work of the friction, and energy that the facet releases
         drive = wear_drive(m, at%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
         lanes%wear_work(k) = lanes%wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)

@@ -1,6 +1,6 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
-  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
+  use asperity_contract, only: n_fixed_props, p_closure, p_damage0, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_w0
   use asperity_kinds, only: wp
   implicit none
@@ -9,12 +9,15 @@ module asperity_material
 
   include "asperity_constants.inc"
 
+  !> Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent.
+  real(wp), parameter, public :: largest_share = 0.99_wp
+
 contains
 
   !> Constants of the law from admissible PROPS: s_f = 2 Gc/sigma0, (5), (12); a mode II value of 0 is that of mode I.
-  pure function new_material(props) result(material)
+  pure subroutine new_material(props, material)
     real(wp), intent(in) :: props(n_fixed_props)   !! PROPS before the listed planes, admissible
-    type(material_type) :: material
+    type(material_type), intent(out) :: material   !! the constants
     real(wp) :: gc2, inv_s01, inv_s02, sigma02
 
     material%eta = props(p_eta)
@@ -46,7 +49,15 @@ contains
     material%inv_w0 = 0.0_wp
     if (material%wears) material%inv_w0 = 1.0_wp/props(p_w0)
     material%curved = material%height > 0.0_wp .or. material%wears
-  end function new_material
+    material%damage0 = props(p_damage0)
+    material%inv_vm = 0.0_wp
+    material%steep = huge(1.0_wp)
+    if (props(p_closure) > 0.0_wp) then
+      material%inv_vm = 1.0_wp/props(p_closure)
+      material%steep = largest_share*props(p_closure)
+    end if
+    material%general = material%curved .or. props(p_closure) > 0.0_wp
+  end subroutine new_material
 
   !> Weight of the equilibrium damage in the new damage of an increment of duration dt: r/(1 + r) with r = dt/tau_v, by
   !> the backward Euler step of tau_v alpha' = alpha_eq - alpha; alpha_eq is the damage (7) without history.

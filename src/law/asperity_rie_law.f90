@@ -83,7 +83,7 @@ contains
     associate (joint => law%joint)
       yes = .not. joint%material%curved
       do k = 1, joint%pattern%n
-        yes = yes .and. state(plane_statev(k)) >= 1.0_wp .and. &
+        yes = yes .and. max(state(plane_statev(k)), joint%material%damage0) >= 1.0_wp .and. &
           joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
       end do
     end associate

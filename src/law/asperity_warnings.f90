@@ -57,7 +57,7 @@ contains
       s_f = 2.0_wp*props(p_gc)/props(p_sigma0)
       values(m_low) = s_f*material%inv_height
       stress = pressure/minval(joint%pattern%gamma(:n), mask=joint%pattern%sin_theta(:n) > 0.0_wp)
-      closure = stress/material%k_c
+      closure = stress/(material%k_c + stress*material%inv_vm)
       values(m_soft) = closure/s_f
       values(m_deep) = closure*material%inv_height
       values(m_runaway) = (material%mu*stress)**2/(2.0_wp*material%k_t)*material%inv_w0

@@ -12,6 +12,13 @@ module asperity_follow
   private
   public :: follow
 
+  !> A step along the curve.
+  type :: step_type
+    real(wp) :: from, to            !! shares at both ends
+    real(wp) :: predicted(3)        !! change of the free separations by the tangent at the start, length
+    logical :: last                 !! whether it is the smallest step
+  end type step_type
+
 contains
 
   !> Follow the curve to the end of the increment or to a fold.
@@ -31,7 +38,8 @@ contains
     step = 1.0_wp
     do while (share < 1.0_wp .and. step >= smallest_share .and. equations%updates < most_updates)
       next = min(1.0_wp, share + step)
-      call take_step(law, equations, share, next, here, trial, good)
+      call take_step(law, equations, step_type(share, next, 0.0_wp, next - share < 2.0_wp*smallest_share), here, trial, &
+        good)
       if (good) then
         call move_point(trial, here)
         share = next
@@ -46,42 +54,41 @@ contains
   !> from the separations that the tangent at the start predicts: the first start may open or close a stiff contact
   !> under a small pressure. The smallest step is also tried from the closing side, as the tangent at a peak of the
   !> traction may be that of the side where the equilibrium is unstable.
-  pure subroutine take_step(law, equations, share, next, here, trial, good)
+  pure subroutine take_step(law, equations, planned, here, trial, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations
-    real(wp), intent(in) :: share, next                 !! of the increment, at both ends of the step
+    type(step_type), intent(in) :: planned              !! shares of the step
     type(point_type), intent(in) :: here                !! separation and tangent at its start
     type(point_type), intent(inout) :: trial            !! -> the point at its end
     logical, intent(out) :: good                        !! whether the step is accepted
     type(newton_type) :: result
-    real(wp) :: change(3), guess(3), matrix(3, 3), predicted(3), retreat
+    type(step_type) :: step
+    real(wp) :: matrix(3, 3), retreat
     integer :: attempt
-    logical :: last
-    last = next - share < 2.0_wp*smallest_share
-    change = values_at(equations, next) - values_at(equations, share)
-    do attempt = 1, merge(3, 2, last .and. equations%control%traction(1))
+    step = planned
+    do attempt = 1, merge(3, 2, step%last .and. equations%control%traction(1))
       trial%s = here%s
       if (attempt == 2) then
         matrix = free_matrix(equations, here)
-        predicted = predict(equations, here, change)
-        call eliminate(equations%n, matrix, predicted, good)
+        step%predicted = predict(equations, here, values_at(equations, step%to) - values_at(equations, step%from))
+        call eliminate(equations%n, matrix, step%predicted, good)
         if (.not. good) cycle
-        guess = here%s
-        guess(equations%free(:equations%n)) = guess(equations%free(:equations%n)) + predicted(:equations%n)
+        associate (free => equations%free(:equations%n))
+          trial%s(free) = here%s(free) + step%predicted(:equations%n)
+        end associate
         if (law%wears .and. equations%control%traction(1)) then
-          retreat = worn_retreat(law, equations, share, next, guess)
-          guess(1) = guess(1) + retreat
-          predicted(1) = predicted(1) + retreat
+          retreat = worn_retreat(law, equations, step, trial%s)
+          trial%s(1) = trial%s(1) + retreat
+          step%predicted(1) = step%predicted(1) + retreat
         end if
-        trial%s = guess
       else if (attempt == 3) then
         trial%s(1) = trial%s(1) - closer*law%length
       end if
-      call newton_solve(law, equations, next, huge(1.0_wp), trial, result)
-      if (attempt /= 2) predicted = result%step
+      call newton_solve(law, equations, step%to, huge(1.0_wp), trial, result)
+      if (attempt /= 2) step%predicted = result%step
       if (attempt == 2) result%first = free_matrix(equations, here)
       good = result%converged
-      if (good) call judge(law, equations, share, next, result, predicted, here, trial, last, good)
+      if (good) call judge(law, equations, step, result, here, trial, good)
       if (good) return
     end do
     good = .false.
@@ -89,35 +96,32 @@ contains
 
   !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
   !> that facets which retreat by more than their closure leave no residual to find them by.
-  pure function worn_retreat(law, equations, share, next, s) result(retreat)
+  pure function worn_retreat(law, equations, step, s) result(retreat)
     class(point_law), intent(in) :: law               !! the law
     type(equations_type), intent(in) :: equations     !! the equations
-    real(wp), intent(in) :: share, next               !! of the increment, at both ends of the step
+    type(step_type), intent(in) :: step               !! shares of the step
     real(wp), intent(in) :: s(3)                      !! separation, length
     real(wp) :: retreat
     type(equations_type) :: local
     type(point_type) :: point
-    real(wp) :: r(3), scale, touch(2)
-    integer :: i
+    real(wp) :: r(3), scale
     logical :: good
+    retreat = 0.0_wp
     local = equations
-    touch = 0.0_wp
-    do i = 1, 2
-      call evaluate(law, local, free_part(local, s), merge(share, next, i == 1), point, r, scale, good)
-      if (good) touch(i) = law%first_touch(s, point%state)
-    end do
-    retreat = touch(2) - touch(1)
+    call evaluate(law, local, free_part(local, s), step%from, point, r, scale, good)
+    if (.not. good) return
+    retreat = -law%first_touch(s, point%state)
+    call evaluate(law, local, free_part(local, s), step%to, point, r, scale, good)
+    retreat = retreat + law%first_touch(s, point%state)
   end function worn_retreat
 
   !> Whether a converged step continues the curve.
-  pure subroutine judge(law, equations, from, to, result, predicted, old, new, last, good)
+  pure subroutine judge(law, equations, step, result, old, new, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
-    real(wp), intent(in) :: from, to                    !! shares at both ends of the step
+    type(step_type), intent(in) :: step                 !! the step
     type(newton_type), intent(in) :: result             !! of Newton's method
-    real(wp), intent(in) :: predicted(3)                !! change of the free separations by the tangent at the start
     type(point_type), intent(in) :: old, new            !! both ends of the step
-    logical, intent(in) :: last                         !! whether it is the smallest step
     logical, intent(out) :: good                        !! whether the step is accepted
     type(point_type) :: back
     real(wp) :: change(3), ending(3), extent, matrix(3, 3), move(3), prescribed, scale
@@ -129,26 +133,26 @@ contains
     if (.not. good .or. maxval(abs(move)) <= unexplained*law%length) return
     good = result%stable
     if (.not. good .or. law%cannot_soften(equations%old%state)) return
-    change = values_at(equations, to) - values_at(equations, from)
+    change = values_at(equations, step%to) - values_at(equations, step%from)
     prescribed = maxval(abs(change)/merge(law%stiffness, 1.0_wp, equations%control%traction))
     ! damage that takes time never breaks the bond: the joint has no length of its own once it is open
     extent = law%length
     if (law%relaxes .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), &
       mask=equations%control%traction))
     ! a step that cannot be halved may be longer than this in the prescribed values themselves
-    if (last .and. prescribed > unexplained*law%length) return
+    if (step%last .and. prescribed > unexplained*law%length) return
     good = maxval(abs(move)) <= longest_change*extent
     if (.not. good) good = alike(equations%n, result%first, result%last)
     if (.not. good) return
     if (law%relaxes .or. law%wears) then
       ! the step back, as the tangent does not have the effect of time and wear
-      call evaluate(law, equations, free_part(equations, new%s), from, back, ending, scale, good)
+      call evaluate(law, equations, free_part(equations, new%s), step%from, back, ending, scale, good)
     else
       ending = predict(equations, new, change)
     end if
     matrix = result%last
     if (good) call eliminate(equations%n, matrix, ending, good)
-    if (good) good = maxval(abs(move - 0.5_wp*(predicted + ending))) <= &
+    if (good) good = maxval(abs(move - 0.5_wp*(step%predicted + ending))) <= &
       max(unexplained*extent, unexplained_share*prescribed)
   end subroutine judge
 

@@ -130,7 +130,7 @@ contains
     logical :: yes(joint%pattern%n)
     integer :: k
     do k = 1, joint%pattern%n
-      yes(k) = new(plane_statev(k)) > old(plane_statev(k))
+      yes(k) = new(plane_statev(k)) > max(old(plane_statev(k)), joint%material%damage0)
     end do
   end function grown
 

@@ -215,8 +215,8 @@ contains
     end if
     do i = 1, 3
       name = component_names(i)
-      if (has(e_s + i) .and. has(e_t + i)) call append(message, step%place // "s_" // trim(name) // " and t_" // &
-        trim(name) // ": expected the one or the other")
+      if (has(e_s + i) .and. has(e_t + i) .and. .not. (has(e_slip) .and. i > 1)) call append(message, step%place // &
+        "s_" // trim(name) // " and t_" // trim(name) // ": expected the one or the other")
       if (has(e_s + i)) control%traction(i) = .false.
       if (has(e_t + i)) control%traction(i) = .true.
       if (has(e_k + i)) control%spring(i) = single(step, e_k + i)

@@ -7,14 +7,16 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
-  use asperity_mixed_control, only: advance, control_type, new_point, point_type, report_type
+  use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_mixed_control, only: report_type
   use asperity_pattern, only: direction_vector
-  use asperity_rie_law, only: new_rie_law, rie_law
   use random_numbers, only: draw
+  use asperity_steps, only: complete_steps, step_table, step_type
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
-    work_along, tangent_by_differences, plane_axes, local_separation, length, draw, random_history, same_bits, is_nan
+    slip_steps, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
+    random_history, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -37,11 +39,11 @@ module support_law
 
   !> Results of a point in a confined slip test.
   type :: path_type
-    integer :: n = 0                        !! number of slips reached, -1: equilibrium was lost in the preload
+    integer :: n = 0                        !! number of slips reached
     real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
+    real(wp), allocatable :: t(:, :)        !! (3, slips) traction (N, Tx, Ty), MPa
     real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
     real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
-    real(wp), allocatable :: normal(:)      !! (slips) normal traction, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
     real(wp), allocatable :: work(:)        !! (slips) work of the traction on the separation, N/mm
     type(report_type), allocatable :: reports(:)   !! (slips) of the increments
@@ -87,59 +89,78 @@ contains
     joint = interface_of([props, reshape(planes, [size(planes)])])
   end function listed_interface
 
-  !> Confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a direction. The
-  !> transverse slip is zero.
-  function slip_path(joint, direction, slips, sigma_n, preload, spring, time) result(path)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in) :: direction               !! from Tx towards Ty, degrees
-    real(wp), intent(in) :: slips(:)                !! mm
-    real(wp), intent(in) :: sigma_n                 !! normal traction, MPa
-    integer, intent(in), optional :: preload        !! increments of sigma_n
-    real(wp), intent(in), optional :: spring        !! normal stiffness of the surroundings during the slip, MPa/mm
-    real(wp), intent(in), optional :: time          !! of the preload, and of the slip
+  !> Steps of a confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a
+  !> direction, one increment each. The transverse slip is zero.
+  subroutine slip_steps(direction, slips, sigma_n, preload, durations, steps)
+    real(wp), intent(in) :: direction                         !! from Tx towards Ty, degrees
+    real(wp), intent(in) :: slips(:)                          !! mm
+    real(wp), intent(in) :: sigma_n                           !! normal traction, MPa
+    integer, intent(in) :: preload                            !! increments of sigma_N
+    real(wp), intent(in) :: durations(2)                      !! of the preload and of the slip
+    type(step_type), allocatable, intent(out) :: steps(:)     !! complete
+    character(len=:), allocatable :: message
+    allocate (steps(2))
+    steps(1)%place = ""
+    steps(2)%place = ""
+    steps(1)%given(entry_of("t_N"))%values = [sigma_n]
+    steps(1)%given(entry_of("increments"))%values = [real(preload, wp)]
+    steps(1)%given(entry_of("time"))%values = durations(:1)
+    steps(2)%given(entry_of("slip"))%values = slips
+    steps(2)%given(entry_of("direction"))%values = [direction]
+    steps(2)%given(entry_of("increments"))%values = [1.0_wp]
+    steps(2)%given(entry_of("time"))%values = durations(2:)
+    call complete_steps(steps, "", message)
+    if (allocated(message)) error stop "support_law: a test has bad steps"
+  end subroutine slip_steps
+
+  !> Position of an entry of a step.
+  pure function entry_of(name) result(i)
+    character(len=*), intent(in) :: name   !! of the entry
+    integer :: i
+    do i = size(step_table), 1, -1
+      if (step_table(i)%name == name) exit
+    end do
+  end function entry_of
+
+  !> Confined slip; slips from the loss of equilibrium on are not in the arrays.
+  function slip_path(joint, direction, slips, sigma_n, preload, durations, spring) result(path)
+    type(interface_type), intent(in) :: joint             !! the interface
+    real(wp), intent(in) :: direction                     !! from Tx towards Ty, degrees
+    real(wp), intent(in) :: slips(:)                      !! mm
+    real(wp), intent(in) :: sigma_n                       !! normal traction, MPa
+    integer, intent(in), optional :: preload              !! increments of sigma_N
+    real(wp), intent(in), optional :: durations(2)        !! of the preload and of the slip; absent: no time passes
+    real(wp), intent(in), optional :: spring              !! normal stiffness of the surroundings in the slip, MPa/mm
     type(path_type) :: path
-    type(control_type) :: control
-    type(point_type) :: point
-    type(report_type) :: report
-    type(rie_law) :: law
-    real(wp) :: e(2), reached, start(3), target(3)
-    integer :: i, n, parts
-    n = size(slips)
+    type(step_type), allocatable :: steps(:)
+    type(run_type) :: run
+    type(row_type) :: row
+    real(wp) :: e(2), times(2)
+    integer :: n, parts
+    logical :: found
     parts = n_preload
     if (present(preload)) parts = preload
-    allocate (path%s(3, n), path%along(n), path%across(n), path%normal(n))
-    allocate (path%state(joint%n_statev, n), path%work(n), path%reports(n))
-    law = new_rie_law(joint)
+    times = 0.0_wp
+    if (present(durations)) times = durations
+    n = size(slips)
+    allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%reports(n))
+    call slip_steps(direction, slips, sigma_n, parts, times, steps)
+    if (present(spring)) steps(2)%control%spring(1) = spring
+    call begin_run(joint, steps, run)
+    do
+      call next_row(run, row, found)
+      if (.not. found .or. row%lost) exit
+      if (row%step == 1) cycle
+      path%n = path%n + 1
+      path%s(:, path%n) = row%s
+      path%t(:, path%n) = row%traction
+      path%state(:, path%n) = row%state
+      path%work(path%n) = row%work
+      path%reports(path%n) = row%report
+    end do
     e = direction_vector(direction)
-    control%traction(1) = .true.
-    if (present(time)) control%dt = time/real(parts, wp)
-    point = new_point(law)
-    target = 0.0_wp
-    path%n = -1
-    do i = 1, parts
-      start = target
-      target(1) = sigma_n*real(i, wp)/real(parts, wp)
-      call advance(law, control, start, target, point, reached, report)
-      if (reached < 1.0_wp) return
-    end do
-    path%n = 0
-    if (present(spring)) control%spring(1) = spring
-    if (present(time)) control%dt = time/real(n, wp)
-    ! the force of the spring is zero at the start of the slip
-    target(1) = sigma_n + control%spring(1)*point%s(1)
-    do i = 1, n
-      start = target
-      target(2:3) = slips(i)*e
-      call advance(law, control, start, target, point, reached, path%reports(i))
-      if (reached < 1.0_wp) return
-      path%n = i
-      path%s(:, i) = point%s
-      path%along(i) = dot_product(e, point%traction(2:3))
-      path%across(i) = e(1)*point%traction(3) - e(2)*point%traction(2)
-      path%normal(i) = point%traction(1)
-      path%state(:, i) = point%state
-      path%work(i) = point%work
-    end do
+    path%along = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)
+    path%across = e(1)*path%t(3, :path%n) - e(2)*path%t(2, :path%n)
   end function slip_path
 
   !> Values last/n, 2 last/n, ..., last.

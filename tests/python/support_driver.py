@@ -6,7 +6,8 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-from asperity.oracle import reference
+
+from tests.oracle import reference
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "harness" / "cases"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from asperity.oracle.reference import (
+
+from tests.oracle.reference import (
     HEADER,
     PER_PLANE,
     Parameters,

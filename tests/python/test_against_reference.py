@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV, statev_index, statev_names
-from asperity.oracle import planar, reference
-from asperity.oracle.compare import compare, find
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from harness.studies.compare import compare, find
+from tests.oracle import planar, reference
 
 TRACTION = 1e-12
 """Of K |s|: 4500 rounding errors, for sums over up to 65 planes after up to 20 increments."""
@@ -226,7 +227,7 @@ def test_planar_law() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
 def test_figures(figure: str) -> None:
-    """Driver, reference and 2D law find the same equilibria, and the same last one, for a figure."""
+    """Driver and reference find the same equilibria, and the same last one, for a figure."""
     for case in find(figure):
         result = compare(case)
         assert result.rows >= 100

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
-from asperity.cards.command import read_run
+from asperity.card_command import read_run
 from asperity.cli import main
 from asperity.installed import cases
 

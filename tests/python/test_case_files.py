@@ -124,8 +124,8 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments:
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("increments = 10", "tolerance = NaN"),
-        ("increments = 10", "tolerance = NaN, follow = 'stable'"),
+        ("increments = 10", "time = NaN"),
+        ("&material", "&case tolerance = NaN /\n&material"),
         ("increments = 10", "increments = NaN"),
         ("increments = 10", "follow = 'branch', arc = NaN"),
         ("mu = 0.5", "mu = NaN"),

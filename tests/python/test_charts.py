@@ -1,4 +1,4 @@
-"""Tests of the command `asperity chart speed` on the output of a real run of the benchmark."""
+"""Tests of the program of the speed charts on the output of a real run of the benchmark."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from asperity.cli import main
 from asperity.installed import bench
-from asperity.studies import speed_charts as charts
+
+from harness.studies import speed as charts
 
 PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
 """Planes of the patterns: inclined ones and, but for the first, the flat one."""
@@ -86,7 +86,7 @@ def test_chart_of_a_file(
 ) -> None:
     """The command draws a CSV; the picture has the format of its file name extension."""
     output = tmp_path / name
-    assert main(["chart", "speed", str(measured), "-o", str(output)]) == 0
+    assert charts.main([str(measured), "-o", str(output)]) == 0
     assert capsys.readouterr().out == f"{output}\n"
     assert output.read_bytes().startswith(b"%PDF" if name.endswith("pdf") else b"\x89PNG")
 
@@ -94,7 +94,7 @@ def test_chart_of_a_file(
 def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Without a CSV the command runs the benchmark, which prints its table."""
     output = tmp_path / "speed.png"
-    assert main(["chart", "speed", "--quick", "-o", str(output)]) == 0
+    assert charts.main(["--quick", "-o", str(output)]) == 0
     image = matplotlib.image.imread(output)
     assert image.shape[0] > 500 and image[..., :3].min() < 0.1 < 0.9 < image[..., :3].max()
     assert "ns/point" in capfd.readouterr().out
@@ -102,7 +102,7 @@ def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[s
 
 def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The table has one row for each pattern with the times of the CSV."""
-    assert main(["chart", "speed", str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
+    assert charts.main([str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
     head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
     rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
     assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES | FACETS
@@ -130,13 +130,13 @@ def test_wrong_csv(
     """The error message names a file that is not an output of the benchmark."""
     path = tmp_path / "bench.csv"
     path.write_text(text, encoding="utf-8")
-    assert main(["chart", "speed", str(path), "-o", str(tmp_path / "x.png"), *arguments]) == 1
+    assert charts.main([str(path), "-o", str(tmp_path / "x.png"), *arguments]) == 1
     assert expected in capsys.readouterr().err
 
 
 def test_wrong_picture(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command rejects a picture that is neither PNG nor PDF."""
-    assert main(["chart", "speed", str(measured), "-o", str(tmp_path / "speed.txt")]) == 1
+    assert charts.main([str(measured), "-o", str(tmp_path / "speed.txt")]) == 1
     assert "speed.txt: expected a name that ends in .png or .pdf" in capsys.readouterr().err
 
 

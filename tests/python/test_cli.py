@@ -13,10 +13,11 @@ import asperity
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, case_files, contract, plots, results, style, tables
+from asperity import Interface, Material, Pattern, case_files, contract, plots, results, style
 from asperity.cli import main
 from asperity.installed import cases, driver
-from asperity.oracle import compare
+
+from harness.studies import compare, tables
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 CASE = """&case title = 'Slip and back' /
@@ -351,11 +352,11 @@ def test_case_that_cannot_be_compared(folder: Path) -> None:
 
 @pytest.mark.parametrize("text", [CASE, LOST + "&expect end = 'lost' /\n"])
 def test_compare(text: str, folder: Path) -> None:
-    """Driver, reference and 2D law agree, also on a lost equilibrium."""
+    """Driver and reference agree, also on a lost equilibrium."""
     result = compare.compare(Path(write("case.nml", text)))
     assert result.agrees, result
     assert result.curves == 1 and result.rows > 20
-    assert list(result.differences) == ["law/NumPy", "test/NumPy", "law/2D", "test/2D"]
+    assert list(result.differences) == ["law/NumPy", "test/NumPy"]
 
 
 def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -390,24 +391,15 @@ def test_compare_judges_every_column(
         assert not compare.within(name, difference), name
 
 
-def test_compare_takes_any_trapezoid(folder: Path) -> None:
-    """The 2D law has a flat plane of any weight and a rotation by 180 degrees, but no other rotation."""
-    for entries in ("flat = 0.2, ", "flat = 0.0, ", "flat = 0.5, turn = 180.0, ", "flat = 1.0, "):
-        result = compare.compare(Path(write("case.nml", CASE.replace("sides", entries + "sides"))))
-        assert result.agrees and len(result.differences) == 4, (entries, result)
-    result = compare.compare(Path(write("case.nml", CASE.replace("sides", "turn = 30.0, sides"))))
-    assert result.agrees and list(result.differences) == ["law/NumPy", "test/NumPy"]
-
-
 def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The command prints one line per case, with exit code 1 for a difference or an unknown figure."""
-    assert main(["compare", "--figure", "2"]) == 0
+    assert compare.main(["--figure", "2"]) == 0
     line = capsys.readouterr().out.splitlines()[-1].split()
-    assert line[:4] == ["figure02", "1", "100", "law/2D"] and line[-1] == "agrees"
+    assert line[:4] == ["figure02", "1", "100", "law/NumPy"] and line[-1] == "agrees"
     monkeypatch.setattr(compare, "LAW_TOLERANCE", 0.0)
-    assert main(["compare", "--figure", "2"]) == 1
+    assert compare.main(["--figure", "2"]) == 1
     assert capsys.readouterr().out.splitlines()[-1].endswith("DIFFERS")
-    assert main(["compare", "--figure", "3"]) == 1
+    assert compare.main(["--figure", "3"]) == 1
     assert_one_line(capsys.readouterr().err, "figure 3", "expected one of 2, 4a")
 
 
@@ -430,7 +422,7 @@ def test_cases_of_a_figure(figure: str, stems: list[str]) -> None:
 
 def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     """The tables have a row for every constant and state variable, with as many cells as the head."""
-    assert main(["tables"]) == 0
+    assert tables.main([]) == 0
     props, statev = capsys.readouterr().out.strip().split("\n\n")
     # the listed planes have a row together
     for text, columns, n_rows in ((props, 6, contract.N_FIXED_PROPS + 1), (statev, 4, 13)):
@@ -445,27 +437,27 @@ def test_tables_are_filled_and_checked(folder: Path, capsys: pytest.CaptureFixtu
     """Only text between markers changes; --check reports a stale file by exit code 1 and does not write."""
     text = "before\n<!-- statev -->\nstale\n<!-- /statev -->\nbetween\n<!-- props --><!-- /props -->\nafter\n"
     path = Path(write("page.md", text))
-    assert main(["tables", "page.md", "--check"]) == 1
+    assert tables.main(["page.md", "--check"]) == 1
     assert capsys.readouterr().out == "page.md: tables are not up to date\n"
     assert path.read_text() == text
-    assert main(["tables", "page.md"]) == 0
+    assert tables.main(["page.md"]) == 0
     filled = path.read_text()
     start, end = "before\n<!-- statev -->\n", "\n<!-- /props -->\nafter\n"
     middle = "\n<!-- /statev -->\nbetween\n<!-- props -->\n"
     assert filled == start + tables.statev() + middle + tables.props() + end
-    assert main(["tables", "page.md", "--check"]) == 0
-    assert main(["tables", "page.md"]) == 0
+    assert tables.main(["page.md", "--check"]) == 0
+    assert tables.main(["page.md"]) == 0
     assert path.read_text() == filled
 
 
 def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Files without markers, no files to check, and missing files are errors."""
-    assert main(["tables", write("page.md", "no markers\n")]) == 1
+    assert tables.main([write("page.md", "no markers\n")]) == 1
     assert_one_line(capsys.readouterr().err, "page.md", "expected markers <!-- props -->")
-    assert main(["tables", "--check"]) == 1
+    assert tables.main(["--check"]) == 1
     assert_one_line(capsys.readouterr().err, "--check: expected files")
-    assert main(["tables", "missing.md"]) == 1
-    assert_one_line(capsys.readouterr().err, "asperity: missing.md: No such file or directory")
+    assert tables.main(["missing.md"]) == 1
+    assert_one_line(capsys.readouterr().err, "missing.md: No such file or directory")
 
 
 def test_case_in_another_encoding(folder: Path) -> None:

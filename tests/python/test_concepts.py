@@ -1,4 +1,4 @@
-"""Tests of the pictures of `asperity chart concepts`, and of the statements they illustrate."""
+"""Tests of the pictures of `python -m harness.studies.concepts`, and of the statements they illustrate."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import Interface, Pattern
-from asperity.cli import main
-from asperity.studies import concepts
+
+from harness.studies import concepts
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -17,7 +17,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 @pytest.mark.slow
 def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command draws every picture; each is committed and shown on a page."""
-    assert main(["chart", "concepts", "--folder", str(tmp_path)]) == 0
+    assert concepts.main(["--folder", str(tmp_path)]) == 0
     drawn = [Path(line) for line in capsys.readouterr().out.splitlines()]
     assert [path.stem for path in drawn] == list(concepts.PICTURES)
     names = ("concepts.md", "solver.md", "extensions.md")

@@ -108,8 +108,8 @@ def test_case_example(block: Block, tmp_path: Path) -> None:
 
 
 def test_tables_are_up_to_date() -> None:
-    """`asperity tables --check` agrees."""
-    done = run(sys.executable, "-m", "asperity", "tables", "--check", CONTRACT, cwd=ROOT)
+    """`python -m harness.studies.tables --check` agrees."""
+    done = run(sys.executable, "-m", "harness.studies.tables", "--check", CONTRACT, cwd=ROOT)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     text = (ROOT / CONTRACT).read_text(encoding="utf-8")
     assert "| sigma0 |" in text and "| s_dih |" in text

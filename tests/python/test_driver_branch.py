@@ -147,7 +147,6 @@ def test_branch_longer_than_the_limit(run, tmp_path) -> None:
     [
         ("", "follow = 'jump'", "follow = 'jump': expected 'stable' or 'branch'"),
         ("", "follow = 'branch', increments = 10", "increments with follow = 'branch': expected arc"),
-        ("", "follow = 'branch', tolerance = 1e-3", "tolerance with follow = 'branch': expected arc"),
         ("", "follow = 'branch', arc = 2.0", "arc = 2.0: expected 0.00001 to 1"),
         ("", "arc = 0.1", "arc without follow = 'branch'"),
         (", tau_v = 2.0", "follow = 'branch'", "follow = 'branch' with tau_v = 2: expected 0"),
@@ -161,14 +160,19 @@ def test_wrong_input(run, material: str, step: str, message: str) -> None:
     assert message in result.messages
 
 
+def test_no_tolerance_along_a_branch(run) -> None:
+    """The length of the steps is that of the arc."""
+    branch = "&case tolerance = 1e-3 /\n" + MATERIAL + FLAT + "&step s_N = 0.1, follow = 'branch' /\n"
+    assert "&case: tolerance with follow = 'branch': expected arc" in run(branch, code=1).messages
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"follow": "jump"}, "follow = 'jump': expected 'stable' or 'branch'"),
-        ({"arc": 0.1}, "arc = 0.1: expected None with follow = 'stable'"),
+        ({"arc": 0.1}, "^arc without follow = 'branch'$"),
         ({"follow": "branch", "arc": 2.0}, "arc = 2: expected 0.00001 to 1"),
-        ({"follow": "branch", "tolerance": 1e-3}, "tolerance = 0.001: expected None"),
-        ({"follow": "branch", "times": [1.0]}, "times or preload_time"),
+        ({"follow": "branch", "tolerance": 1e-3}, "tolerance with follow = 'branch': expected arc"),
         ({"follow": "branch", "preload": 0}, "preload = 0"),
         ({"follow": "branch", "stiffness": -1.0}, "stiffness = -1"),
     ],

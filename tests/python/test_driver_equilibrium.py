@@ -116,25 +116,23 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
     assert fragment in run(LOSES + f"&expect {expect} /\n", code=code).messages
 
 
+NONE_FOUND = "none found: the motion under the prescribed tractions reaches no equilibrium within 1000 s_f"
+
+
 def test_loss_on_the_way(run) -> None:
     """The joint loses its tension on the way to a compression that it carries; the message claims no more."""
     steps = "&step s_N = 0.05, slip = 0.1, increments = 1 /\n&step t_N = -0.7, slip = {}, increments = 1 /\n"
     lost = run(MATERIAL + FLAT + steps.format(0.27), code=2)
-    assert (
-        "no equilibrium exists on the way to the end of the increment, just beyond the last" in lost.messages
-    )
+    assert NONE_FOUND in lost.messages
     closed = run(MATERIAL + FLAT + steps.format(0.1).replace("&step t_N", "&step s_N = -0.02 /\n&step t_N"))
     assert closed["t_N"][-1] == pytest.approx(-0.7)
 
 
 def test_loss_that_is_not_proved(run) -> None:
-    """The guard has no bounds: the message says what was searched with three free separations."""
+    """The guard has no strength in closed form: the message says how far the motion went."""
     material = MATERIAL.replace(" /", ", guard = 1 /")
     steps = "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n"
-    assert (
-        "none found: the motion under the prescribed tractions reaches none, the smallest residual over"
-        in run(material + INCLINED + steps, code=2).messages
-    )
+    assert NONE_FOUND in run(material + INCLINED + steps, code=2).messages
 
 
 @pytest.mark.parametrize(
@@ -142,8 +140,7 @@ def test_loss_that_is_not_proved(run) -> None:
     [
         (
             "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
-            "exists: the joint carries at most t_N = 1.97433, the step asks for 2; tension is positive; "
-            "proved",
+            "reaches no equilibrium within 1000 s_f; tension is positive",
         ),
         (
             "&step t_N = 3.5, increments = 70 /\n",
@@ -155,7 +152,7 @@ def test_loss_that_is_not_proved(run) -> None:
         ),
         (
             "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n",
-            "exists; proved by bounds of the traction over all separations",
+            ") the joint carries at most ",
         ),
         (
             "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0, increments = 3 /\n",

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.oracle import reference
 from support_driver import (
     FLAT,
     GC,
@@ -20,6 +19,8 @@ from support_driver import (
     carried_by_reference,
     read_csv,
 )
+
+from tests.oracle import reference
 
 CYCLE = (
     "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, 0.1, direction = 20.0, increments = 40 /\n"

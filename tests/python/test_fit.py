@@ -12,12 +12,16 @@ import numpy as np
 import pytest
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fitting, study
+from asperity.fit import fitting
 from asperity.fit import model as fit_model
+from asperity.fit import synthetic as study
 from asperity.fit.fitting import fit, residual_ratio
-from asperity.fit.records import ShearTest, read_records
+from asperity.fit.records import read_records
 from asperity.fit.report import case_text, identifiability, report
-from asperity.oracle import reference
+from asperity.fit.shear_test import ShearTest
+
+from harness.studies.fits import NOISES, coverage
+from tests.oracle import reference
 
 TRUTH = study.TRUTH
 SOME = study.SET
@@ -110,11 +114,11 @@ def test_record_of_the_reference_model() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("noise", study.NOISES)
+@pytest.mark.parametrize("noise", NOISES)
 def test_intervals_hold_at_their_rate(noise: float) -> None:
     """95 % intervals of every parameter and of the ratio: at most 4 of 16 miss (odds of 0.1 %)."""
     repetitions, most = 16, 4
-    shares, fits = study.coverage(noise, repetitions, starts=1, start=AT_TRUTH)
+    shares, fits = coverage(noise, repetitions, starts=1, start=AT_TRUTH)
     assert np.all(shares >= 1.0 - most / repetitions), shares
     # intervals that are too wide would pass, too: the scatter must be the noise (which widens the range), and
     # 50 % intervals of the same fits must miss

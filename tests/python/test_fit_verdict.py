@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asperity import contract
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import study
+from asperity.fit import synthetic as study
 from asperity.fit.fitting import fit
 from asperity.fit.verdict import outliers, refusals
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, contract
 from asperity.installed import driver
-from asperity.oracle import reference
+
+from tests.oracle import reference
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 GUARDED = replace(TABLE_2, guard=True)

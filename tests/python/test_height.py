@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
-from asperity.oracle import reference
-from asperity.oracle.compare import parameters_of
 from asperity.remarks import of_wear
+
+from harness.studies.compare import parameters_of
+from tests.oracle import reference
 
 SEED = 20151987
 
@@ -175,16 +176,6 @@ def test_turn_and_units(case: int) -> None:
     energies = ROUNDING * size * largest * len(S)
     for state in (turned.state[:, 1:4], 1e-3 * other.state[:, 1:4]):
         np.testing.assert_allclose(state, ours.state[:, 1:4], rtol=0, atol=energies)
-
-
-def test_adaptive_increments_with_wear_are_refused(run) -> None:
-    """Wear depends on the increments, so that the error of adaptive ones cannot be estimated."""
-    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=0.5, W0=1.0), Pattern.regular(2, 30.0))
-    with pytest.raises(ValueError, match=r"tolerance = 0.01 with W0 = 1: expected increments"):
-        joint.confined_slip(0.0, [0.4], -1.0, tolerance=0.01)
-    head = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0, W0 = 2.0 /\n"
-    case = head + "&pattern sides = 4, theta = 30.0 /\n&step s_Tx = 0.1, tolerance = 1e-2 /\n"
-    assert "tolerance with W0 > 0: expected increments" in run(case, code=1).messages
 
 
 def test_height_is_compared_with_the_constants_of_the_case(run) -> None:

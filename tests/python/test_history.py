@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, History, Interface, Material, Pattern, contract, results
+from asperity import EquilibriumLost, History, Interface, Material, Pattern, contract, plot, results
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=30.0))
 SLIPS = np.concatenate([np.linspace(0.0, 0.3, 61)[1:], np.linspace(0.3, -0.3, 121)[1:]])
@@ -111,17 +111,17 @@ def test_dataframe(history: History, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_plot(history: History, tmp_path: Path) -> None:
     """The figure has the rows and the units; it is written where a name is given; no window is chosen."""
-    figure = history.plot(tmp_path / "a.png", "A title", ("m", "kPa"))
+    figure = plot(history, tmp_path / "a.png", "A title", ("m", "kPa"))
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     lines = [ax.lines[0].get_xydata() for ax in figure.axes]
     assert np.array_equal(lines[1][:, 1], history.dilation) and np.array_equal(lines[2][:, 1], history.damage)
     assert [ax.get_ylabel().split("[")[1] for ax in figure.axes] == ["kPa]", "m]", "-]"]
     with pytest.raises(ValueError, match="plot: expected a history with rows"):
-        JOINT.replay(np.zeros((0, 3))).plot()
+        plot(JOINT.replay(np.zeros((0, 3))))
     script = (
         "import matplotlib; matplotlib.use('svg'); import asperity\n"
         "j = asperity.Interface(asperity.Material(3, .3, .9, .5), asperity.Pattern.regular(0, 0))\n"
-        "j.replay([[0.01, 0, 0]]).plot(); print(matplotlib.get_backend())"
+        "asperity.plot(j.replay([[0.01, 0, 0]])); print(matplotlib.get_backend())"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip().lower() == "svg"

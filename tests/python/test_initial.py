@@ -5,7 +5,8 @@ from dataclasses import replace
 import asperity
 import numpy as np
 import pytest
-from asperity.oracle import reference
+
+from tests.oracle import reference
 
 TABLE_2 = asperity.Material(3.0, 0.3, 0.9, 0.5)
 STIFFNESS = 3.0 / (0.1 * 0.2)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
-from asperity.slip_curves import slip_curves
-from asperity.studies.fracture_energy import (
+from asperity.paper import command, entries
+from asperity.paper.fracture_energy import (
     DIRECTIONS,
     MATERIAL,
     PATTERNS,
@@ -25,7 +25,7 @@ from asperity.studies.fracture_energy import (
     sampled,
     table_5_curves,
 )
-from asperity.studies.paper import command, entries
+from asperity.slip_curves import slip_curves
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 
@@ -122,12 +122,12 @@ def test_listed_planes_have_no_symmetry() -> None:
 
 def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is an error if a traction remains at the end, or if the number of steps becomes too large."""
-    monkeypatch.setattr("asperity.studies.fracture_energy.SPAN", 0.5)
+    monkeypatch.setattr("asperity.paper.fracture_energy.SPAN", 0.5)
     with pytest.raises(ValueError, match="expected a fully damaged, open interface"):
         fracture_energy(MATERIAL, pattern("RP-4"))
     monkeypatch.undo()
     with pytest.raises(ValueError, match=r"G_T changes by .* expected less than 1e-17"):
-        monkeypatch.setattr("asperity.studies.fracture_energy.FINEST", 840)
+        monkeypatch.setattr("asperity.paper.fracture_energy.FINEST", 840)
         fracture_energy(MATERIAL, pattern("RP-4"), np.array([3.0]), 1e-17)
 
 
@@ -192,7 +192,10 @@ def table(path: Path) -> tuple[str, list[list[str]]]:
 def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run the command for the gallery; return the folder of its output."""
     folder = tmp_path_factory.mktemp("gallery")
-    assert main(["paper", "--folder", str(folder)]) == 0
+    page = folder / "README.md"
+    text = (GALLERY / page.name).read_text(encoding="utf-8")
+    page.write_text(re.sub(r"(<!-- \w+ -->).*?(<!-- /)", r"\1\n\2", text, flags=re.DOTALL), encoding="utf-8")
+    assert main(["paper", "--folder", str(folder), "--page", str(page)]) == 0
     return folder
 
 
@@ -200,6 +203,7 @@ def again(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_files_are_the_committed_ones(again: Path) -> None:
     """Every entry has its picture and its numbers, and there are no other files."""
     names = {f"{entry.stem}.{kind}" for entry in entries.ENTRIES for kind in ("png", "csv")} | {"README.md"}
+    names.remove("table5.png")
     assert {path.name for path in again.iterdir()} == names
     assert {path.name for path in GALLERY.iterdir()} == names
     assert sum(path.stat().st_size for path in GALLERY.iterdir()) < 3_000_000
@@ -239,9 +243,11 @@ def test_page_is_the_committed_one(again: Path) -> None:
 
 @pytest.mark.slow
 def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """With --figure the other figures and the page are not written; --pdf adds vector pictures."""
+    """With --figure the other figures are not written; findings are printed; --pdf adds vector pictures."""
     assert main(["paper", "--folder", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
-    assert capsys.readouterr().out == f"{tmp_path / 'new'}\n"
+    out = capsys.readouterr().out
+    assert out.startswith("figure02\n- The largest traction is 3 MPa")
+    assert out.endswith(f"\n{tmp_path / 'new'}\n")
     names = [f"figure{number}.{kind}" for number in ("02", "04a") for kind in ("csv", "pdf", "png")]
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
     assert (tmp_path / "new" / "figure02.pdf").read_bytes().startswith(b"%PDF")
@@ -256,10 +262,14 @@ def test_figures_by_number(number: str, expected: list[str]) -> None:
     assert [entry.number for entry in command.select([number])] == expected
 
 
-def test_unknown_figure(capsys: pytest.CaptureFixture[str]) -> None:
-    """The error message names a figure that the paper does not have."""
+def test_unknown_figure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The error message names an unknown figure, or a marker that a page does not have."""
     assert main(["paper", "--figure", "17"]) == 1
     assert "--figure 17: expected one of 1, 2, 3, 4a" in capsys.readouterr().err
+    page = tmp_path / "page.md"
+    page.write_text("<!-- figure02 --><!-- /figure02 -->\n", encoding="utf-8")
+    assert main(["paper", "--figure", "4a", "--page", str(page)]) == 1
+    assert "page.md: expected markers <!-- figure04a -->" in capsys.readouterr().err
 
 
 def test_every_figure_is_there() -> None:

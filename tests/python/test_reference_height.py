@@ -8,21 +8,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from asperity.oracle.facet import arc_length, arc_length_by_rho, facets, profile, uphill_axes
-from asperity.oracle.reference import (
-    HEADER,
-    OPEN,
-    PER_PLANE,
-    SLIP,
-    STICK,
-    Parameters,
-    confined_slip,
-    frames,
-    regular_pattern,
-    replay,
-    update,
-    virgin,
-)
 from support_height import (
     CURVED,
     EPSILON,
@@ -35,6 +20,22 @@ from support_height import (
     broken,
     random_walk,
     worn_share,
+)
+
+from tests.oracle.facet import arc_length, arc_length_by_rho, facets, profile, uphill_axes
+from tests.oracle.reference import (
+    HEADER,
+    OPEN,
+    PER_PLANE,
+    SLIP,
+    STICK,
+    Parameters,
+    confined_slip,
+    frames,
+    regular_pattern,
+    replay,
+    update,
+    virgin,
 )
 
 pytestmark = pytest.mark.slow
@@ -209,15 +210,6 @@ def test_planes_without_slope_have_no_facet(more):
     assert np.allclose(other.tangent, plain.tangent, rtol=0, atol=1e-11 * TABLE_2.Kn)
     assert np.allclose(other.state[..., : HEADER + 3], plain.state, rtol=0, atol=1e-11)
     assert not other.state[..., HEADER + 3 :].any() and not other.wear.any()
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("height", -0.1), ("W0", -1.0), ("height", np.nan), ("W0", np.inf)]
-)
-def test_bad_parameters_are_named(name, value):
-    """The error message names a height or W0 that is negative or not finite."""
-    with pytest.raises(ValueError, match=name):
-        replace(TABLE_2, **{name: value})
 
 
 # --- tangent ------------------------------------------------------------------------------------------------

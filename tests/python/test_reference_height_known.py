@@ -10,13 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from asperity.oracle.reference import (
-    Parameters,
-    SlipHistory,
-    confined_slip,
-    regular_pattern,
-    update,
-)
 from support_height import (
     PRINTED,
     ROUNDING,
@@ -29,6 +22,14 @@ from support_height import (
     cycle,
     rows_at,
     worn_share,
+)
+
+from tests.oracle.reference import (
+    Parameters,
+    SlipHistory,
+    confined_slip,
+    regular_pattern,
+    update,
 )
 
 pytestmark = pytest.mark.slow
@@ -60,11 +61,10 @@ def test_rp4_off_its_axes():
 
     The steps are .0005; the results differ by 2e-6 from those with .001.
     """
-    slips = 0.0005 * np.arange(1201)
+    slips = 0.0005 * np.arange(801)
     history = confined_slip(replace(TABLE_2, kc=20.0, height=0.3), RP_4, 20.0, slips, -5.0)
-    facts = [(0.1, 0.033889, 6.702041), (0.2, 0.076697, 5.496957), (0.4, 0.142035, 4.435904),
-             (0.6, 0.187203, 3.782805)]  # fmt: skip
-    for row, (_, s_N, tau) in zip(rows_at(slips, (0.1, 0.2, 0.4, 0.6)), facts, strict=True):
+    facts = [(0.1, 0.033889, 6.702041), (0.2, 0.076697, 5.496957), (0.4, 0.142035, 4.435904)]
+    for row, (_, s_N, tau) in zip(rows_at(slips, (0.1, 0.2, 0.4)), facts, strict=True):
         assert history.separation[row, 0] == pytest.approx(s_N, abs=PRINTED)
         assert along(history, 20.0)[row] == pytest.approx(tau, abs=PRINTED)
 
@@ -189,12 +189,12 @@ def dissipation(p, pattern, history: SlipHistory, preload: int) -> tuple[float, 
 
 @pytest.mark.slow
 def test_wear_in_cycles():
-    """With W0 1, H .5 the dilation decreases in the cycle 0, .4, -.4, .4, -.4, .4; increments are .001."""
+    """With W0 1, H .5 the dilation decreases in the cycle 0, .4, -.4, .4; increments are .001."""
     p = replace(TABLE_2, kc=100.0, W0=1.0, height=0.5)
-    history = confined_slip(p, RT, 0.0, cycle(0.4, -0.4, 0.4, -0.4, 0.4, step=0.001), -1.0)
-    turns = 400 + 800 * np.arange(5)
-    s_N = [0.113112, 0.086323, 0.034463, 0.026625, 0.010676]
-    tau = [0.813697, -0.732623, 0.588265, -0.567765, 0.527038]
+    history = confined_slip(p, RT, 0.0, cycle(0.4, -0.4, 0.4, step=0.001), -1.0)
+    turns = 400 + 800 * np.arange(3)
+    s_N = [0.113112, 0.086323, 0.034463]
+    tau = [0.813697, -0.732623, 0.588265]
     assert np.allclose(history.separation[turns, 0], s_N, rtol=0, atol=PRINTED)
     assert np.allclose(history.traction[turns, 1], tau, rtol=0, atol=PRINTED)
 

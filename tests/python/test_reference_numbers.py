@@ -9,7 +9,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from asperity.oracle import reference
+
+from tests.oracle import reference
 
 FILE = Path(__file__).parents[1] / "law" / "reference_numbers.f90"
 STEPS = 16

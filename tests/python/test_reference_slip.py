@@ -4,16 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from asperity.oracle.reference import (
-    HEADER,
-    SLIP,
-    Parameters,
-    confined_slip,
-    frames,
-    regular_pattern,
-    replay,
-    update,
-)
 from support_reference import (
     FLAT,
     FRICTIONLESS,
@@ -25,6 +15,17 @@ from support_reference import (
     climbing_ratio,
     facing_plane,
     measured_energy,
+)
+
+from tests.oracle.reference import (
+    HEADER,
+    SLIP,
+    Parameters,
+    confined_slip,
+    frames,
+    regular_pattern,
+    replay,
+    update,
 )
 
 # --- confined slip: closed forms ----------------------------------------------------------------------------

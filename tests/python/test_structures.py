@@ -1,4 +1,4 @@
-"""Tests of `asperity chart structure` on the rows of harness/hosts/structures/structure_study.py."""
+"""Tests of `python -m harness.studies.structures` on the rows of structure_study.py."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from asperity.cli import main
-from asperity.studies import structures
-from asperity.tables import percent, refresh
+
+from harness.studies import structures
+from harness.studies.tables import percent, refresh
 
 DOCS = Path(__file__).parents[2] / "docs"
 CSV, PAGE = DOCS / "images" / "structures.csv", DOCS / "results" / "structures.md"
@@ -50,7 +50,7 @@ def test_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chosen = [line for line in lines if line.startswith(("structure,", "explicit block"))]
     (tmp_path / "rows.csv").write_text("\n".join(chosen) + "\n", encoding="utf-8")
     png = tmp_path / "structures.png"
-    assert main(["chart", "structure", str(tmp_path / "rows.csv"), "-o", str(png)]) == 0
+    assert structures.main([str(tmp_path / "rows.csv"), "-o", str(png)]) == 0
     assert matplotlib.image.imread(png).shape[1] > 300
     shown = capsys.readouterr().out
     assert "| explicit block | RP-9 | 10 |" in shown and "Kratos" not in shown
@@ -87,7 +87,7 @@ def test_missing_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     starts = ("structure,", "explicit block,0", "explicit block,3,")
     kept = [line for line in lines if line.startswith(starts)]
     (tmp_path / "rows.csv").write_text("\n".join(kept) + "\n", encoding="utf-8")
-    assert main(["chart", "structure", str(tmp_path / "rows.csv"), "-o", str(tmp_path / "a.png")]) == 1
+    assert structures.main([str(tmp_path / "rows.csv"), "-o", str(tmp_path / "a.png")]) == 1
     assert "explicit block: no row with 7 sides" in capsys.readouterr().err
-    assert main(["chart", "structure", str(CSV), "-o", str(tmp_path / "a.txt")]) == 1
+    assert structures.main([str(CSV), "-o", str(tmp_path / "a.txt")]) == 1
     assert "a.txt: expected a name that ends in .png or .pdf" in capsys.readouterr().err

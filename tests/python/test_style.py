@@ -9,9 +9,9 @@ import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, plot
+from asperity.curve_pictures import curves, merged
 from asperity.plots import figure_of
-from asperity.studies.gallery_draw import curves, merged
 from asperity.style import DPI, TWO, label_ends, new_figure, printed, save
 from matplotlib.text import Annotation
 
@@ -88,7 +88,7 @@ def test_settings_of_the_caller_stay() -> None:
     before = dict(matplotlib.rcParams)
     joint = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(2, 30.0))
     history = joint.confined_slip(0.0, np.linspace(0.0, 0.1, 11), -0.5)
-    history.plot()
+    plot(history)
     assert dict(matplotlib.rcParams) == before
 
 

@@ -18,7 +18,8 @@ import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import covariance, study
+from asperity.fit import covariance
+from asperity.fit import synthetic as study
 from asperity.fit.fitting import Fit, fit, residual_ratio
 from asperity.fit.report import case_text
 from asperity.uncertainty.distribution import of_deviations, of_fit

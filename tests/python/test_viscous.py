@@ -13,8 +13,9 @@ import pytest
 from asperity import Interface, Material, Pattern
 from asperity.contract import N_POINT_STATEV
 from asperity.installed import driver
-from asperity.oracle import reference
 from asperity.results import read_rows
+
+from tests.oracle import reference
 
 NAN, INF = float("nan"), float("inf")
 TAU_V = 0.4

@@ -1,4 +1,4 @@
-"""Errors and times of structures over the pattern: writes the rows for `asperity chart structure`.
+"""Errors and times of structures over the pattern: rows for `python -m harness.studies.structures`.
 
 The Kratos triplet, the OpenGeoSys block and the explicit block run with slip up a plane and half-way between
 two planes.  The first two need gcc, which compiles timed_law.c.
@@ -21,9 +21,10 @@ from pathlib import Path
 import numpy as np
 from asperity import Interface, ModelWarning
 from asperity.installed import generic_library, kratos_adapter
-from asperity.studies import structures
-from asperity.studies.structures import FINEST, PRESSURE, REFERENCE, SLIP, TURNS, Row
 from numpy.typing import NDArray
+
+from harness.studies import structures
+from harness.studies.structures import FINEST, PRESSURE, REFERENCE, SLIP, TURNS, Row
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parent / "kratos"), str(HERE.parent / "ogs")]

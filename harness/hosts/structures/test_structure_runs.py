@@ -8,7 +8,8 @@ from pathlib import Path
 import explicit_block
 import numpy as np
 import pytest
-from asperity.studies import structures
+
+from harness.studies import structures
 
 HERE = Path(__file__).parent
 

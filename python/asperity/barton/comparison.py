@@ -12,8 +12,8 @@ import numpy as np
 
 from ..contract import Floats
 from ..fit.fitting import Fit
-from ..fit.records import ShearTest
 from ..fit.report import WIDTH
+from ..fit.shear_test import ShearTest
 from .joint import MOBILISED, Joint
 
 if TYPE_CHECKING:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
 from . import units
-
-if TYPE_CHECKING:
-    from .records import ShearTest
+from .shear_test import ShearTest
 
 HELD = 0.05
 """Largest relative variation of a normal traction that counts as constant."""

@@ -17,7 +17,7 @@ from ..interface import Interface
 from ..parallel import map_in_order
 from .checks import LARGEST_RATIO
 from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, material_of
-from .records import ShearTest
+from .shear_test import ShearTest
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult

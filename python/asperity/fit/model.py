@@ -14,7 +14,7 @@ from ..interface import Interface, slip_path
 from ..material import Material
 from ..parallel import map_in_order
 from ..pattern import Pattern, direction_vector
-from .records import ShearTest
+from .shear_test import ShearTest
 
 SIDES = 8
 """Inclined planes of the default pattern: RP-8 is nearly isotropic and cheap."""

@@ -7,7 +7,7 @@ import io
 import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from ..contract import Floats
 from ..material import ModelWarning
 from . import checks, units
+from .shear_test import ShearTest
 
 REQUIRED = ("slip", "tau", "sigma_N")
 OPTIONAL = ("dilation", "k_N", "test")
@@ -26,53 +27,6 @@ HEADER = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 
 LEAST_ROWS = 5
 """Smallest number of rows of a test: fewer show no stiffness, peak or residual strength."""
-
-
-@dataclass(frozen=True, eq=False)
-class ShearTest:
-    """One test: slip (T,) and s_N (T,), None where not measured, length; tau (T,), stress.
-
-    s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
-    k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
-    units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
-    Raises ValueError for inadmissible data.
-    """
-
-    name: str
-    slip: Floats
-    tau: Floats
-    s_N: Floats | None
-    sigma_N: float
-    k_N: float = 0.0
-    units: dict[str, str] = field(default_factory=dict)
-    lines: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check shapes and values."""
-        for name, values in (("slip", self.slip), ("tau", self.tau), ("s_N", self.s_N)):
-            if values is None:
-                continue
-            if values.shape != (self.slip.size,) or not np.all(np.isfinite(values)):
-                raise ValueError(
-                    f"{self.name}: {name} has shape {values.shape}: expected finite numbers of shape "
-                    f"({self.slip.size},)"
-                )
-            if name != "s_N" and not np.ptp(values) > 0.0:
-                raise ValueError(
-                    f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
-                )
-        if not -np.inf < self.sigma_N <= 0.0:
-            raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected a finite compression, <= 0")
-        if not 0.0 <= self.k_N < np.inf:
-            raise ValueError(f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0")
-
-    @property
-    def turns(self) -> list[float]:
-        """Slips at the reversals, and the last slip."""
-        path = np.concatenate([[0.0], self.slip])
-        path = path[np.concatenate([[True], np.diff(path) != 0.0])]
-        inside = np.flatnonzero(np.diff(np.sign(np.diff(path)))) + 1
-        return [*path[inside].tolist(), float(path[-1])]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from ..contract import Floats
 from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
 from .model import FINER, MATERIAL, STEP, transformed
-from .records import ShearTest
+from .shear_test import ShearTest
 from .units import NONE
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ..parallel import add_workers, progress_bar, workers
 from .covariance import covariance_text, file_of
 from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, fit
 from .model import INCREMENTS, SCALES, SIDES
-from .records import ShearTest
+from .shear_test import ShearTest
 from .verdict import Change
 
 HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")

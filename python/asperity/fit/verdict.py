@@ -9,7 +9,7 @@ import numpy as np
 
 from .fitting import ENOUGH, LEAST_ERROR, Fit
 from .model import SIDES
-from .records import ShearTest
+from .shear_test import ShearTest
 
 OUTLYING = 6.0
 """Residual, in robust standard deviations, above which a row that stands alone is an outlier."""

@@ -19,7 +19,6 @@ from ..material import Material, ModelWarning
 from ..parallel import add_workers, map_in_order, progress_bar, workers
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
-from ..studies.speed_charts import Timing, measure, read_timings
 from .search import (
     REFERENCE_SIDES,
     Candidate,
@@ -32,6 +31,7 @@ from .search import (
     planes_of,
     select,
 )
+from .timings import Timing, measure, read_timings
 
 BAD_INPUT = 1
 
@@ -226,11 +226,12 @@ def report(answer: Selection, costs: Costs) -> str:
     """Text of the load case, the candidates, the selected pattern, and its line of PROPS."""
     case = answer.case
     path = " to ".join(f"{slip:g}" for slip in (0.0, *case.turns))
+    quality = "the surface itself" if case.planar else f"good to {answer.uncertainty:.1e}"
     where = f"along {case.direction:g} degrees, across a ridge" if case.planar else "in any direction"
     lines = [
         f"load case  sigma_N {', '.join(f'{value:g}' for value in case.sigma_N)}; slip {path} {where}",
         f"surface    theta {case.theta:g} degrees, flat fraction {case.flat:g}, mu {case.material.mu:g}",
-        f"reference  {answer.reference}, good to {answer.uncertainty:.1e}; tolerance {answer.tolerance:g}",
+        f"reference  {answer.reference}, {quality}; tolerance {answer.tolerance:g}",
         *(
             f"lost       sigma_N {sigma_N:g}: no equilibrium beyond a path of {length:.3g}; compared up to it"
             for sigma_N, length in answer.lost

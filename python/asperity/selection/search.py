@@ -20,9 +20,7 @@ from .. import contract
 from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
-from ..oracle import planar, reference
-from ..oracle.compare import parameters_of
-from ..pattern import Pattern, direction_vector
+from ..pattern import Pattern
 from ..slip_curves import slip_curves
 
 REFERENCE_SIDES = 64
@@ -167,8 +165,8 @@ class Selection:
     """The cheapest pattern that meets a tolerance.
 
     errors: the larger ones of the search and of the independent check.  uncertainty: difference between the
-    reference and its mean over other directions (planar: difference from the 2D law); it is added to the
-    errors.  tried: the candidates in the order in which they were run.
+    reference and its mean over other directions, which is added to the errors; 0 for a planar surface, whose
+    reference has the planes of the surface.  tried: the candidates in the order in which they were run.
     """
 
     case: LoadCase
@@ -366,9 +364,9 @@ class Search:
 
     @cached_property
     def uncertainty(self) -> float:
-        """Difference between the reference and its mean over other directions; planar: from another law."""
+        """Difference between the reference and its mean over other directions; 0 for a planar surface."""
         if self.case.planar:
-            return max(_distance_from_other_law(self.check, k) for k in range(len(self.case.sigma_N)))
+            return 0.0
         return self.dense.mean_error(DenseRun(self.case, 1.0, CHECK_AVERAGE, self.executor))
 
     def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
@@ -414,7 +412,6 @@ def select(
         if errors.worst + search.uncertainty > tolerance:
             tried[-1] = Candidate(name, pattern, candidate.planes, errors)
             continue
-        other = "NumPy law" if case.curved else "2D law"
         return Selection(
             case,
             tolerance,
@@ -423,7 +420,7 @@ def select(
             candidate.planes,
             errors,
             search.uncertainty,
-            other if case.planar else f"RP-{REFERENCE_SIDES}",
+            "RT" if case.planar else f"RP-{REFERENCE_SIDES}",
             tuple(tried),
             search.dense.lost,
         )
@@ -442,28 +439,3 @@ def select(
 def _largest(curves: Floats) -> float:
     """Largest L2 norm of the rows."""
     return float(np.sqrt(np.sum(curves**2, axis=-1)).max())
-
-
-def _distance_from_other_law(dense: DenseRun, k: int) -> float:
-    """Largest difference between the tractions of the three-plane pattern and of the 2D law.
-
-    The difference is relative to the largest traction; each law follows the equilibrium itself.  The 2D law
-    has neither asperity height nor wear: with them the NumPy reference takes its place.
-    """
-    case = dense.case
-    n, sigma_N = dense.rows[k], case.sigma_N[k]
-    if n < 1:
-        return 0.0
-    history = dense.interface.confined_slip(case.direction, dense.slips[:n], sigma_N, PRELOAD)
-    e = direction_vector(case.direction)
-    slip, tau = history.separation[:, 1:] @ e, history.traction[:, 1:] @ e
-    parameters = parameters_of(case.material)
-    if case.curved:
-        pattern = reference.regular_pattern(2, case.theta, case.flat, case.direction)
-        numpy = reference.confined_slip(parameters, pattern, case.direction, slip, sigma_N, PRELOAD)
-        other = numpy.traction[:, 1:] @ e
-    else:
-        planes = planar.trapezoid(case.theta, case.flat)
-        rows = planar.confined_slip(parameters, planes, slip.tolist(), sigma_N, PRELOAD)
-        other = np.array([row.traction[1] for row in rows])
-    return float(np.abs(other - tau).max() / np.abs(tau).max())

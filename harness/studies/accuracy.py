@@ -1,0 +1,426 @@
+"""Error against cost, for docs/results/accuracy.md: increments of the path, planes of the pattern.
+
+The parameters are those of Table 2, in mm and MPa, unless stated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from asperity.contract import Floats
+from asperity.interface import Interface
+from asperity.material import Material
+from asperity.paper.fracture_energy import fracture_energy
+from asperity.pattern import Pattern
+from asperity.slip_curves import SlipCurves, slip_curves
+from asperity.style import COLOURS, LINES, TWO, new_figure, printed, save
+from asperity.tables import fill, markdown
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from tqdm import tqdm
+
+from .program import run
+
+SIGMA_N = (0.0, -1.0, -5.0, -10.0)
+"""Normal tractions, MPa."""
+
+SLIP = 0.6
+"""Slip of a monotonic path, mm."""
+
+AMPLITUDE = 0.4
+"""Amplitude A of a cycle 0, +A, -A, +A, mm."""
+
+DIRECTION = 20.0
+"""Direction of slip, degrees, which is no plane of symmetry of RP-4."""
+
+PRELOAD = 4
+"""Increments of the preload. Each plane slides in one direction only, so a few increments are exact."""
+
+AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
+"""Target errors of the tables."""
+
+Tick = Callable[[], object]
+"""Function that is called after each piece of work, for a progress bar."""
+
+
+def material(mu: float = 0.5) -> Material:
+    """Material of Table 2 with another friction coefficient."""
+    return Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=mu)
+
+
+def monotonic(increments: int) -> Floats:
+    """Slips of a monotonic path."""
+    return SLIP * np.arange(1, increments + 1) / increments
+
+
+def cycle(increments: int) -> Floats:
+    """Slips of a cycle 0, +A, -A, +A; increments is a multiple of 5."""
+    k = increments // 5
+    up, down = np.arange(1, k + 1) / k, 1.0 - np.arange(1, 2 * k + 1) / k
+    return AMPLITUDE * np.concatenate([up, down, -down])
+
+
+PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": cycle}
+"""Paths by name."""
+
+
+def log_axes(ax: Axes, x_label: str, y_label: str) -> None:
+    """Set logarithmic axes with labels and a grid."""
+    ax.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.grid(alpha=0.3, which="major")
+
+
+def signed(value: float) -> str:
+    """Text of a number, with a minus sign instead of a hyphen."""
+    return f"{value:g}".replace("-", "−")
+
+
+# --- increments ---------------------------------------------------------------------------------------------
+
+INCREMENTS = tuple(30 * 2**k for k in range(9))
+"""Numbers of increments, 30 to 7680."""
+
+FINER = 8
+"""Factor from the increments of the finest run to those of the reference."""
+
+QUANTITIES = (("tau_L", r"$\tau_L$", "τ_L"), ("s_N", "$s_N$", "s_N"), ("work", "work", "work"))
+"""Fields of a StepError and their names in pictures and tables."""
+
+
+@dataclass(frozen=True)
+class StepError:
+    """Errors of one curve in tau_L, s_N and work, each relative to the largest value of the curve."""
+
+    path: str
+    sigma_N: float
+    rows: int
+    tau_L: float
+    s_N: float
+    work: float
+
+
+def step_errors(
+    increments: Sequence[int] = INCREMENTS, tick: Tick = lambda: None
+) -> Iterator[StepError]:
+    """Errors of RP-4, 30 degrees, with different numbers of increments."""
+    interface = Interface(material(), Pattern.regular(4, 30.0))
+
+    for path, slips in PATHS.items():
+        for sigma_N in SIGMA_N:
+            fine = slip_curves(interface, DIRECTION, slips(FINER * increments[-1]), sigma_N, PRELOAD)
+            for n in increments:
+                coarse = slip_curves(interface, DIRECTION, slips(n), sigma_N, PRELOAD)
+                rows = slice(fine.slips.size // n - 1, None, fine.slips.size // n)
+                errors = (
+                    float(np.abs(getattr(coarse, name)[0] - getattr(fine, name)[0, rows]).max())
+                    / float(np.abs(getattr(fine, name)).max())
+                    for name in ("tau_L", "s_N")
+                )
+                work = abs(coarse.work[0, -1] / fine.work[0, -1] - 1.0)
+                yield StepError(path, sigma_N, n, *errors, work)
+                tick()
+
+
+def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
+    """Run the study of increments; return its picture by name and its table."""
+    sizes = (30, 60) if quick else INCREMENTS
+    errors = list(step_errors(sizes, tick))
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex=True)
+    grid = axes.reshape(2, 3)
+    for row, path in zip(grid, PATHS, strict=True):
+        for ax, (name, label, _) in zip(row, QUANTITIES, strict=True):
+            for i, sigma_N in enumerate(SIGMA_N):
+                here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
+                x, y = [e.rows for e in here], [getattr(e, name) for e in here]
+                ax.plot(x, y, "o-", color=COLOURS[i], markersize=2.5, linewidth=1.0, label=signed(sigma_N))
+            log_axes(ax, "increments of the path", f"relative error of {label}")
+            ax.set_title(path)
+    axes[2].legend(title=r"$\sigma_N$ [MPa]")
+    lines = []
+    for path in PATHS:
+        for sigma_N in SIGMA_N:
+            here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
+            cells = [_order(here, name) for name, _, _ in QUANTITIES]
+            cells += [_needed(here, name, aim) for name, _, _ in QUANTITIES for aim in AIMS[1:]]
+            lines.append([path, signed(sigma_N), *cells])
+    head = ["path", "σ_N [MPa]", *(f"order, {name}" for _, _, name in QUANTITIES)]
+    head += [f"{name} to {aim:.0e}" for _, _, name in QUANTITIES for aim in AIMS[1:]]
+    return {"increments": figure}, markdown(head, lines, numbers=True)
+
+
+def _order(chosen: Sequence[StepError], name: str) -> str:
+    """Order of convergence by least squares."""
+    y = np.log([max(getattr(e, name), 1e-300) for e in chosen])
+    return f"{-np.polyfit(np.log([e.rows for e in chosen]), y, 1)[0]:.1f}"
+
+
+def _needed(chosen: Sequence[StepError], name: str, aim: float) -> str:
+    """Fewest increments such that their error and those of all finer runs are below the target."""
+    found = ""
+    for e in reversed(chosen):
+        if getattr(e, name) > aim:
+            break
+        found = str(e.rows)
+    return found or f"> {chosen[-1].rows}"
+
+
+# --- planes -------------------------------------------------------------------------------------------------
+
+THETA, MU, FLAT = 30.0, 0.5, 1.0 / 3.0
+"""Inclination, friction and weight of the flat plane, as in Table 4."""
+
+REFERENCE_SIDES = 64
+"""Sides of the reference; its spread over directions is 0.09 % at 30 degrees and mu = 0.5."""
+
+SIDES = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 16, 17, 24, 25, 32, 33, 48, 49, 63, 64)
+"""Sides of the patterns."""
+
+DIRECTIONS = 9
+"""Number of slip directions, from one plane of symmetry to the next; all others are equivalent to these."""
+
+PLANE_INCREMENTS = {"monotonic": 240, "cyclic": 800}
+"""Number of increments of 0.0025 mm; their error is about the same for all patterns and directions."""
+
+ENERGY_TOLERANCE = 1.0e-5
+"""G_T counts as converged if the last halving of the steps changes it by at most this fraction of Gc."""
+
+MEASURES = {
+    "tau_L": "τ_L",
+    "across": "across",
+    "s_N": "s_N",
+    "work": "spread of work",
+    "loop": "spread of loops",
+}
+"""Fields of a PlaneError and their names in the tables."""
+
+PLANE_TICKS = (4, 8, 16, 32, 64)
+"""Numbers of planes with a label; the axis is logarithmic."""
+
+
+@dataclass(frozen=True)
+class PlaneError:
+    """Errors of RP-m against RP-64 of the same flat weight in the worst direction, and spreads.
+
+    tau_L, across, s_N: L2 norms over the monotonic path, relative to tau_L and s_N of the reference. work:
+    spread (largest over smallest, minus 1) over the directions of the work of that path, which is G_T at
+    sigma_N = 0. loop: the same for the work of a closed loop of a cycle, NaN at sigma_N = 0.
+    """
+
+    sides: int
+    sigma_N: float
+    tau_L: float
+    across: float
+    s_N: float
+    work: float
+    loop: float
+
+
+def residual_spread(sides: int, theta: float, mu: float) -> float:
+    """Ratio of the residual strengths up a plane and between two planes, minus 1."""
+    facing, between = material(mu).residual_strength(theta, [0.0, 180.0 / sides])
+    return float(facing / between - 1.0)
+
+
+def plane_errors(
+    sides: Iterable[int],
+    theta: float = THETA,
+    mu: float = MU,
+    tractions: Sequence[float] = SIGMA_N,
+    tick: Tick = lambda: None,
+) -> Iterator[PlaneError]:
+    """Errors of regular patterns at each of the normal tractions."""
+    slips, loops = monotonic(PLANE_INCREMENTS["monotonic"]), cycle(PLANE_INCREMENTS["cyclic"])
+    dense = Interface(material(mu), Pattern.regular(REFERENCE_SIDES, theta, FLAT))
+    reference = slip_curves(dense, 0.0, slips, np.array(tractions), PRELOAD)
+    for m in sides:
+        interface = Interface(material(mu), Pattern.regular(m, theta, FLAT))
+        angles = np.linspace(0.0, 180.0 / m, DIRECTIONS)
+        for tau, s_N, sigma_N in zip(reference.tau_L, reference.s_N, tractions, strict=True):
+            curves = slip_curves(interface, angles, slips, sigma_N, PRELOAD)
+            if sigma_N < 0.0:
+                work = _spread(curves.work[:, -1])
+                loop = _spread(_loops(slip_curves(interface, angles, loops, sigma_N, PRELOAD)))
+            else:
+                # here the error of the increments exceeds the spread of fine patterns
+                work = fracture_energy(material(mu), interface.pattern, angles, ENERGY_TOLERANCE).spread
+                loop = np.nan
+            off = _relative(curves.tau_L - tau, tau), _relative(curves.tau_across, tau)
+            yield PlaneError(m, sigma_N, *off, _relative(curves.s_N - s_N, s_N), work, loop)
+            tick()
+
+
+def _relative(error: Floats, reference: Floats) -> float:
+    """Largest ratio, over the curves, of the L2 norm of the error to that of the reference."""
+    return float(np.max(np.linalg.norm(error, axis=-1)) / np.linalg.norm(reference))
+
+
+def _spread(values: Floats) -> float:
+    return float(values.max() / values.min() - 1.0)
+
+
+def _loops(curves: SlipCurves) -> Floats:
+    """Work of the closed loop of the last two strokes of a cycle."""
+    first = curves.slips.size // 5 - 1
+    return np.trapezoid(curves.tau_L[:, first:], curves.slips[first:], axis=1)
+
+
+def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
+    """Run the study of planes; return its picture by name and its tables."""
+    sides, tractions = ((3, 4, 5), (0.0, -5.0)) if quick else (SIDES, SIGMA_N)
+    errors = list(plane_errors(sides, tractions=tractions, tick=tick))
+    figure, axes = new_figure(TWO, 8.0, nrows=5, ncols=len(tractions), sharey="row", sharex=True)
+    for row, (name, label) in zip(axes.reshape(5, len(tractions)), MEASURES.items(), strict=True):
+        for ax, sigma_N in zip(row, tractions, strict=True):
+            here = [e for e in errors if e.sigma_N == sigma_N]
+            for odd in (False, True):
+                chosen = [e for e in here if e.sides % 2 == odd]
+                _plot(ax, chosen, name, 0, "D" if odd else "o", odd, "odd m" if odd else "even m")
+            first = ax is row[0]
+            _plane_axes(ax, ("error, " * (name in SHARED) + label) if first else "", name == "loop")
+            if name == "tau_L":
+                ax.set_title(rf"$\sigma_N$ = {signed(sigma_N)} MPa")
+    handles, texts = axes[0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside lower center", ncols=2)
+    needs = []
+    for sigma_N in tractions:
+        here = [e for e in errors if e.sigma_N == sigma_N]
+        names = [name for name in MEASURES if not (name == "loop" and sigma_N == 0.0)]
+        for aim in AIMS[:2]:
+            needs.append([signed(sigma_N), f"{100 * aim:g} %", *(_fewest(here, n, aim) for n in names)])
+    for aim in AIMS[:2]:
+        enough = next(m for m in range(3, 1000) if residual_spread(m, THETA, MU) <= aim)
+        needs.append(["< 0, residual strength", f"{100 * aim:g} %", str(enough)])
+    head = ["σ_N [MPa]", "aim", *MEASURES.values()]
+    filled = [[*row, *[""] * (len(head) - len(row))] for row in needs]
+    text = "Fewest sides m that meet an aim:\n\n" + markdown(head, filled, numbers=True)
+    return {"planes": figure}, text
+
+
+SHARED = ("tau_L", "across", "s_N")
+"""Measures that are errors; the others are spreads over the directions."""
+
+
+def _plot(
+    ax: Axes, errors: Sequence[PlaneError], name: str, colour: int, marker: str, hollow: bool, label: str
+) -> None:
+    """Draw an error over the number of planes."""
+    x, y = [e.sides + 1 for e in errors], [getattr(e, name) for e in errors]
+    style = {"color": COLOURS[colour], "markersize": 3.5, "linewidth": 0.0 if hollow else 1.0}
+    face = "none" if hollow else COLOURS[colour]
+    ax.plot(x, y, marker + LINES[colour], markerfacecolor=face, label=label, **style)
+
+
+def _plane_axes(ax: Axes, y_label: str, last: bool) -> None:
+    """Set logarithmic axes with the number of planes, which determines the time of a curve."""
+    log_axes(ax, "number of planes" if last else "", y_label)
+    ax.set_xticks(PLANE_TICKS, [str(n) for n in PLANE_TICKS])
+    ax.set_xticks([], minor=True)
+
+
+def _fewest(tried: Sequence[PlaneError], name: str, aim: float) -> str:
+    """Smallest number of sides that meets the target."""
+    good = [e.sides for e in tried if getattr(e, name) <= aim]
+    return str(min(good)) if good else f"> {max(e.sides for e in tried)}"
+
+
+# --- inclination and friction -------------------------------------------------------------------------------
+
+FRICTIONS, SLOPES = (0.25, 0.5, 0.75), (15.0, 30.0, 45.0)
+"""Friction and inclination, degrees."""
+
+MATERIALS_SIGMA_N = -5.0
+"""Normal traction, MPa."""
+
+MATERIALS_SIDES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 24, 32, 48)
+"""Sides of the patterns."""
+
+
+def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
+    """Run the study of inclinations and frictions; return its picture by name and its table."""
+    frictions, slopes = (FRICTIONS[:1], SLOPES[:1]) if quick else (FRICTIONS, SLOPES)
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=len(frictions), sharex=True, sharey="row")
+    rows = []
+    for mu, column in zip(frictions, axes.reshape(2, -1).T, strict=True):
+        for i, theta in enumerate(slopes):
+            sides = (3, 4, 5) if quick else MATERIALS_SIDES
+            errors = list(plane_errors(sides, theta, mu, (MATERIALS_SIGMA_N,), tick))
+            for ax, name in zip(column, ("tau_L", "loop"), strict=True):
+                for odd in (False, True):
+                    chosen = [e for e in errors if e.sides % 2 == odd]
+                    label = f"{theta:g}°, {'odd' if odd else 'even'}"
+                    _plot(ax, chosen, name, i, "s" if odd else "o", odd, label)
+            needs = [_fewest(errors, n, aim) for n in ("tau_L", "s_N") for aim in AIMS[:2]]
+            rows.append([f"{mu:g}", f"{theta:g}°", *needs])
+        first = mu == frictions[0]
+        column[0].set_title(rf"$\mu$ = {mu:g}, $\sigma_N$ = {signed(MATERIALS_SIGMA_N)} MPa")
+        _plane_axes(column[0], r"error, $\tau_L$ [-]" if first else "", last=False)
+        _plane_axes(column[1], "spread of the loops [-]" if first else "", last=True)
+    handles, texts = axes[0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside lower center", ncols=6)
+    names = (f"{q}, {100 * aim:g} %" for q in ("τ_L", "s_N") for aim in AIMS[:2])
+    return {"materials": figure}, markdown(["µ", "θ", *names], rows, numbers=True)
+
+
+# --- program ------------------------------------------------------------------------------------------------
+
+STUDIES: dict[str, Callable[[bool, Tick], tuple[dict[str, Figure], str]]] = {
+    "increments": draw_increments,
+    "planes": draw_planes,
+    "materials": draw_materials,
+}
+"""Studies by the names of their markers: pictures by their names, and the table."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the program."""
+    parser.add_argument("--folder", type=Path, default=Path(), metavar="DIR", help="folder of the pictures")
+    parser.add_argument("--pdf", action="store_true", help="write vector pictures (PDF) instead of PNG")
+    parser.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE.md",
+        help="fill the numbers into a page, between markers such as <!-- accuracy-planes -->",
+    )
+    parser.add_argument("--only", nargs="+", choices=STUDIES, metavar="STUDY", help="which")
+    parser.add_argument("--quick", action="store_true", help="very small sizes, for a test of the program")
+    parser.set_defaults(action=_write)
+
+
+def _write(options: argparse.Namespace) -> int:
+    """Run studies, write pictures, and print the tables or fill them into a page."""
+    options.folder.mkdir(parents=True, exist_ok=True)
+    page = options.page.read_text(encoding="utf-8") if options.page else None
+    if page is not None and "<!-- accuracy-" not in page:
+        raise ValueError(f"{options.page}: expected markers such as <!-- accuracy-planes -->")
+    with tqdm(unit="run", disable=None) as bar:
+        for name in options.only or STUDIES:
+            bar.set_description(name)
+            with printed():
+                figures, table = STUDIES[name](options.quick, bar.update)
+                for stem, figure in figures.items():
+                    path = options.folder / f"accuracy_{stem}.{'pdf' if options.pdf else 'png'}"
+                    save(figure, path)
+                    bar.write(str(path))
+            if page is None:
+                bar.write(f"\n{table}\n")
+            else:
+                page = fill(page, {f"accuracy-{name}": table})
+    if page is not None:
+        options.page.write_text(page, encoding="utf-8")
+    return 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program."""
+    return run(add_arguments, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,161 @@
+"""Sketches of a rough joint: its two sides, axes and signs, and the planes that stand for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from asperity.contract import Floats
+from asperity.pattern import Pattern
+from asperity.pattern_pictures import GREYS, STONE, plan, space
+from asperity.style import COLOURS, TWO, new_figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, BLACK = COLOURS[:4]
+FACING = "#F6C7A5"
+"""Fill of a plane that faces the slip."""
+
+NOTE = {"fontsize": "small"}
+
+
+def profile(theta: float, periods: int = 2) -> Floats:
+    """Corners (x, z) of a trapezoidal profile: a third of its length is flat, slopes of theta degrees."""
+    z = np.tan(np.radians(theta))
+    one = np.array([(0.0, 0.0), (0.5, 0.0), (1.5, z), (2.0, z), (3.0, 0.0)])
+    shifted = [np.add(one, (3.0 * k, 0.0)) for k in range(periods)]
+    return np.vstack(
+        [*(part[:-1] for part in shifted), shifted[-1][-1:], np.add(shifted[-1][-1:], (0.5, 0.0))]
+    )
+
+
+def bodies(ax: Axes, s: tuple[float, float], theta: float = 30.0) -> None:
+    """Section through a joint whose upper side has moved by s = (s_N, s_Tx)."""
+    lower = profile(theta)
+    upper = np.add(lower, (s[1], s[0]))
+    floor, roof = -0.8, 2.1
+    for line, level, fill in ((lower, floor, STONE[0]), (upper, roof, STONE[1])):
+        outline = np.vstack([line, (line[-1, 0], level), (line[0, 0], level)])
+        ax.fill(*outline.T, facecolor=fill, edgecolor="none")
+        ax.plot(*line.T, color="black", linewidth=1.2)
+    ax.set_xlim(-0.1, 7.4)
+    ax.set_ylim(floor, roof)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def arrow(ax: Axes, start: Sequence[float], step: Sequence[float], colour: str, **options: object) -> None:
+    """Arrow from a point by a step."""
+    end = np.add(start, step)
+    style = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.5, "shrinkA": 0, "shrinkB": 0} | options
+    ax.annotate("", end, start, arrowprops=style)
+
+
+def joint() -> Figure:
+    """The two sides, the axes and the separation; the plane that faces a slip; the planes of the RIE."""
+    figure, axes = new_figure(TWO, 3.9, nrows=2, ncols=2)
+    apart, climbing, traction, planes = axes
+    s = (0.75, 0.55)
+    bodies(apart, s)
+    crest = np.add(profile(30.0)[2], (0.25, 0.0))
+    arrow(apart, crest, (s[1], s[0]), ORANGE)
+    legs = np.add(crest, [(0.0, 0.0), (s[1], 0.0), (s[1], s[0])])
+    apart.plot(*legs.T, ":", color=ORANGE, linewidth=1.2)
+    apart.text(crest[0] + 0.12, crest[1] + 0.3, r"$\mathbf{s}$", color=ORANGE, ha="right")
+    apart.text(crest[0] + s[1] + 0.06, crest[1] + 0.3, "$s_N$", color=ORANGE)
+    apart.text(crest[0] + 0.2, crest[1] - 0.25, "$s_{Tx}$", color=ORANGE)
+    origin = (5.0, -0.55)
+    for step, name, place in (((0.0, 0.55), "$N$", (-0.3, 0.35)), ((0.75, 0.0), "$T_x$", (0.8, -0.1))):
+        arrow(apart, origin, step, BLACK)
+        apart.text(*np.add(origin, place), name)
+    apart.plot(
+        *origin, "o", color=BLACK, markersize=8, markerfacecolor="white"
+    )  # T_y = N x T_x points away from the reader.
+    apart.plot(*origin, "x", color=BLACK, markersize=5)
+    apart.text(origin[0] - 0.42, origin[1] - 0.1, "$T_y$")
+    apart.text(0.15, -0.6, "lower side", **NOTE)
+    apart.text(0.75, 1.85, "upper side", **NOTE)
+    apart.set_title(
+        r"(a) separation $\mathbf{s}$ = displacement of the upper side less that of the lower", **NOTE
+    )
+
+    slip = 0.55
+    bodies(climbing, (slip * np.tan(np.radians(30.0)), slip))
+    line = profile(30.0)
+    for k in (1, 5):
+        climbing.plot(*line[k : k + 2].T, color=ORANGE, linewidth=4, solid_capstyle="butt")
+        climbing.plot(*line[k + 2 : k + 4].T, color=BLUE, linewidth=4, solid_capstyle="butt")
+    arrow(climbing, (2.3, 1.85), (1.0, 0.0), BLACK)
+    climbing.text(3.4, 1.78, r"slip $s_{Tx} > 0$", **NOTE)
+    climbing.text(0.35, -0.35, "faces the slip: in contact, climbed", color=ORANGE, **NOTE)
+    climbing.text(2.6, -0.65, "does not face it: opens", color=BLUE, **NOTE)
+    climbing.set_title(
+        r"(b) fully damaged: sliding up by $s_{Tx}$ opens the joint by $s_N = s_{Tx}\,\tan\theta$", **NOTE
+    )
+
+    bodies(traction, (0.75, 0.0))
+    for x in (1.75, 4.75):
+        z = np.tan(np.radians(30.0))
+        arrow(traction, (x, z), (0.0, 0.32), ORANGE)
+        arrow(traction, (x, z + 0.75), (0.0, -0.32), ORANGE)
+    traction.text(1.75, 1.6, r"$t_N > 0$: tension", color=ORANGE, ha="center", **NOTE)
+    for x in (0.05, 3.05):
+        arrow(traction, (x, 0.12), (0.4, 0.0), BLUE)
+        arrow(traction, (x + 0.4, 0.63), (-0.4, 0.0), BLUE)
+    traction.text(3.02, 0.32, r"$t_{Tx} > 0$", color=BLUE, **NOTE)
+    traction.text(0.3, -0.55, "the arrows are the tractions on each side", **NOTE)
+    traction.set_title(r"(c) positive tractions, per nominal area", **NOTE)
+
+    _planes_of(planes, Pattern.regular(2, 30.0))
+    planes.set_title("(d) the same surface as an RIE: three planes, one common separation", **NOTE)
+    return figure
+
+
+def _planes_of(ax: Axes, pattern: Pattern) -> None:
+    """Planes of RT from the side, with their weights and axes n and t."""
+    names = ("flat", "faces $+T_x$", r"faces $-T_x$")
+    fills = (BLACK, ORANGE, BLUE)
+    for k, (n, gamma) in enumerate(zip(pattern.normals, pattern.weights, strict=True)):
+        middle = np.array([2.3 * k + 1.0, 0.0])
+        normal = np.array([n[1], n[0]])
+        along = np.array([n[0], -n[1]])
+        up = along if k < 2 else -along  # t points up the slope
+        ends = np.array([middle - 0.8 * along, middle + 0.8 * along])
+        ax.plot(*ends.T, color=fills[k], linewidth=4, solid_capstyle="butt")
+        arrow(ax, middle, 0.9 * normal, BLACK)
+        if k > 0:
+            arrow(ax, middle, 0.75 * up, BLACK)
+            ax.text(*np.add(middle + 0.85 * up, (0.0, -0.34)), "uphill", ha="center", **NOTE)
+        ax.text(*(middle + 1.0 * normal), r"$\mathbf{n}$", ha="center")
+        ax.text(middle[0], -0.95, rf"{names[k]}, $\gamma$ = {gamma:.3g}", color=fills[k], ha="center", **NOTE)
+    angle = np.radians(np.linspace(0.0, 30.0, 20))
+    foot = np.array([2.3 + 1.0, 0.0]) - 0.8 * np.array([np.cos(angle[-1]), np.sin(angle[-1])])
+    ax.plot([foot[0], foot[0] + 0.9], [foot[1]] * 2, ":", color=BLACK, linewidth=1.0)
+    ax.plot(*(foot[:, None] + 0.65 * np.vstack([np.cos(angle), np.sin(angle)])), color=BLACK, linewidth=1.0)
+    ax.text(*np.add(foot, (0.72, 0.07)), r"$\theta$")
+    ax.set_xlim(-0.2, 6.6)
+    ax.set_ylim(-1.2, 1.4)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def patterns() -> Figure:
+    """Patterns in plan, the planes that face a slip along Tx, and one of them in space."""
+    figure = Figure(figsize=(TWO, 1.8), layout="constrained")
+    drawn = {"RT: m = 2": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-16": 16}
+    for i, (name, m) in enumerate(drawn.items()):
+        ax = figure.add_subplot(1, len(drawn) + 1, i + 1)
+        plan(ax, Pattern.regular(m, 30.0), name, numbers=False)
+        for patch in list(ax.patches)[1:]:  # The flat plane is left out. Every side rises towards the middle.
+            faces = patch.get_xy()[:-1, 0].mean() < -1e-6
+            patch.set_facecolor(FACING if faces else GREYS[1])
+        arrow(ax, (-0.2, -0.8), (0.4, 0.0), BLACK)
+        ax.text(0.0, -0.98, "slip along $T_x$", ha="center", fontsize=6.0)
+        ax.set_xlim(-0.75, 0.75)
+        ax.set_ylim(-1.0, 0.75)
+    space(
+        figure.add_subplot(1, len(drawn) + 1, len(drawn) + 1, projection="3d"),
+        Pattern.regular(4, 30.0),
+        "RP-4",
+    )
+    return figure

@@ -1,0 +1,268 @@
+"""Pictures and numbers of docs/extensions.md that the library computes: dilation, cycles, locking, snaps.
+
+Units: mm, MPa, degrees; Table 2 of the paper with a stiff contact unless stated.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from asperity import contract
+from asperity.contract import Floats
+from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
+from asperity.interface import History, Interface
+from asperity.material import Material, ModelWarning
+from asperity.pattern import Pattern
+from asperity.style import TWO, new_figure
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+
+FIVE = Pattern.regular(4, 30.0, flat=0.2)
+"""The five planes of Table 3."""
+
+RT = Pattern.regular(2, 30.0)
+SLOPE = float(np.tan(np.radians(30.0)))
+"""RT of Table 1, and the slope of its inclined planes."""
+
+VARIANTS = (
+    ("no end", {}),
+    ("H = 0.3 mm", {"height": 0.3}),
+    (r"H = 0.3 mm, $W_0$ = 30 N/mm", {"height": 0.3, "W0": 30.0}),
+)
+"""Asperities without end, with a height, and with a height and wear."""
+
+STRESSES = (0.0, -2.0, -5.0, -10.0, -20.0)
+"""Normal tractions of Figure 8 without tension."""
+
+CYCLE = (0.4, -0.4, 0.4)
+"""Turns of Figure 9."""
+
+
+def path(*turns: float, step: float = 0.001) -> Floats:
+    """Slips from 0 to each of the turns in increments of about a step."""
+    parts = [np.zeros(1)]
+    for a, b in pairwise((0.0, *turns)):
+        parts.append(np.linspace(a, b, round(abs(b - a) / step) + 1)[1:])
+    return np.concatenate(parts)
+
+
+# --- Figures 8 and 9 of the paper ---------------------------------------------------------------------------
+
+
+def paper_figures() -> Figure:
+    """Draw Figures 8(a) and 9(a) of the paper without end, with a height, and with wear."""
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex="row", sharey="row")
+    for ax, (name, extra) in zip(axes[:3], VARIANTS, strict=True):
+        rough = Interface(replace(TABLE_2, eta=0.99, kc=20.0, **extra), FIVE)
+        lines = []
+        for sigma_N in STRESSES:
+            history = rough.confined_slip(0.0, path(0.6), sigma_N)
+            lines.append((f"{sigma_N:g}", history.separation[:, 1], history.separation[:, 0], False))
+        curves(ax, lines, SLIP, DILATION, r"$\sigma_N$ [MPa]", inside=True)
+        ax.set_title(f"Figure 8(a): {name}", **NOTE)
+    for ax, (name, extra) in zip(axes[3:], VARIANTS, strict=True):
+        rough = Interface(replace(TABLE_2, kc=20.0, **extra), FIVE)
+        lines = []
+        for sigma_N in STRESSES[:1] + STRESSES[2:4]:
+            history = rough.confined_slip(0.0, path(*CYCLE), sigma_N)
+            lines.append((f"{sigma_N:g}", history.separation[:, 1], history.traction[:, 1], False))
+        curves(ax, lines, SLIP, TRACTION, r"$\sigma_N$ [MPa]", inside=True)
+        ax.set_title(f"Figure 9(a): {name}", **NOTE)
+    return figure
+
+
+# --- cycles -------------------------------------------------------------------------------------------------
+
+WORN = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=100.0, height=0.5, W0=1.0)
+"""Material of the cycles, on RT."""
+
+AMPLITUDE, PRESSURE = 0.4, -1.0
+"""Slip at the reversals, mm, and normal traction, MPa, of the cycles."""
+
+ROUGH_LEFT = 0.05
+"""Share of the slope at which asperities count as worn out."""
+
+
+def cycles(material: Material, count: int) -> History:
+    """Cycles of RT between the amplitudes, from zero slip on, under PRESSURE."""
+    turns = [AMPLITUDE, -AMPLITUDE] * count
+    return Interface(material, RT).confined_slip(0.0, path(*turns), PRESSURE)
+
+
+def turning_rows(slips: Floats) -> list[int]:
+    """Rows of the reversals of a path, and the last row."""
+    steps = np.sign(np.diff(slips))
+    return [*(np.flatnonzero(np.diff(steps)) + 1).tolist(), slips.size - 1]
+
+
+def worn(history: History, plane: int) -> Floats:
+    """Wear omega of the facet of a plane (from 1) of RT, in every row."""
+    names = contract.statev_names(len(RT.weights), wears=True)
+    return history.state[:, names.index(f"worn_{plane}")]
+
+
+def plesha(
+    slips: Floats, mu: float, slope: float, c: float, pressure: float
+) -> tuple[Floats, Floats, Floats]:
+    """Rigid joint of Plesha (1987) along a path: traction, opening and asperity angle (radians), (T,) each.
+
+    The angle decays as exp(-c W) with the work W of the tangential traction, which is pressure tan(phi + a)
+    up the asperities and pressure tan(phi - a) down them; both sides of the asperities have the same angle.
+    """
+    friction = np.arctan(mu)
+    angle0 = np.arctan(slope)
+    tau, opening, angle = np.zeros(slips.size), np.zeros(slips.size), np.full(slips.size, angle0)
+    work = 0.0
+    for i in range(1, slips.size):
+        step = slips[i] - slips[i - 1]
+        middle = 0.5 * (slips[i] + slips[i - 1])
+        up = np.sign(step) == np.sign(middle)
+        a = angle[i - 1] if up else -angle[i - 1]
+        tau[i] = np.sign(step) * pressure * np.tan(friction + a)
+        work += tau[i] * step
+        opening[i] = opening[i - 1] + abs(step) * np.tan(a)
+        angle[i] = angle0 * np.exp(-c * work)
+    return tau, opening, angle
+
+
+def wear_out(share: Floats, slips: Floats) -> float:
+    """Cycles until the share of the slope that is left falls to ROUGH_LEFT; nan if it does not."""
+    below = np.flatnonzero(share <= ROUGH_LEFT)
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(slips)))])
+    return float(way[below[0]] / (4.0 * AMPLITUDE)) if below.size else np.nan
+
+
+def wear() -> Figure:
+    """Draw cycles of a worn joint, and its wear beside that of Plesha's law."""
+    figure, (tau, dilation, left) = new_figure(TWO, 2.7, ncols=3)
+    history = cycles(WORN, 5)
+    slips = history.separation[:, 1]
+    ends = [0, *turning_rows(slips)]
+    for i in range(0, len(ends) - 1, 2):
+        part = slice(ends[i], ends[min(i + 2, len(ends) - 1)] + 1)
+        shade = colormaps["viridis"](0.2 * i / 2)
+        tau.plot(slips[part], history.traction[part, 1], color=shade, label=f"{i // 2 + 1}")
+        dilation.plot(slips[part], history.separation[part, 0], color=shade)
+    tau.legend(title="cycle", loc="upper left")
+    for level in (-1.0, 1.0):
+        tau.axhline(level * WORN.mu * PRESSURE, linestyle=":", color=BLACK, linewidth=0.8)
+    for ax, name in ((tau, TRACTION), (dilation, DILATION)):
+        ax.set_xlabel(SLIP)
+        ax.set_ylabel(name)
+    tau.set_title(r"(a) RT, −1 MPa, $H$ = 0.5 mm, $W_0$ = 1 N/mm", **NOTE)
+    dilation.set_title("(b) the worn joint closes again", **NOTE)
+    for pressure, colour in zip(PRESSURES, (GREEN, BLUE, ORANGE), strict=True):
+        path_, share, share_plesha = shares(pressure)
+        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path_)))]) / (4.0 * AMPLITUDE)
+        left.semilogy(way, share, color=colour, label=f"{pressure:g} MPa")
+        left.semilogy(way, share_plesha, "--", color=colour)
+    left.axhline(ROUGH_LEFT, color=BLACK, linewidth=0.8, linestyle=":")
+    left.set_ylim(0.01, 1.1)
+    left.set_xlabel("cycles")
+    left.set_ylabel("share of the slope that is left")
+    left.legend(title=r"$\sigma_N$; dashed: Plesha")
+    left.set_title(rf"(c) both facets, no height, $W_0$ = {SLOW:g} N/mm", **NOTE)
+    for ax in (tau, dilation, left):
+        ax.grid(alpha=0.3)
+    return figure
+
+
+PRESSURES = (-0.5, -1.0, -2.0)
+SLOW = 4.0
+"""Normal tractions, MPa, and W0, N/mm, of the comparison with Plesha's law."""
+
+
+def shares(sigma_N: float, count: int = 20) -> tuple[Floats, Floats, Floats]:
+    """Slips of cycles under sigma_N, and the share of the slope that is left: mean of the facets, Plesha.
+
+    Plesha's work is that of the joint, ours that of a facet per unit of its area, on which the whole normal
+    traction acts in every other half of a cycle: c = 1/(2 gamma W0) with the weight gamma of the facet.
+    """
+    material = replace(WORN, height=0.0, W0=SLOW)
+    slips = path(*([AMPLITUDE, -AMPLITUDE] * count))
+    history = Interface(material, RT).confined_slip(0.0, slips, sigma_N)
+    share = 1.0 - 0.5 * (worn(history, 2) + worn(history, 3))
+    c = 0.5 / (RT.weights[1] * material.W0)
+    _, _, angle = plesha(slips, material.mu, SLOPE, c, -sigma_N)
+    return slips, share, angle / np.arctan(SLOPE)
+
+
+# --- locking and snaps --------------------------------------------------------------------------------------
+
+LOCKING = Material(sigma0=0.06, Gc=1.2e-4, eta=0.9, mu=0.8, kc=100.0)
+"""A bond of a fiftieth of the strength of Table 2 with the same stiffness, which is soon broken.
+
+On RT of 60 degrees mu tan(theta) = 1.39: it locks.
+"""
+
+STEEP_RT = Pattern.regular(2, 60.0)
+
+
+def locked(height: float) -> History:
+    """Slip test under PRESSURE of the steep RT, which slides as soon as its slope has fallen to 1/mu."""
+    joint = Interface(replace(LOCKING, height=height), STEEP_RT)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # without a height it locks, as it is to show
+        return joint.confined_slip(0.0, path(1.0), PRESSURE)
+
+
+def unlocking_slip(height: float) -> float:
+    """Slip (H/T) log(mu T) at which mu tan(phi) = 1 on the steep RT."""
+    slope = np.tan(np.radians(60.0))
+    return float(height / slope * np.log(LOCKING.mu * slope))
+
+
+def snap(height: float) -> History:
+    """Slip of RP-16 without pressure, in increments that are small enough to stop at its fold."""
+    fine = Interface(replace(TABLE_2, height=height), Pattern.regular(16, 30.0))
+    return fine.confined_slip(0.0, path(0.2, step=1e-4), 0.0)
+
+
+def ends() -> Figure:
+    """Draw how a height ends locking, and what it does to the snap of a fine pattern."""
+    figure, (tau, fold) = new_figure(TWO, 2.7, ncols=2)
+    for height, colour, style in ((0.0, BLACK, "-"), (0.5, BLUE, "-."), (0.2, ORANGE, "--")):
+        history = locked(height)
+        slips = history.separation[:, 1]
+        label = f"H = {height:g} mm" if height else "no end"
+        tau.semilogy(slips, history.traction[:, 1], style, color=colour, label=label)
+        if height:
+            slope = np.tan(np.radians(60.0))
+            phi = slope * np.exp(-slips * slope / height)
+            free = LOCKING.mu * phi < 0.95
+            rigid = -PRESSURE * (LOCKING.mu + phi[free]) / (1.0 - LOCKING.mu * phi[free])
+            tau.semilogy(slips[free], rigid, ":", color=colour)
+            tau.axvline(unlocking_slip(height), color=colour, linewidth=0.6)
+    tau.axhline(-LOCKING.mu * PRESSURE, color=BLACK, linewidth=0.6, linestyle=":")
+    tau.set_xlabel(SLIP)
+    tau.set_ylabel(TRACTION)
+    tau.legend()
+    tau.set_title(r"(a) RT of 60°, $\mu$ = 0.8: locks up to the thin lines", **NOTE)
+    for height, colour, style in ((0.0, BLACK, "-"), (0.5, BLUE, "-."), (0.2, ORANGE, "--")):
+        history = snap(height)
+        label = f"H = {height:g} mm" if height else "no end"
+        fold.plot(history.separation[:, 1], history.separation[:, 0], style, color=colour, label=label)
+    fold.set_xlim(0.14, 0.2)
+    fold.set_ylim(0.05, 0.12)
+    fold.set_xlabel(SLIP)
+    fold.set_ylabel(DILATION)
+    fold.legend()
+    fold.set_title(r"(b) RP-16 without pressure: the jump", **NOTE)
+    for ax in (tau, fold):
+        ax.grid(alpha=0.3)
+    return figure
+
+
+PICTURES: dict[str, Callable[[], Figure]] = {
+    "extensions_paper": paper_figures,
+    "extensions_wear": wear,
+    "extensions_ends": ends,
+}

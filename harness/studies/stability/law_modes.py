@@ -1,0 +1,414 @@
+"""Failure modes of the law and its arithmetic: steps, locking, second law, precision, time step."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from asperity import contract
+from asperity.contract import Floats
+from asperity.interface import EquilibriumLost, Interface, work_along
+from asperity.material import Material, ModelWarning
+from asperity.pattern import Pattern
+from numpy.typing import ArrayLike, NDArray
+
+from ..extensions import locked
+from ..newton import NewtonStudy, newton_paths, newton_study, slip_targets
+from .explicit import Flight, Vumat, fly
+from .modes import S_F, TABLE_2, FailureMode, K, Trial
+from .solver_modes import ramp
+
+S_0 = TABLE_2.s_0
+"""Separation at the onset of damage, mm."""
+
+# --- steps --------------------------------------------------------------------------------------------------
+
+ACCEPTED = 0.01
+"""Accepted error of a trial of accuracy."""
+
+
+RUPTURE = contract.statev_index("rupture")
+LEDGER = [contract.statev_index(name) for name in ("stored", "rupture", "friction")]
+"""Names of the energies in STATEV."""
+
+
+def ledger_error(study: NewtonStudy) -> float:
+    """Energy balance: work less stored and dissipated energy at the end, over the work."""
+    work = work_along(study.separation, study.traction)[-1]
+    return float(abs(work - study.state[-1, LEDGER].sum()) / abs(work))
+
+
+def steps() -> list[Trial]:
+    """Compare one step of 10 s_f with 1000 steps, and prescribed separations in a few steps with many."""
+    rough = Interface(replace(TABLE_2, kc=20.0), Pattern.regular(4, 30.0))
+    trials = []
+    exact = newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=1000), -1.0)
+    for n, energies in ((1, False), (10, False), (100, True), (1000, True)):
+        study = newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=n), -1.0)
+        off = np.abs(study.traction[-1] - exact.traction[-1]).max() / np.abs(exact.traction[-1]).max()
+        error, rupture = ledger_error(study), study.state[-1, RUPTURE]
+        label = f"slip of 10 s_f under -1 MPa in {n} step{'s' * (n > 1)}"
+        if n == 1:
+            found = f"{max(study.iterations)} iterations; relative difference from 1000 steps {off:.1g}"
+            trials.append(Trial(f"{label}: traction", True, off < ACCEPTED, found))
+        found = f"work - stored - rupture - friction = {error:.3g} times the work; rupture {rupture:.4g} N/mm"
+        trials.append(Trial(f"{label}: energies", energies, error < ACCEPTED, found))
+    for name, corners in (
+        ("closing from 10 s_f", [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [-0.01, 0.0, 0.0]]),
+        (
+            "slip of 10 s_f and back while the joint is closed",
+            [[0, 0, 0], [-0.01, 0, 0], [-0.01, 2, 0], [-0.01, -2, 0]],
+        ),
+    ):
+        for n, survives in ((1, False), (1000, True)):
+            ends = [rough.replay(path(corners, steps)).traction[-1] for steps in (n, 2000)]
+            off = np.abs(ends[0] - ends[1]).max() / np.abs(ends[1]).max()
+            label = f"{name}, {n} step{'s' * (n > 1)} for each straight part: traction"
+            trials.append(
+                Trial(label, survives, off < ACCEPTED, f"relative difference from 2000 steps {off:.2g}")
+            )
+    return trials
+
+
+def path(corners: ArrayLike, steps: int) -> Floats:
+    """Straight lines from corner to corner, each in `steps` steps."""
+    corners = np.asarray(corners, dtype=float)
+    share = np.linspace(0.0, 1.0, steps + 1)[1:, None]
+    return np.concatenate([a + share * (b - a) for a, b in pairwise(corners)])
+
+
+STEPS = FailureMode(
+    "steps",
+    "Large increments",
+    "The return mapping is implicit. A step of 10 s_f through onset, rupture and sliding converges and, "
+    "under a constant pressure, ends at the right traction. The energies are sums over the path and are "
+    "wrong. Tractions are also wrong if the path reverses while planes slide.",
+    "Limit the growth of damage in an increment (PROPS 14) where energies matter, and end an increment at "
+    "each reversal. The energy balance work = stored + rupture + friction shows the error.",
+    steps,
+)
+
+# --- locking ------------------------------------------------------------------------------------------------
+
+
+FAR = 1e12
+"""Residual strength over |sigma_N| beyond which the strength counts as infinite."""
+
+
+def facing_angle(sides: int, direction: ArrayLike) -> Floats:
+    """Angle between a slip direction and the nearest facing plane of a regular pattern, degrees."""
+    planes = 360.0 * np.arange(sides) / sides
+    away = (np.asarray(direction)[..., None] - planes + 180.0) % 360.0 - 180.0
+    result: Floats = np.abs(away).min(axis=-1)
+    return result
+
+
+def locks(interface: Interface, directions: Floats) -> NDArray[np.bool_]:
+    """Whether the traction of the fully damaged interface grows with the slip at a large slip."""
+    far = 1e4 * S_F
+    # one step of 10 s_f damages every plane fully
+    slips = [10 * S_F, 0.5 * far, far]
+    targets = np.stack([slip_targets(direction, slips, -0.01, 1) for direction in directions], axis=1)
+    studies = newton_paths(interface, targets, tolerance=1e-6)
+    lost = [d for d, study in zip(directions, studies, strict=True) if not study.converged]
+    if lost:
+        raise RuntimeError(f"slip at {lost} degrees: expected Newton's method to converge")
+    before, after = np.array([np.linalg.norm(study.traction[-2:, 1:], axis=1) for study in studies]).T
+    return after > 1.5 * before  # 2 if proportional to the slip, 1 if constant
+
+
+def locking() -> list[Trial]:
+    """Use the closed form as a coefficient of friction, and run the law in all directions."""
+    theta = 30.0
+    slope = np.tan(np.radians(theta))
+    trials = []
+    for ratio, survives in ((0.9, True), (1.1, False)):
+        mu = ratio / slope
+        value = (mu + slope) / (1.0 - mu * slope)
+        found = f"residual strength {value:.3g} |sigma_N|"
+        label = f"closed form as friction of a smooth interface, mu tan(theta) = {ratio}"
+        trials.append(Trial(label, survives, value > 0.0, found))
+    patterns, ratios, directions = (
+        (2, 3, 4, 6, 16),
+        (0.5, 0.9, 0.99, 1.0, 1.01, 1.1, 2.0),
+        np.arange(0.0, 360.0, 5.0),
+    )
+    agree = locked = 0
+    for sides in patterns:
+        for ratio in ratios:
+            rough = Interface(replace(TABLE_2, mu=ratio / slope), Pattern.regular(sides, theta))
+            strength = rough.material.residual_strength(theta, facing_angle(sides, directions))
+            predicted = strength > FAR
+            found = locks(rough, directions)
+            agree += int(np.sum(found == predicted))
+            locked += int(np.sum(found))
+    total = len(patterns) * len(ratios) * len(directions)
+    names = "RT, RP-3, RP-4, RP-6, RP-16"
+    trials.append(
+        Trial(
+            f"the law for {names}, mu tan(theta) = 0.5 to 2, every 5°",
+            True,
+            agree == total,
+            f"{agree} of {total} runs agree with the closed form ({locked} of them lock)",
+        )
+    )
+    return trials + [_steep(height) for height in (0.0, 0.2)]
+
+
+def _steep(height: float) -> Trial:
+    """Slide the steep RT of the page on extensions by 1 mm, with an asperity height or without."""
+    history = locked(height)
+    at, last = (
+        float(value) for value in np.interp((0.1, 1.0), history.separation[:, 1], history.traction[:, 1])
+    )
+    end = f"height = {height:g} mm" if height else "infinitely high asperities"
+    label = f"RT of 60°, mu tan(theta) = 1.39, {end}, slip of 1 mm under -1 MPa"
+    return Trial(label, height > 0.0, bool(last < at), f"{at:.4g} MPa at 0.1 mm, {last:.4g} MPa at 1 mm")
+
+
+LOCKING = FailureMode(
+    "locking",
+    "Locking at mu tan(theta) = 1",
+    "On a steep, rough plane friction prevents any sliding up: the traction grows in proportion to the "
+    "slip. The asperities of the paper are infinitely high, so this growth has no limit.",
+    "Keep mu tan(theta) below 1 in every direction, or give the asperities a height H (PROPS 18): locking "
+    "then ends at the slip (H/tan(theta)) log(mu tan(theta)). Otherwise only the adjacent bodies limit the "
+    "forces.",
+    locking,
+)
+
+# --- second law ---------------------------------------------------------------------------------------------
+
+
+def clamped_reversal(
+    flat: Interface, clamp: ArrayLike, back: ArrayLike, slip: float, steps: int = 400
+) -> Floats:
+    """Decrease of the rupture energy, stress*length, if a flat plane slips, is closed, and slips back.
+
+    slip: first slip; clamp, back (n,): closure and slip at the end of each path, all positive, length. The
+    result (n,) is the largest fall of the rupture energy below an earlier value, >= 0.
+    """
+    clamp, back = np.asarray(clamp, dtype=float), np.asarray(back, dtype=float)
+    zero = np.zeros(len(clamp))
+    corners = [
+        np.column_stack([zero, zero, zero]),
+        np.column_stack([zero, zero + slip, zero]),
+        np.column_stack([-clamp, zero + slip, zero]),
+        np.column_stack([-clamp, -back, zero]),
+    ]
+    state: Floats = np.zeros((len(clamp), flat.nstatv))
+    highest = fall = zero
+    s = corners[0]
+    for a, b in pairwise(corners):
+        for i in range(1, steps + 1):
+            s, before = a + (i / steps) * (b - a), s
+            state = flat.update(s, state, before).state
+            highest = np.maximum(highest, state[:, RUPTURE])
+            fall = np.maximum(fall, highest - state[:, RUPTURE])
+    return fall
+
+
+def second_law() -> list[Trial]:
+    """Damage while a slipped joint is pressed: the law of the paper, the closed-form region, the guard."""
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
+    state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
+    trials = [
+        Trial(
+            "the law as published: slip to 0.03 mm, closure by 0.2 mm, slip back to -0.05 mm",
+            False,
+            bool(np.diff(state).min() >= -1e-12),
+            f"rupture energy {state[1999]:.4f}, then {state[-1]:.4f} N/mm",
+        )
+    ]
+    guarded = Interface(replace(TABLE_2, guard=True), Pattern.regular(0, 0.0))
+    kept = guarded.replay(path(corners, 1000)).state[:, RUPTURE]
+    found = f"rupture energy {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
+    trials.append(Trial("the same path with guard = True", True, bool(np.diff(kept).min() >= -1e-12), found))
+    clamp, back = (
+        axis.ravel() for axis in np.meshgrid(np.linspace(0.005, 0.2, 14), np.linspace(0.005, 0.1, 14))
+    )
+    fall = clamped_reversal(flat, clamp, back, 0.03, steps=200)
+    predicted = (TABLE_2.mu * clamp > 0.03) & (back > 0.03)
+    agree = int(np.sum((fall > 1e-9) == predicted))
+    trials.append(
+        Trial(
+            "the closed form of the region of this failure: mu |s_N| > s_1 and r > s_1",
+            True,
+            agree == len(fall),
+            f"{agree} of {len(fall)} paths agree ({int(predicted.sum())} of them lose rupture "
+            f"energy, up to {fall.max():.3f} N/mm)",
+        )
+    )
+    fall = clamped_reversal(guarded, clamp, back, 0.03, steps=200)
+    found = f"largest decrease {fall.max():.1g} N/mm"
+    trials.append(Trial(f"these {len(fall)} paths with the guard", True, bool(fall.max() <= 1e-12), found))
+    return trials
+
+
+SECOND_LAW = FailureMode(
+    "second-law",
+    "Damage of a joint that is closed between two slips",
+    "A plane slips to s_1, is closed to s_N and slips back to -r. Beyond r = s_1 its damage grows again. "
+    "The elastic slip of its contact is then up to q = mu |s_N| (kc = 1), so that Y = K (r^2 - q^2)/2, and "
+    "growing damage has a negative dissipation where q > r. This happens for mu |s_N| > s_1.",
+    "Check STATEV 3 (rupture): if it decreases, the law is outside its range of validity (CNS, seismic "
+    "paths). The guard (PROPS 17) prevents this growth of damage.",
+    second_law,
+)
+
+# --- stiffness ----------------------------------------------------------------------------------------------
+
+
+def traction_error(material: Material, slips: Floats, sigma_N: float) -> float:
+    """Largest error of the prescribed normal traction over sigma0 in a slip test; inf: lost equilibrium."""
+    rough = Interface(material, Pattern.regular(4, 30.0))
+    try:
+        history = rough.confined_slip(20.0, slips, sigma_N, preload=10)
+    except EquilibriumLost:
+        return np.inf
+    return float(np.abs(history.traction[:, 0] - sigma_N).max() / material.sigma0)
+
+
+def stiffness() -> list[Trial]:
+    """Stiffness ratios of contact to bond and of mode II to mode I from 1e-9 to 1e9."""
+    ratios = 10.0 ** np.arange(-9, 10, 3)
+    slips = ramp(0.0, 2.0 * S_F, steps=100)
+    closing, shear, plain_closing, plain_shear = [], [], [], []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        for ratio in ratios:
+            contact, sigma_N = replace(TABLE_2, kc=ratio), -min(1.0, 0.1 * ratio * K * S_F)
+            closing.append(traction_error(contact, slips, sigma_N))
+            rough = Interface(contact, Pattern.regular(4, 30.0))
+            plain_closing.append(newton_study(rough, 20.0, slips, sigma_N, 10).converged)
+            mode_2, reach = (
+                replace(TABLE_2, sigma02=TABLE_2.sigma0, Gc2=TABLE_2.Gc / ratio),
+                max(1.0, 1.0 / ratio),
+            )
+            shear.append(traction_error(mode_2, slips * reach, -1.0))
+            rough = Interface(mode_2, Pattern.regular(4, 30.0))
+            plain_shear.append(newton_study(rough, 20.0, slips * reach, -1.0, 10).converged)
+        stiff = newton_study(
+            Interface(replace(TABLE_2, kc=1e3), Pattern.regular(4, 30.0)), 20.0, slips, -1.0, 10, "elastic"
+        )
+    trials = [
+        Trial(
+            "elastic tangent, kc = 1e3",
+            False,
+            stiff.converged,
+            f"increment {len(stiff.iterations)}: {stiff.end}",
+        )
+    ]
+    for name, errors, good in (("kc", closing, plain_closing), ("K_t/K_n", shear, plain_shear)):
+        listed = ", ".join(f"{ratio:.0e}" for ratio, yes in zip(ratios, good, strict=True) if not yes)
+        trials.append(Trial(f"plain Newton, {name} from 1e-9 to 1e9", False, all(good), f"fails at {listed}"))
+        worst = max(errors[:-1])
+        found = f"error of t_N up to {worst:.0e} sigma0"
+        trials.append(Trial(f"solver, {name} from 1e-9 to 1e6", True, worst < 1e-6, found))
+        found = f"error of t_N {errors[-1]:.0e} sigma0: some hundred rounding errors of K s"
+        trials.append(Trial(f"solver, {name} = 1e9", False, errors[-1] < 1e-9, found))
+    return trials
+
+
+STIFFNESS = FailureMode(
+    "stiffness",
+    "Stiffness ratios",
+    "A separation has 16 digits. With a contact 1e9 times as stiff as the bond, the traction has seven "
+    "digits. An elastic tangent diverges as soon as the contact is more than twice as stiff as the bond.",
+    "Choose kc between 10 and 1e4, which makes the contact stiff enough, and use the consistent tangent.",
+    stiffness,
+)
+
+# --- single precision ---------------------------------------------------------------------------------------
+
+
+def single() -> list[Trial]:
+    """VUMATs of both precisions: a long slip, then small elastic increments back."""
+    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    back, n = 2e-3, 1000
+    trials = []
+    for far, is_single, survives in ((1.0, True, True), (100.0, True, False), (100.0, False, True)):
+        point = Vumat(flat, is_single)
+        point.step(np.array([-1.0 / K, 0.0, 0.0]))
+        for _ in range(200):
+            before = point.step(np.array([0.0, far / 200, 0.0]))
+        for _ in range(n):
+            after = point.step(np.array([0.0, -back / n, 0.0]))
+        change, exact = float(before[1]) - float(after[1]), K * back
+        found = f"traction falls by {change:.4f} instead of {exact:.4f} MPa"
+        kind = "single" if is_single else "double"
+        label = f"{kind} precision, slip of {far:g} mm, then back by {back:g} mm in steps of {back / n:g} mm"
+        trials.append(Trial(label, survives, abs(change - exact) < 0.1 * exact, found))
+    return trials
+
+
+SINGLE = FailureMode(
+    "single-precision",
+    "Single precision",
+    "An explicit code passes increments; the separation is their sum. In single precision increments below "
+    "6e-8 of the separation are lost, and K (s_T - s_di) has an error of 6e-8 K |s_T|.",
+    "Use double=both in Abaqus/Explicit if slips exceed 1e3 s_0 or increments are below 1e-6 of the slip.",
+    single,
+)
+
+# --- explicit -----------------------------------------------------------------------------------------------
+
+
+def explicit() -> list[Trial]:
+    """A mass on the bond and on a stiff contact, with time steps around the critical one."""
+    mass = 1.0
+    omega = np.sqrt(K / mass)
+    velocity = 0.05 * S_0 * omega
+    energy = 0.5 * mass * velocity**2
+    trials = []
+
+    def judge(label: str, flight: Flight, scale: float, share: float, survives: bool) -> None:
+        # bound for a linear oscillator whose kinetic energy is that of the mean velocity
+        bound = 1.0 / (1.0 - share**2) if share < 1.0 else np.inf
+        growth = np.abs(flight.energy).max() / scale
+        reach = np.abs(flight.separation).max() / S_0
+        found = (
+            f"energy up to {growth:.3g} times the initial one, damage {flight.damage:.2g}, largest |s| "
+            f"{reach:.2g} s_0"
+        )
+        found += f"; closed form of the largest energy {bound:.3g}" if share < 1.0 else ""
+        good = growth < (1.0 + ACCEPTED) * bound and flight.damage == 0.0
+        trials.append(Trial(label, survives, bool(good), found))
+
+    bond = Interface(TABLE_2, Pattern.regular(0, 0.0))
+    for share, survives in ((0.99, True), (1.01, False)):
+        start = np.array([velocity, 0.0, 0.0])
+        flight = fly(bond, mass, share * 2.0 / omega, 400, start, np.zeros(3))
+        judge(f"bond, dt = {share:g} x 2/omega", flight, energy, share, survives)
+    # With an initial closure and a velocity the mass oscillates about its closure and never opens.
+    kc, pressure = 100.0, 0.3
+    stiff = Interface(replace(TABLE_2, kc=kc), Pattern.regular(0, 0.0))
+    closed, push = -pressure / (kc * K), 0.05 * pressure / np.sqrt(kc * K * mass)
+    probe = np.array([1e-6 * S_0, 0.0, 0.0])
+    stiffest = float(Vumat(stiff).step(probe, time=0.0)[0]) / probe[0]
+    for label, dt, survives in (
+        ("0.99 x 2/omega of the bond", 0.99 * 2.0 / omega, False),
+        ("0.99 x 2/omega of the VUMAT's probe", 0.99 * 2.0 * np.sqrt(mass / stiffest), True),
+    ):
+        vectors = ([value, 0.0, 0.0] for value in (push, -pressure, closed))
+        flight = fly(stiff, mass, dt, 400, *map(np.array, vectors))
+        own = dt * np.sqrt(kc) * omega / 2.0
+        judge(f"contact, kc = {kc:g}, dt = {label}", flight, 0.5 * mass * push**2, own, survives)
+    return trials
+
+
+EXPLICIT = FailureMode(
+    "explicit",
+    "Time step of an explicit code",
+    "Central differences are stable below dt = 2/omega, with omega^2 = K/m for the bond and kc K/m for the "
+    "contact. Above this limit the oscillation grows without any load until the interface breaks.",
+    "Let the host choose the increment: in the data check the VUMAT returns the larger stiffness of bond and "
+    "contact. A contact stiffness kc reduces the increment by the factor sqrt(kc).",
+    explicit,
+)
+
+MODES = (STEPS, LOCKING, SECOND_LAW, STIFFNESS, SINGLE, EXPLICIT)
+"""Entries of this module."""

@@ -1,0 +1,95 @@
+"""Fill the tables of PROPS and STATEV into pages, between markers such as <!-- props -->."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from pathlib import Path
+
+from asperity import contract
+from asperity.tables import fill, markdown
+
+from .program import DIFFERS, run
+
+
+def percent(value: float) -> str:
+    """Fraction as a number of percent with two significant digits, never with an exponent."""
+    return f"{Decimal(f'{100.0 * value:.2g}'):f}"
+
+
+def props() -> str:
+    """Table of PROPS."""
+    constants = contract.props_table()
+    rows: list[list[str]] = []
+    for row in constants:
+        default = "required" if row.default is None else f"{row.default:.4g}"
+        rows.append([str(row.index), row.name, row.meaning, row.unit, row.admissible, default])
+    listed = "normal (N, Tx, Ty) of any length and weight gamma of each listed plane"
+    rows.append([f"{len(constants) + 1}..", "planes", listed, "-", "n_N > 0, gamma > 0, sum of gamma 1", "-"])
+    return markdown(["#", "name", "meaning", "unit", "admissible", "default"], rows)
+
+
+def statev() -> str:
+    """Table of STATEV."""
+    rows = []
+    for row in contract.statev_table():
+        place, beyond = str(row.index), row.index - contract.N_POINT_STATEV
+        if beyond > contract.N_PLANE_STATEV:
+            first = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} Np"
+            place = f"{first} + {contract.N_FACET_STATEV} (k - 1) + {beyond - contract.N_PLANE_STATEV}"
+        elif beyond > 0:
+            place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
+        rows.append([place, row.name, row.meaning, row.unit])
+    return markdown(["#", "name", "meaning", "unit"], rows)
+
+
+TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
+"""Tables by the name of their marker."""
+
+
+def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:
+    """Fill the tables of a file and return whether they were up to date; with `check` do not write.
+
+    Raises ValueError for a file without markers.
+    """
+    text = path.read_text(encoding="utf-8")
+    if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in contents):
+        names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in contents)
+        raise ValueError(f"{path}: expected markers {names}")
+    filled = fill(text, {name: content() for name, content in contents.items() if f"<!-- {name} -->" in text})
+    if not check and filled != text:
+        path.write_text(filled, encoding="utf-8")
+    return filled == text
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the program."""
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE.md", help="pages (none: print)")
+    parser.add_argument(
+        "--check", action="store_true", help="change nothing; exit with 1 if a file is not up to date"
+    )
+    parser.set_defaults(action=_tables)
+
+
+def _tables(options: argparse.Namespace) -> int:
+    """Print the tables, fill them into files, or check the files."""
+    if not options.files:
+        if options.check:
+            raise ValueError("--check: expected files to check")
+        print("\n\n".join(one() for one in TABLES.values()))
+        return 0
+    stale = [path for path in options.files if not refresh(path, options.check)]
+    for path in stale:
+        print(f"{path}: {'tables are not up to date' if options.check else 'tables filled'}")
+    return DIFFERS if options.check and stale else 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program."""
+    return run(add_arguments, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

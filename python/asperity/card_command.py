@@ -1,0 +1,97 @@
+"""Command `asperity card`: the material block of a host for the interface of a case file."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import contract
+from .cards.blocks import HOSTS
+from .case_files import Run, read_case
+from .remarks import shown_warnings
+
+
+def add_arguments(card: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
+    card.add_argument("--host", required=True, choices=tuple(HOSTS))
+    card.add_argument(
+        "--name", default="INTERFACE", help="name of material and elements (default: %(default)s)"
+    )
+    card.add_argument("--value", metavar="VALUE", help="value of the sweep, for a case with a sweep")
+    card.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the block to this file")
+    for row in contract.owned("host", "numerics"):
+        text = f"{row.meaning} (default: that of &replay, or {row.default:g})"
+        card.add_argument(f"--{row.name}", type=int if row.integral else float, help=text)
+    card.add_argument("--dimension", type=int, default=3, choices=(2, 3), help="default: %(default)s")
+    card.add_argument("--explicit", action="store_true", help="for Abaqus/Explicit; needs --density")
+    card.add_argument("--density", type=float, metavar="RHO", help="mass over area and thickness h")
+    checks = card.add_argument_group("checks", "given values are checked; remarks go into the block")
+    checks.add_argument(
+        "--sigma-N",
+        dest="sigma_N",
+        type=float,
+        metavar="SIGMA_N",
+        help="largest compression, < 0; checks the contact stiffness",
+    )
+    checks.add_argument(
+        "--modulus", type=float, metavar="E", help="Young's modulus of the solid beside the joint"
+    )
+    checks.add_argument(
+        "--size",
+        type=float,
+        metavar="L",
+        help="length of the elements of this solid; checks snap-back and mesh",
+    )
+    card.set_defaults(action=_card)
+
+
+def _card(options: argparse.Namespace) -> int:
+    """Print or write the block; each warning is a line on standard error."""
+    with shown_warnings():
+        run = read_run(options.case, options.value)
+        of_host = run.of_host()
+        given = {name: getattr(options, name) for name in of_host}
+        text = run.interface.card(
+            options.host,
+            name=options.name,
+            dimension=options.dimension,
+            explicit=options.explicit,
+            density=options.density,
+            stress=options.sigma_N,
+            modulus=options.modulus,
+            size=options.size,
+            **of_host | {name: value for name, value in given.items() if value is not None},
+        )
+    if run.start != "virgin":
+        print(
+            f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "
+            "joint: expected initial conditions of the host beside it",
+            file=sys.stderr,
+        )
+    if options.output is None:
+        print(text, end="")
+    else:
+        options.output.write_text(text, encoding="utf-8")
+    return 0
+
+
+def read_run(path: Path, value: str | None = None) -> Run:
+    """Return the run of a case for a value of its sweep, if PROPS change with it.
+
+    Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
+    """
+    case = read_case(path)
+    run = case.runs[0]
+    if all(one.props == run.props for one in case.runs):
+        if value is None:
+            return run
+        raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
+    expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
+    if value is None:
+        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
+    for one in case.runs:
+        if contract.number("--value", value) == one.value:
+            return one
+    raise ValueError(f"{path}: --value {value}: expected one of {expected}")

@@ -1,0 +1,130 @@
+"""Synthetic shear-box tests, to try fits: `python -m asperity.fit.synthetic RECORD.csv`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..contract import Floats
+from .model import SIDES, Problem, slip_curve
+from .shear_test import ShearTest
+
+TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
+"""Parameters of the synthetic tests: mm, MPa, degrees."""
+
+FREE = ("sigma0", "Gc", "mu", "theta")
+"""Parameters that a fit of these tests usually leaves free."""
+
+SET = {name: value for name, value in TRUTH.items() if name not in FREE}
+"""The others, fixed at their true values."""
+
+SIGMA_N = (-1.0, -2.0, -4.0)
+"""Normal tractions, MPa."""
+
+TURNS = (0.8,)
+CYCLE = (0.5, -0.5, 0.5)
+"""Slips at the reversals, mm."""
+
+K_N = 5.0
+"""Stiffness of a box, MPa/mm."""
+
+ROWS = 60
+"""Of a test."""
+
+FINE = 4000
+FINE_CYCLE = 100000
+"""Increments of a synthetic test: far more than those of a fit, whose discretisation error then shows."""
+
+CYCLIC: dict[str, object] = {"turns": CYCLE, "rows": 150, "increments": FINE_CYCLE}
+"""Arguments of `synthetic`."""
+
+DEFAULT_NOISE = 0.03
+"""Standard deviation of the noise, as a fraction of the range of tau and of s_N in each test."""
+
+
+def synthetic(
+    noise: float,
+    seed: int,
+    truth: Mapping[str, float] = TRUTH,
+    sigma_N: Sequence[float] = SIGMA_N,
+    turns: Sequence[float] = TURNS,
+    k_N: float = 0.0,
+    rows: int = ROWS,
+    dilation: bool = True,
+    increments: int = FINE,
+    sides: int = SIDES,
+) -> list[ShearTest]:
+    """Tests computed with `truth` in fine increments, with Gaussian noise on tau and s_N."""
+    rng = np.random.default_rng(seed)
+    nodes = np.array([0.0, *turns])
+    lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(nodes)))])
+    slip = np.interp(np.linspace(0.0, lengths[-1], rows + 1)[1:], lengths, nodes)
+    tests = []
+    for number, held in enumerate(sigma_N, 1):
+        clean = ShearTest(f"test {number}", slip, slip, None, held, k_N)
+        problem = Problem([clean], (), truth, {}, sides, 0.0, increments)
+        path = problem.paths[0]
+        tau, s_N, done = slip_curve(problem.interface(truth), clean, path.slips, 0.0, 200)
+        if done < path.slips.size:
+            raise ValueError(f"sigma_N = {held:g}: no equilibrium at slip {path.slips[done]:g}")
+        measured = [noisy(y[path.rows], noise, rng) for y in (tau, s_N)]
+        tests.append(replace(clean, tau=measured[0], s_N=measured[1] if dilation else None))
+    return tests
+
+
+def noisy(y: Floats, noise: float, rng: np.random.Generator) -> Floats:
+    """Values with Gaussian noise, whose deviation is a fraction of their range."""
+    found: Floats = y + noise * float(np.ptp(y)) * rng.standard_normal(y.size)
+    return found
+
+
+def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
+    """Text of a CSV file of tests, with five digits."""
+    has_dilation = all(test.s_N is not None for test in tests)
+    columns = [
+        "test",
+        "slip [mm]",
+        "tau [MPa]",
+        *(["dilation [mm]"] if has_dilation else []),
+        "sigma_N [MPa]",
+    ]
+    lines = [",".join([*columns, "k_N [MPa/mm]"])]
+    for number, test in enumerate(tests, 1):
+        for i in range(test.slip.size):
+            numbers = [test.slip[i], test.tau[i], *([] if test.s_N is None else [test.s_N[i]])]
+            numbers += [test.sigma_N, test.k_N]
+            lines.append(",".join([str(number), *(f"{number:.5g}" for number in numbers)]))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write synthetic tests to a file."""
+    parser = argparse.ArgumentParser(prog="python -m asperity.fit.synthetic", description=__doc__)
+    parser.add_argument("record", type=Path, metavar="RECORD.csv", help="file of the tests")
+    parser.add_argument(
+        "--noise", type=float, default=DEFAULT_NOISE, help="of the range (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="default: %(default)s")
+    parser.add_argument("--no-dilation", action="store_true")
+    parser.add_argument("--cycle", action="store_true")
+    parser.add_argument("--spring", action="store_true", help=f"k_N = {K_N:g}")
+    options = parser.parse_args(arguments)
+    tests = synthetic(
+        options.noise,
+        options.seed,
+        k_N=K_N if options.spring else 0.0,
+        dilation=not options.no_dilation,
+        **(CYCLIC if options.cycle else {}),  # type: ignore[arg-type]
+    )
+    write_record(options.record, tests)
+    print(options.record)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""Command `asperity paper`: pictures, numbers and findings of the figures and tables of the paper."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+from ..parallel import add_workers, map_in_order, progress_bar, workers
+from ..style import encoded, printed
+from ..tables import fill
+from .entries import ENTRIES, Entry
+
+
+def add_arguments(paper: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    paper.add_argument(
+        "--folder",
+        type=Path,
+        default=Path("gallery"),
+        metavar="DIR",
+        help="folder of the pictures and the numbers (default: %(default)s)",
+    )
+    paper.add_argument("--pdf", action="store_true", help="also write vector pictures (PDF)")
+    paper.add_argument(
+        "--figure", nargs="+", metavar="NUMBER", help="only these, such as 4a, 4 or table5 (default: all)"
+    )
+    paper.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE.md",
+        help="fill the findings into a page between markers such as <!-- figure02 --> (default: print them)",
+    )
+    add_workers(paper, "one for each processor")
+    paper.set_defaults(action=_action)
+
+
+def _action(options: argparse.Namespace) -> int:
+    wanted = select(options.figure) if options.figure else ENTRIES
+    page = options.page.read_text(encoding="utf-8") if options.page else None
+    missing = [entry.stem for entry in wanted if page is not None and f"<!-- {entry.stem} -->" not in page]
+    if missing:
+        raise ValueError(f"{options.page}: expected markers <!-- {missing[0]} --> ... <!-- /{missing[0]} -->")
+    with workers(options, os.cpu_count()) as executor:
+        found = write(wanted, options.folder, options.pdf, executor)
+    if page is None:
+        print("\n".join(f"{name}\n{text}" for name, text in found.items()))
+    else:
+        options.page.write_text(fill(page, found), encoding="utf-8")
+    print(options.folder)
+    return 0
+
+
+def select(numbers: Sequence[str]) -> tuple[Entry, ...]:
+    """Return entries by their numbers; "4" means 4a and 4b. Raises ValueError for an unknown number."""
+    wanted = [number.lower().replace(" ", "") for number in numbers]
+    known = {entry: _names(entry) for entry in ENTRIES}
+    for number, name in zip(numbers, wanted, strict=True):
+        if not any(name in names for names in known.values()):
+            expected = ", ".join(entry.number for entry in ENTRIES)
+            raise ValueError(f"--figure {number}: expected one of {expected}")
+    return tuple(entry for entry, names in known.items() if names.intersection(wanted))
+
+
+def _names(entry: Entry) -> set[str]:
+    name = entry.number.lower().replace(" ", "")
+    return {name, re.sub(r"(?<=\d)[ab]$", "", name)}
+
+
+def write(
+    entries: Sequence[Entry], folder: Path, pdf: bool = False, executor: Executor | None = None
+) -> dict[str, str]:
+    """Write pictures and numbers of entries into a folder; return their findings by the names of the files.
+
+    executor: as in `map_in_order`; without one, one entry after the other.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    # The last entries take longest, so they start first.
+    numbers = [ENTRIES.index(entry) for entry in reversed(entries)]
+    with progress_bar(len(entries), "figure") as bar:
+        one = executor or ThreadPoolExecutor(1)
+        made = map_in_order(partial(_make_one, pdf), numbers, one, bar.update)[::-1]
+    for files, _ in made:
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+    return {entry.stem: text for entry, (_, text) in zip(entries, made, strict=True)}
+
+
+def _make_one(pdf: bool, number: int) -> tuple[dict[str, bytes], str]:
+    """Files of one entry by name, picture and numbers, and its findings as a list in Markdown."""
+    entry = ENTRIES[number]
+    with printed():
+        outcome = entry.run()
+        endings = [".png", ".pdf"][: 1 + pdf] if outcome.figure is not None else []
+        files = {entry.stem + ending: encoded(outcome.figure, ending) for ending in endings}
+    files[f"{entry.stem}.csv"] = "\n".join([outcome.header, *outcome.lines, ""]).encode()
+    # a table stands by itself
+    items = (text if text.startswith("\n") else f"- {text}" for text in outcome.came_out)
+    return files, "\n".join(items)

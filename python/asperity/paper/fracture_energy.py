@@ -1,0 +1,157 @@
+"""Total measured fracture energy G_T (40) at sigma_N = 0 over the direction of slip, and Table 5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..contract import Floats
+from ..interface import Interface
+from ..material import Material
+from ..pattern import Pattern
+from ..slip_curves import SlipCurves, slip_curves
+
+PATTERNS = {"RT": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-32": 32}
+"""Inclined planes of the patterns of Table 4."""
+
+TABLE_5 = {
+    "RT": ("0.3475", "0.2963", "1.1727"),
+    "RP-3": ("0.3391", "0.3241", "1.0463"),
+    "RP-4": ("0.3338", "0.3333", "1.0014"),
+    "RP-6": ("0.3352", "0.3312", "1.0120"),
+    "RP-32": ("0.3332", "0.3330", "1.0006"),
+}
+"""Largest and smallest energy, N/mm, and their ratio, as printed."""
+
+MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+"""Table 2: MPa, N/mm."""
+
+THETA = 30.0
+"""Inclination of the planes of Section 4.4, degrees."""
+
+DIRECTIONS = 360.0 / 64.0 * np.arange(64)
+"""The 64 directions of Table 5, degrees."""
+
+STEP = 0.0025
+"""Displacement intervals of the paper, mm."""
+
+SAMPLING = (9, 10)
+"""First point after s_L = 0 and interval, in steps, that give Table 5 to the last digit (inferred)."""
+
+SPAN = 1.05
+"""End of a path in multiples of s_f; every plane is fully damaged at a slip of s_f."""
+
+COARSEST, FINEST = 420, 107520
+"""Increments of a path in the first and the last halving; onset (0.1 s_f) and s_f fall on a row."""
+
+LEFT = 1.0e-9
+"""Traction at the end of a path, relative to sigma0, that counts as zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Energies:
+    """G_T (C,) in the directions (C,), degrees; error (C,): change by the last halving of the steps."""
+
+    directions: Floats
+    values: Floats
+    error: Floats
+    increments: int
+
+    @property
+    def largest(self) -> float:
+        """Largest over the directions."""
+        return float(self.values.max())
+
+    @property
+    def smallest(self) -> float:
+        """Smallest over the directions."""
+        return float(self.values.min())
+
+    @property
+    def spread(self) -> float:
+        """Largest over smallest, minus 1."""
+        return self.largest / self.smallest - 1.0
+
+
+def pattern(name: str) -> Pattern:
+    """A pattern of Table 4 at 30 degrees."""
+    return Pattern.regular(PATTERNS[name], THETA)
+
+
+def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
+    """Directions that are not equivalent by symmetry of a regular pattern, and the index of each given one.
+
+    Rotations and mirror planes of the pattern map each angle into [0, 180/m]; for listed planes all
+    directions remain.
+    """
+    if pattern.listed:
+        return directions, np.arange(len(directions))
+    if pattern.m == 0:
+        return directions[:1], np.zeros(len(directions), dtype=int)
+    period = 360.0 / pattern.m
+    folded = np.abs((directions - pattern.turn + period / 2.0) % period - period / 2.0)
+    # equal up to rounding errors of the mapping
+    values, inverse = np.unique(np.round(folded, 9), return_inverse=True)
+    return values + pattern.turn, inverse
+
+
+def fracture_energy(
+    material: Material, pattern: Pattern, directions: Floats = DIRECTIONS, tolerance: float = 1.0e-6
+) -> Energies:
+    """G_T at sigma_N = 0; the steps are halved until G_T changes by less than the tolerance times Gc.
+
+    G_T is the work of the path by the trapezoid rule over all rows.  Raises ValueError where the interface
+    still carries a traction at the end or the number of steps becomes too large.
+    """
+    interface = Interface(material, pattern)
+    angles, place = distinct(pattern, np.asarray(directions, dtype=float))
+    last = np.full(len(angles), np.inf)
+    n = COARSEST
+    while n <= FINEST:
+        curves = slip_curves(interface, angles, _slips(material, n), preload=1)
+        _check_end(material, curves)
+        values = curves.work[:, -1]
+        error = np.abs(values - last)
+        if error.max() < tolerance * material.Gc:
+            return Energies(np.asarray(directions), values[place], error[place], n)
+        last, n = values, 2 * n
+    raise ValueError(
+        f"G_T changes by {error.max():g} with {FINEST} increments: expected less than {tolerance:g}"
+    )
+
+
+def table_5_curves(name: str) -> SlipCurves:
+    """Curves of a pattern with the steps of the paper, for the distinct ones of the 64 directions."""
+    angles, _ = distinct(pattern(name), DIRECTIONS)
+    n = int(np.ceil(SPAN * MATERIAL.s_f / STEP)) + 2 * SAMPLING[1]
+    return slip_curves(Interface(MATERIAL, pattern(name)), angles, STEP * np.arange(1, n + 1), preload=1)
+
+
+def sampled(curves: SlipCurves, first: int, interval: int) -> tuple[float, float]:
+    """Largest and smallest area by the trapezoid rule over s_L = 0 and every interval-th row from `first`."""
+    rows = np.arange(first - 1, curves.slips.size, interval)
+    slips = np.concatenate([[0.0], curves.slips[rows]])
+    tau = np.pad(curves.tau_L[:, rows], ((0, 0), (1, 0)))
+    areas = np.sum(0.5 * (tau[:, 1:] + tau[:, :-1]) * np.diff(slips), axis=1)
+    return float(areas.max()), float(areas.min())
+
+
+def printed(largest: float, smallest: float) -> tuple[str, str, str]:
+    """Energies and their ratio in the digits of Table 5."""
+    return f"{largest:.4f}", f"{smallest:.4f}", f"{largest / smallest:.4f}"
+
+
+def _slips(material: Material, increments: int) -> Floats:
+    return SPAN * material.s_f * np.arange(1, increments + 1) / increments
+
+
+def _check_end(material: Material, curves: SlipCurves) -> None:
+    if not np.all(curves.rows == curves.slips.size):
+        lost = curves.direction[curves.rows < curves.slips.size]
+        raise ValueError(f"no equilibrium at sigma_N = 0 in direction {lost[0]:g}")
+    left = np.abs(curves.tau_L[:, -1]).max()
+    if not left <= LEFT * material.sigma0:
+        raise ValueError(
+            f"traction {left:g} at s_L = {curves.slips[-1]:g}: expected a fully damaged, open interface"
+        )

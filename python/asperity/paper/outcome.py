@@ -1,0 +1,204 @@
+"""What a figure of the paper gives: its curves, picture, findings and numbers, and their texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..case_files import SlipTest, read_case, slip_tests
+from ..contract import Floats
+from ..curve_pictures import SLIP, TRACTION, curves, merged
+from ..installed import cases
+from ..pattern import Pattern, direction_vector
+from ..results import Rows, drive
+from ..style import ONE, new_figure
+from .fracture_energy import Energies
+
+FIVE = Pattern.regular(4, 30.0, flat=0.2)
+"""The five planes of Table 3."""
+
+MOST_ROWS = 101
+"""Approximate number of rows of a curve in a CSV."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Computed slip test from s_L = 0 on; lost: whether it ends because no equilibrium is left.
+
+    s_L, s_N (T,), mm; tau_L along and tau_across left of the direction, MPa; damage (T,).
+    """
+
+    test: SlipTest
+    separation: Floats
+    traction: Floats
+    s_L: Floats
+    s_N: Floats
+    tau_L: Floats
+    tau_across: Floats
+    damage: Floats
+    lost: bool
+
+    @property
+    def energy(self) -> float:
+        """Area under the curve (40) by the trapezoid rule over its rows, N/mm."""
+        return float(np.sum(0.5 * (self.tau_L[1:] + self.tau_L[:-1]) * np.diff(self.s_L)))
+
+
+@dataclass(frozen=True)
+class Case:
+    """Results of a case file; name: name of the swept value."""
+
+    title: str
+    name: str
+    curves: tuple[Curve, ...]
+
+    def at(self, value: float) -> Curve:
+        """Curve for a value of the sweep."""
+        return next(curve for curve in self.curves if curve.test.value == value)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Result of a figure or table: picture (None: a table), findings, header and lines of its CSV."""
+
+    figure: Figure | None
+    came_out: tuple[str, ...]
+    header: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A figure or table of the paper.
+
+    cases: stems of the case files, whose results are the arguments of `make`, which computes and draws.
+    """
+
+    number: str
+    cases: tuple[str, ...]
+    make: Callable[..., Outcome]
+
+    @property
+    def stem(self) -> str:
+        """Name of the files, and of the markers of a page."""
+        if self.number.startswith("Table"):
+            return self.number.lower().replace(" ", "")
+        digits = self.number.rstrip("ab")
+        return f"figure{int(digits):02d}{self.number[len(digits) :]}"
+
+    def run(self) -> Outcome:
+        """Run the cases by the driver, compute and draw."""
+        return self.make(*(run_case(stem) for stem in self.cases))
+
+
+def run_case(stem: str) -> Case:
+    """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
+    path = next(path for path in cases() if path.stem == stem)
+    results = drive(path)
+    case = read_case(path)
+    return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
+
+
+def _curve(test: SlipTest, rows: Rows) -> Curve:
+    """Curve of a test from the end of its preload on; without a preload it starts at the virgin point."""
+    first = test.preload - 1
+    s, t, damage = (column[max(first, 0) :] for column in (rows.separation, rows.traction, rows.damage))
+    if first < 0:
+        s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
+    e = direction_vector(test.direction)
+    across = np.array([-e[1], e[0]])
+    lost = "lost" in rows.events[-1]
+    return Curve(test, s, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
+
+
+ROUNDING = 1.0e-12
+"""Differences below this are rounding errors, which change from machine to machine."""
+
+
+def numbers(*values: float) -> str:
+    """Cells of a CSV with six digits; values within ROUNDING are zero."""
+    return ",".join(f"{value if abs(value) > ROUNDING else 0.0:.6g}" for value in values)
+
+
+def small(difference: float) -> str:
+    """Text of a difference, which may be a rounding error."""
+    return f"{difference:.0e}" if difference > ROUNDING else f"below {ROUNDING:.0e}"
+
+
+def _thinned(curve: Curve) -> range:
+    """Indices of the rows of a curve in the CSV, the last row included."""
+    count = len(curve.s_L)
+    stride = max(1, (count - 1) // (MOST_ROWS - 1) + ((count - 1) % (MOST_ROWS - 1) > 0))
+    rows = list(range(0, count, stride))
+    return rows if rows[-1] == count - 1 else [*rows, count - 1]
+
+
+def curves_csv(parts: Sequence[tuple[Sequence[float], Curve]], names: str) -> tuple[str, tuple[str, ...]]:
+    """Header and lines of curves, each with the values that identify the curve."""
+    lines = [
+        numbers(*values, *(column[i] for column in (c.s_L, c.tau_L, c.tau_across, c.s_N, c.damage)))
+        for values, c in parts
+        for i in _thinned(c)
+    ]
+    return f"{names},s_L,tau_L,tau_across,s_N,damage", tuple(lines)
+
+
+def pattern_csv(parts: Sequence[tuple[str, Pattern]]) -> tuple[str, tuple[str, ...]]:
+    """Header and lines of patterns: normal and weight of each plane."""
+    lines = [
+        f"{name},{k + 1},{numbers(*normal, weight)}"
+        for name, p in parts
+        for k, (normal, weight) in enumerate(zip(p.normals, p.weights, strict=True))
+    ]
+    return "pattern,k,n_N,n_Tx,n_Ty,gamma", tuple(lines)
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Text of a list."""
+    return ", ".join(texts)
+
+
+def signed(value: float) -> str:
+    """Text of a number, with a minus sign instead of a hyphen."""
+    return f"{value:g}".replace("-", "−")
+
+
+def ends_of_strokes(curve: Curve) -> list[int]:
+    """Rows at which the strokes of a cycle end."""
+    steps = np.sign(np.diff(curve.s_L))
+    return [*(np.flatnonzero(np.diff(steps)) + 1), len(curve.s_L) - 1]
+
+
+def loop_work(curve: Curve) -> float:
+    """Area of the closed loop of the last two strokes, stress*length."""
+    first = ends_of_strokes(curve)[-3]
+    tau, s = curve.tau_L[first:], curve.s_L[first:]
+    return float(np.sum(0.5 * (tau[1:] + tau[:-1]) * np.diff(s)))
+
+
+def family(case: Case, labels: str) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
+    """Figure of tau_L over s_L for the curves of a sweep, and their CSV; labels: what the labels are."""
+    figure, (ax,) = new_figure(1.3 * ONE, 3.0)
+    lines = [(signed(c.test.value), c.s_L, c.tau_L, c.lost) for c in case.curves]
+    curves(ax, merged(lines), SLIP, TRACTION, labels)
+    return figure, curves_csv([((c.test.value,), c) for c in case.curves], case.name)
+
+
+SURE = 2.0e-6
+"""Smallest spread that is printed.
+
+The last change of the steps changes the largest and the smallest energy by 1e-6 of Gc each, so a smaller
+spread may be an error of the steps.
+"""
+
+
+def energy_range(energies: Energies) -> str:
+    """Text of the largest and smallest energy, their error and their spread."""
+    spread = f"spread {100.0 * energies.spread:.2g} %"
+    if energies.spread < SURE:
+        spread = f"spread below {100.0 * SURE:g} %"
+    error = f"error estimate {energies.error.max():.0e}"
+    return f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm ({error}), {spread}"

@@ -1,5 +1,0 @@
-"""Work-precision studies: error against measured cost, `asperity chart accuracy`.
-
-The studies vary increments (step size), planes (pattern), precision (single or double) and tangents.  The
-parameters are those of Table 2, in mm and MPa.
-"""

@@ -1,6 +1,0 @@
-"""Catalogue of failure modes and maps of convergence, `asperity stability`."""
-
-from .catalogue import MODES, find, shown, table
-from .modes import FailureMode, Trial
-
-__all__ = ["MODES", "FailureMode", "Trial", "find", "shown", "table"]

@@ -1,0 +1,239 @@
+"""Load paths to a tolerance in driver and Python: errors compared with fine increments, and number of rows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import asperity
+import numpy as np
+import pytest
+from support_driver import MATERIAL, RP_4, S_0
+
+pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+
+SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
+S_F = 2 * GC / SIGMA0
+
+
+def random_slip_test(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
+    """Random interface, direction, reversals and normal traction."""
+    rng = np.random.default_rng(seed)
+    eta, mu, kc = rng.uniform(0.5, 0.95), rng.uniform(0.0, 0.8), float(rng.choice([1, 10]))
+    material = asperity.Material(SIGMA0, GC, eta, mu, kc=kc)
+    sides = int(rng.choice([2, 3, 4, 5, 8]))
+    pattern = asperity.Pattern.regular(sides, rng.uniform(5, 40), rng.uniform(0, 0.6), rng.uniform(0, 90))
+    turns = [0.3] if seed % 2 else [0.25, -0.2, 0.3]
+    interface = asperity.Interface(material, pattern)
+    return interface, rng.uniform(0, 360), turns, -float(rng.choice([0.0, 0.5, 2.0, 8.0]))
+
+
+def travelled(history: asperity.History, direction: float) -> np.ndarray:
+    """Slip path length at every row."""
+    e = [np.cos(np.radians(direction)), np.sin(np.radians(direction))]
+    return np.cumsum(np.abs(np.diff(history.separation[:, 1:] @ e, prepend=0.0)))
+
+
+def dense(
+    interface: asperity.Interface,
+    direction: float,
+    turns: list[float],
+    sigma_N: float,
+    times: np.ndarray | None = None,
+) -> asperity.History:
+    """The same path in 4000 increments (viscous: 16,000) between reversals and 1000 in the preload."""
+
+    def divided(ends) -> np.ndarray:
+        n = 4000 if times is None else 16000
+        return np.concatenate(
+            [np.linspace(a, b, n + 1)[1:] for a, b in zip([0.0, *ends], ends, strict=False)]
+        )
+
+    every = None if times is None else divided(times)
+    return interface.confined_slip(
+        direction, divided(turns), sigma_N, preload=1000, times=every, preload_time=1.0
+    )
+
+
+def curve_error(
+    rows: asperity.History, reference: asperity.History, direction: float, every: int = 1
+) -> float:
+    """Largest distance of straight lines between rows from the reference, in the scales of the tolerance."""
+    x, x_reference = travelled(rows, direction)[every - 1 :: every], travelled(reference, direction)
+    inside = x_reference >= x[0]
+    errors = []
+    for values, exact, scale in (
+        (rows.traction, reference.traction, SIGMA0),
+        (rows.separation[:, :1], reference.separation[:, :1], S_F),
+    ):
+        largest = max(scale, np.linalg.norm(exact, axis=1).max())
+        for column, true in zip(values.T, exact.T, strict=True):
+            line = np.interp(x_reference[inside], x, column[every - 1 :: every])
+            errors.append(np.abs(line - true[inside]).max() / largest)
+    return max(errors)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_error_is_within_the_tolerance_and_rows_are_few(seed: int):
+    """Lines between the rows and energies are within the tolerance; with every fourth row they are not."""
+    interface, direction, turns, sigma_N = random_slip_test(seed)
+    reference = dense(interface, direction, turns, sigma_N)
+    for tolerance in (1e-2, 1e-3):
+        rows = interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
+        assert curve_error(rows, reference, direction) < tolerance
+        work = reference.work[-1]
+        assert abs(rows.work[-1] - work) < tolerance * work
+        for name in ("stored", "rupture", "friction"):
+            place = asperity.contract.statev_index(name)
+            assert abs(rows.state[-1, place] - reference.state[-1, place]) < tolerance * work, name
+    assert curve_error(rows, reference, direction, every=4) > tolerance
+
+
+def error_over_tolerance(material, pattern, direction, turns, sigma_N, tolerance) -> float:
+    """Error of the curve relative to the tolerance; the time between two reversals is 1."""
+    interface = asperity.Interface(material, pattern)
+    times = np.arange(1.0, len(turns) + 1.0) if material.tau_v > 0.0 else None
+    rows = interface.confined_slip(
+        direction, turns, sigma_N, tolerance=tolerance, times=times, preload_time=1.0
+    )
+    return curve_error(rows, dense(interface, direction, turns, sigma_N, times), direction) / tolerance
+
+
+def test_what_happens_within_an_increment():
+    """Transients where a reversed slip passes zero, and viscous damage that stops growing."""
+    facets = (
+        asperity.Material(SIGMA0, GC, 0.98, 0.93, kc=1000.0, height=0.0853),
+        asperity.Pattern.regular(6, 5.76, 0.329),
+    )
+    assert error_over_tolerance(*facets, 44.07, [0.164, -0.383], -0.134, 5e-3) < 1.0
+    straight = asperity.Material(SIGMA0, GC, 0.9, 0.9, kc=1000.0), asperity.Pattern.regular(6, 6.0, 0.33)
+    assert error_over_tolerance(*straight, 44.0, [0.16, -0.38], -0.13, 5e-3) < 1.0
+    flat = asperity.Pattern.regular(0, 0.0)
+    viscous = asperity.Material(SIGMA0, GC, 0.9, 0.5, tau_v=0.05)
+    assert error_over_tolerance(viscous, flat, 0.0, [0.1, -0.3, 0.2], -3.0, 1e-3) < 1.0
+    stiff = asperity.Material(SIGMA0, GC, 0.7194, 0.8608, kc=1000.0, tau_v=0.0673)
+    assert error_over_tolerance(stiff, flat, -57.0, [0.0817, -0.4012, 0.0565], -0.8137, 1e-3) < 1.0
+
+
+def test_slips_do_not_accumulate_errors():
+    """Planes that slide in a direction that turns slowly, up to the peak of a traction."""
+    material = asperity.Material(SIGMA0, GC, 0.97, 1.2, kc=5.0)
+    assert error_over_tolerance(material, asperity.Pattern.regular(2, 50.0), 60.0, [0.3], -1.0, 1e-3) < 1.0
+
+
+@pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])
+def test_fracture_energy_of_rp_4(direction: float, converged: float):
+    """At most 60 rows give the converged area to 1e-4."""
+    interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(4, 30.0))
+    history = interface.confined_slip(direction, [0.25], 0.0, tolerance=1e-3)
+    assert len(history.damage) <= 60
+    assert history.work[-1] == pytest.approx(converged, rel=1e-4)
+
+
+def test_turning_points_are_rows():
+    """Along the axes every reversal is a row, exactly."""
+    interface, _, turns, sigma_N = random_slip_test(4)
+    history = interface.confined_slip(0.0, turns, sigma_N, tolerance=1e-2)
+    for turn in turns:
+        assert turn in history.separation[:, 1]
+    assert interface.confined_slip(0.0, [], sigma_N, tolerance=1e-2).damage.size == 0
+
+
+def test_unreached_tolerance():
+    """A tolerance below what the limit of increments allows is an error with the difference that was found."""
+    interface, direction, turns, sigma_N = random_slip_test(4)
+    with pytest.raises(
+        ValueError, match=r"tolerance = 1e-8: the rows of .* increments differ by .*: expected a larger"
+    ):
+        interface.confined_slip(direction, turns, sigma_N, tolerance=1e-8)
+
+
+def test_wear():
+    """Facets that wear: the difference of two runs is the error of the finer one, of first order."""
+    joint = asperity.Interface(
+        asperity.Material(SIGMA0, GC, ETA, MU, kc=100.0, height=0.5, W0=1.0),
+        asperity.Pattern.regular(2, 30.0),
+    )
+    turns = [0.4, -0.1]
+    rows = joint.confined_slip(0.0, turns, -1.0, tolerance=2e-3)
+    assert curve_error(rows, dense(joint, 0.0, turns, -1.0), 0.0) < 2e-3
+    assert max(rows.worn(k)[-1] for k in (1, 2, 3)) > 0.1
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-3, 0.2, 1e-9, float("nan")])
+def test_bad_tolerance_in_python(tolerance: float):
+    """A tolerance out of range or not finite is an error."""
+    interface, direction, turns, sigma_N = random_slip_test(4)
+    with pytest.raises(ValueError, match=r"tolerance = .*: expected 1e-8 to 0\.1"):
+        interface.confined_slip(direction, turns, sigma_N, tolerance=tolerance)
+
+
+def test_lost_equilibrium_in_python():
+    """The exception of a lost equilibrium has the converged rows."""
+    flat = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(0, 0.0))
+    with pytest.raises(asperity.EquilibriumLost, match=r"slip 0\.6, sigma_N = 2") as caught:
+        flat.confined_slip(0.0, [0.6], 2.0, tolerance=1e-3)
+    assert caught.value.history.separation[-1, 1] == pytest.approx(0.031, abs=5e-5)
+    with pytest.raises(asperity.EquilibriumLost, match="preload"):
+        flat.confined_slip(0.0, [0.6], 4.0, tolerance=1e-3)
+
+
+def test_driver_takes_a_tolerance(run):
+    """Targets and switches have rows, and the history is that of Python."""
+    steps = "&step t_N = -5.0 /\n&step slip = 0.4, -0.2, time = 2.0 /\n"
+    result = run("&case tolerance = 1e-3 /\n" + MATERIAL + RP_4 + steps)
+    slip = result["step"] == 2
+    assert 0.4 in result["s_Tx"] and result["s_Tx"][-1] == -0.2
+    assert result["time"][-1] == 3.0 and np.all(np.diff(result["time"]) > 0.0)
+    assert np.all(np.diff(result["increment"][slip]) == 1)
+    assert {"onset", "slip", "open", "close", "damaged"} <= set().union(*result.events)
+    interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(4, 30.0))
+    history = interface.confined_slip(0.0, [0.4, -0.2], -5.0, tolerance=1e-3)
+    assert result["t_Tx"][-1] == pytest.approx(history.traction[-1, 1], rel=1e-3)
+    assert len(history.damage) == pytest.approx(np.sum(slip), rel=0.2)
+
+
+def test_driver_finds_the_onset(run):
+    """The first damaged row is just beyond s0 and has the event onset."""
+    result = run("&case tolerance = 1e-4 /\n" + MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25 /\n")
+    onset = next(i for i, events in enumerate(result.events) if "onset" in events)
+    assert S_0 < result["s_Tx"][onset] < S_0 + 1e-2 * S_F
+
+
+def test_driver_ends_where_equilibrium_does(run):
+    """The last row is the last converged state."""
+    steps = "&step t_N = 2.0 /\n&step slip = 0.6 /\n"
+    result = run(
+        "&case tolerance = 1e-3 /\n"
+        + MATERIAL
+        + "&pattern sides = 0 /\n"
+        + steps
+        + "&expect end = 'lost' /\n"
+    )
+    assert result["s_Tx"][-1] == pytest.approx(0.031, abs=5e-5)
+    assert result.events[-1] >= {"lost"}
+
+
+@pytest.mark.parametrize("tolerance", ["0.0", "0.3", "-1e-3"])
+def test_bad_tolerance_in_a_case(run, tolerance: str):
+    """The message has file, line, group, value and range."""
+    case = f"&case tolerance = {tolerance} /\n" + MATERIAL + RP_4 + "&step slip = 0.4 /\n"
+    result = run(case, code=1)
+    assert f"case.nml:1: &case: tolerance = {float(tolerance):g}: expected 1e-8 to 0.1" in result.messages
+    assert not Path("case.csv").exists()
+
+
+def test_viscous_damage_takes_its_time():
+    """The time between two reversals is distributed over the increments in proportion to the slip."""
+    material = asperity.Material(SIGMA0, GC, ETA, MU, tau_v=0.3)
+    interface = asperity.Interface(material, asperity.Pattern.regular(4, 30.0))
+    slips = np.concatenate([np.linspace(0.0, 0.2, 4001)[1:], np.linspace(0.2, 0.1, 2001)[1:]])
+    times = np.concatenate([np.linspace(0.0, 1.0, 4001)[1:], np.linspace(1.0, 3.0, 2001)[1:]])
+    reference = interface.confined_slip(20.0, slips, -2.0, preload=500, times=times, preload_time=0.5)
+    for tolerance in (1e-2, 1e-3):
+        rows = interface.confined_slip(
+            20.0, [0.2, 0.1], -2.0, times=[1.0, 3.0], preload_time=0.5, tolerance=tolerance
+        )
+        assert curve_error(rows, reference, 20.0) < tolerance
+        assert rows.damage[-1] == pytest.approx(reference.damage[-1], abs=tolerance)
+    with pytest.raises(ValueError, match="times"):
+        interface.confined_slip(20.0, [0.2], -2.0, tolerance=1e-2)
