@@ -37,22 +37,3 @@ def path_rows(
     states: _Floats,
     events: _Texts,
 ) -> tuple[int, int, int, bytes]: ...
-def newton_path(
-    props: _Floats,
-    held: _Integers,
-    spring: _Floats,
-    targets: _Floats,
-    durations: _Floats,
-    kind: int,
-    tolerance: float,
-    separation: _Floats,
-    traction: _Floats,
-    state: _Floats,
-    iterations: _Integers,
-    updates: _Integers,
-    residuals: _Floats,
-) -> tuple[int, int]: ...
-def newton_tangent(kind: int) -> bytes: ...
-def interface_single_replay(
-    props: _Floats, way: int, s: _Floats, stride: int, traction: _Floats, damage: _Floats, work: _Floats
-) -> int: ...

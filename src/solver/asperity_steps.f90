@@ -316,7 +316,9 @@ contains
           bad = bad + 1
           if (bad > most_named) cycle
           name = component_names(i)
-          if (steps(n)%n_given(i) > 1) name = trim(name) // "[" // integer_text(j - 1) // "]"
+          ! the line of a file names all values
+          if (steps(n)%n_given(i) > 1 .and. .not. (allocated(steps(n)%given(e_s + i)%place) .or. &
+            allocated(steps(n)%given(e_slip)%place))) name = trim(name) // "[" // integer_text(j - 1) // "]"
           call append(message, steps(n)%place // "s_" // trim(name) // " = " // to_text(steps(n)%targets(i, j)) // &
             ": expected a magnitude up to " // to_text(bound) // " (1e12 s_f)")
         end do

@@ -13,7 +13,7 @@ import asperity
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, case_files, contract, plots, results, style
+from asperity import Interface, Material, Pattern, case_files, contract, plots, results, style, Step
 from asperity.cli import main
 from asperity.installed import cases, driver
 
@@ -313,24 +313,24 @@ def test_case_file_strings(folder: Path) -> None:
 def test_steps_are_echoed(folder: Path) -> None:
     """Lists repeat in cycles and a shorter list repeats its last value; steps have control and springs."""
     steps = """&step t_N = -1.0, t_Ty = 0.0, increments = 7 /
-&step s_Tx = 0.1, -0.1, k_N = 5.0, t_N = -2.0, increments = 3, cycles = 2, time = 4.0, tolerance = 1e-3 /
+&step s_Tx = 0.1, -0.1, k_N = 5.0, t_N = -2.0, increments = 3, cycles = 2, time = 4.0 /
 &step slip = 0.2, direction = 30.0 /
 &step s_Ty = 0.0, follow = 'branch' /
 """
     start = CASE.split("&step")[0] + "&state separation = 3*0.0, statev = 17*0.0 /\n"
     (run,) = case_files.read_case(Path(write("case.nml", start + steps))).runs
     assert run.start == "state" and list(run.props) == RT.props().tolist()
-    common = {"spring": [0, 0, 0], "traction": [True, False, True], "time": 1, "tolerance": 0, "arc": 0}
-    sprung = {"spring": [5, 0, 0]}
-    held = common | sprung | {"increments": [100], "traction": [True, False, False]}
+    assert run.state is not None and run.state.separation == (0.0, 0.0, 0.0) and not run.state.state.any()
+    assert run.tolerance is None
+    kept = {"k_N": 5.0, "time": [1.0]}
     assert run.steps == (
-        common | {"t_N": [-1], "t_Ty": [0], "increments": [7]},
-        common | sprung | {
-            "t_N": [-2, -2, -2, -2], "s_Tx": [0.1, -0.1, 0.1, -0.1], "increments": [3, 3, 3, 3], "time": 4,
-            "tolerance": 0.001,
-        },
-        held | {"slip": [0.2], "direction": 30},
-        held | {"s_Ty": [0], "arc": 0.05},
+        Step(t_N=[-1], t_Ty=[0], k_N=0, k_Ty=0, increments=[7], time=[1.0]),
+        Step(
+            t_N=[-2, -2, -2, -2], s_Tx=[0.1, -0.1, 0.1, -0.1], k_N=5.0, k_Ty=0.0,
+            increments=[3, 3, 3, 3], time=[1.0, 1.0, 1.0, 1.0],
+        ),
+        Step(slip=[0.2], direction=30, increments=[100], **kept),
+        Step(s_Ty=[0], follow="branch", arc=0.05, **kept),
     )  # fmt: skip
     assert [path.name for path in folder.iterdir()] == ["case.nml"]  # the case is read without a run
 

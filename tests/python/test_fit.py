@@ -81,13 +81,11 @@ def test_normal_stiffness_against_reference(sides: int) -> None:
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_normal_stiffness_refused() -> None:
-    """A negative or non-finite stiffness, or one with adaptive increments, is rejected."""
+    """A negative or non-finite stiffness is rejected."""
     flat = asperity.Interface(asperity.Material(3.0, 0.3, 0.9, 0.5), asperity.Pattern.regular(0, 0.0))
     for bad in (-1.0, np.nan, np.inf):
-        with pytest.raises(ValueError, match=r"stiffness = .*: expected a finite stiffness >= 0"):
+        with pytest.raises(ValueError, match=r"^stiffness = .*: expected >= 0"):
             flat.confined_slip(0.0, [0.1], -1.0, stiffness=bad)
-    with pytest.raises(ValueError, match="stiffness = 2: expected 0 with a tolerance"):
-        flat.confined_slip(0.0, [0.1], -1.0, tolerance=1e-3, stiffness=2.0)
 
 
 # --- recovery -----------------------------------------------------------------------------------------------

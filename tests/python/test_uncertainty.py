@@ -23,7 +23,8 @@ from asperity.fit import synthetic as study
 from asperity.fit.fitting import Fit, fit, residual_ratio
 from asperity.fit.report import case_text
 from asperity.uncertainty.distribution import of_deviations, of_fit
-from asperity.uncertainty.paths import DrivenPath, PrescribedPath, SlipPath, load_paths
+from asperity.results import drive
+from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
 
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /\n"
@@ -113,39 +114,26 @@ def test_samples_of_a_fit_have_its_intervals(found: Fit, tmp_path: Path) -> None
     np.testing.assert_allclose(np.quantile(ratios, [tail, 1.0 - tail]), [one.low, one.high], rtol=0.01)
 
 
-def test_load_paths_agree(case) -> None:
-    """A slip test by its solver and by the driver, and a prescribed path by the law and the driver, agree."""
-    kinds = {
-        ROUGH + CYCLE: SlipPath,
-        ROUGH + "&step s_N = 0.01, s_Tx = 0.05, increments = 40 /\n&step s_Ty = 0.02 /\n": PrescribedPath,
-        LAW + "&pattern normals = 1, 0.5, 0, 1, -0.5, 0, weights = 0.4, 0.6 /\n" + CYCLE: SlipPath,
-    }
-    for text, kind in kinds.items():
-        [path] = load_paths(case(text))
-        assert type(path) is kind
-        # a very short relaxation time makes no difference, and only the driver knows it
-        [driven] = load_paths(case(text.replace("kc", "tau_v = 1e-300, kc")))
-        assert type(driven) is DrivenPath
-        mine, other = path.curve(path.props), driven.curve(path.props)
-        np.testing.assert_allclose(path.x[-len(driven.x) :], driven.x, rtol=0.0, atol=1e-15)
-        rows = slice(len(path.x) - len(driven.x), None)
-        np.testing.assert_allclose(mine.values[rows], other.values, rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(mine.work[rows], other.work, rtol=0.0, atol=1e-9)
-
-
-def test_springs_go_through_the_driver(case) -> None:
-    """A box of constant normal stiffness keeps its spring: the curve is that of the case itself."""
-    text = ROUGH + "&step t_N = -1.0, increments = 10 /\n&step slip = 0.2, k_N = 5.0, increments = 20 /\n"
-    one = case(text)
-    [path] = load_paths(one)
-    assert type(path) is DrivenPath
-    joint = one.runs[0].interface
-    slips = np.linspace(0.0, 0.2, 21)
-    box = joint.confined_slip(0.0, slips, -1.0, preload=10, stiffness=5.0)
-    curve = path.curve(path.props)
-    np.testing.assert_allclose(path.x, slips, rtol=0.0, atol=1e-15)
-    np.testing.assert_allclose(curve.values[:, 0], box.traction[:, 1], rtol=0.0, atol=1e-8)
-    np.testing.assert_allclose(curve.work, box.work, rtol=0.0, atol=1e-8)
+def test_curves_are_those_of_the_driver(case) -> None:
+    """Slip tests, prescribed paths, springs and viscous damage: the curves are the rows of the driver."""
+    spring = "&step t_N = -1.0, increments = 10 /\n&step slip = 0.2, k_N = 5.0, increments = 20 /\n"
+    for text in (
+        ROUGH + CYCLE,
+        ROUGH + "&step s_N = 0.01, s_Tx = 0.05, increments = 40 /\n&step s_Ty = 0.02 /\n",
+        LAW + "&pattern normals = 1, 0.5, 0, 1, -0.5, 0, weights = 0.4, 0.6 /\n" + CYCLE,
+        ROUGH + spring,
+        (ROUGH + CYCLE).replace("kc", "tau_v = 0.5, kc"),
+    ):
+        one = case(text)
+        [path], rows = load_paths(one), drive(one.path)[None]
+        curve = path.curve(path.props)
+        assert len(curve.work) == len(path.x) <= len(rows) + 1
+        n = min(len(rows), len(path.x) if path.first >= 0 else len(path.x) - 1)
+        np.testing.assert_allclose(curve.values[-n:, 0], rows.traction[-n:] @ path.e, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(curve.values[-n:, 1], rows.separation[-n:, 0], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(curve.work[-n:], rows.energies[-n:, 3], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(path.x[-n:], rows.separation[-n:] @ path.e, rtol=0.0, atol=1e-12)
+        assert path.x[0] == 0.0
 
 
 def test_workers_make_no_difference(case) -> None:
@@ -249,7 +237,7 @@ REFUSED = [
     ),
     (ROUGH + "&step t_Tx = 1.0 /\n", ["--sd", "mu=0.1"], "expected &step with a prescribed slip or opening"),
     (ROUGH + "&initial damage = 1.0 /\n" + CYCLE, ["--sd", "mu=0.1"], "&initial: expected &step from a"),
-    (ROUGH + "&step slip = 0.1, tolerance = 1e-3 /\n", ["--sd", "mu=0.1"], "expected fixed increments"),
+    ("&case tolerance = 1e-3 /\n" + ROUGH + "&step slip = 0.1 /\n", ["--sd", "mu=0.1"], "expected increments"),
     (
         ROUGH.replace("0.5", "x") + "&sweep name = 'x', values = 0.4, 0.5 /\n" + CYCLE,
         ["--sd", "mu=0.1"],
