@@ -58,7 +58,7 @@ contains
     scan%free = equations%free(1)
     reach = around*(law%reach + law%magnitude(point%s, point%state)/law%stiffness + &
       maxval(merge(abs(given)/law%softest, abs(given), control%traction)))
-    reach = min(reach, share*farthest_equilibrium(law, equations))
+    reach = min(reach, farthest_equilibrium(law, equations, share))
     scan%upper = reach
     scan%lower = -reach
     if (scan%n == 1) then

@@ -67,9 +67,9 @@ contains
     call name_event(event, "open", any(planes%contact .and. .not. contact))
     call name_event(event, "close", any(planes%apart .and. contact))
     call name_event(event, "slip", any(slides .and. .not. planes%slides))
-    planes%contact = contact
-    planes%apart = apart
-    planes%slides = slides
+    planes%contact(:) = contact
+    planes%apart(:) = apart
+    planes%slides(:) = slides
   end subroutine find_events
 
   !> Append a name if its event happened.

@@ -304,7 +304,7 @@ contains
       matrix = a(:, others)
       b = -r
       call eliminate(n, matrix, b, solved)
-      if (solved) solved = maxval(abs(b(:n))) <= farthest_equilibrium(law, equations)
+      if (solved) solved = maxval(abs(b(:n))) <= farthest_equilibrium(law, equations, 1.0_wp)
       if (.not. solved) return
       equations%iterations = equations%iterations + 1
       step%to(others(:n)) = step%to(others(:n)) + b(:n)

@@ -150,12 +150,13 @@ contains
     end do
     scale = law%magnitude(point%s, point%state) + given
     ! an open joint that is fully damaged carries nothing, without rounding errors
-    if (is_unstiff(point)) scale = given
+    if (is_unstiff(point) .and. .not. equations%damping > 0.0_wp) scale = given
     ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
     largest = equations%coarsest*(law%stress + given)
     if (scale > largest) scale = min(scale, largest + law%magnitude(merge(0.0_wp, point%s, &
       equations%control%traction), 0.0_wp*point%state))
-    scale = max(tiny(scale), equations%finest, scale)
+    ! rounding errors of the separation in the damping force
+    scale = max(tiny(scale), equations%finest, scale) + equations%damping*maxval(abs(x))
   end subroutine evaluate
 
   !> The free components of a vector in the first n, the others zero.
@@ -231,19 +232,22 @@ contains
     yes = .not. any(abs(point%tangent) > 0.0_wp)
   end function is_unstiff
 
-  !> Separation beyond which an equilibrium counts as one without bound, length: `farthest` times s_f plus the
-  !> prescribed values, or the separation at the start. With viscous damage the bond decreases with time, but never to
-  !> zero.
-  pure function farthest_equilibrium(law, equations) result(far)
+  !> Separation beyond which an equilibrium counts as one without bound, length: a multiple of s_f plus the elastic
+  !> separation of the prescribed values, or the separation at the start. With viscous damage the bond decreases with
+  !> time, but never to zero; without it a joint that is far away may move elastically.
+  pure function farthest_equilibrium(law, equations, share) result(far)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
+    real(wp), intent(in) :: share                   !! of `farthest`
     real(wp) :: far
-    real(wp) :: values(3)
+    real(wp) :: elastic, moved, values(3)
     far = huge(far)
     if (equations%n == 0) return
     values = max(abs(equations%start), abs(equations%target))
-    far = maxval(merge(values/law%softest, values, equations%control%traction))
-    far = max(maxval(abs(equations%old%s)), farthest*(law%reach + far))
+    elastic = maxval(merge(values/law%softest, values, equations%control%traction))
+    moved = maxval(abs(equations%old%s))
+    far = share*farthest*(law%reach + elastic)
+    far = max(far, merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))
     far = min(far, 0.5_wp*law%bound)
   end function farthest_equilibrium
 

@@ -63,7 +63,7 @@ contains
     logical, intent(out) :: good                        !! whether the step is accepted
     type(newton_type) :: result
     type(step_type) :: step
-    real(wp) :: matrix(3, 3)
+    real(wp) :: matrix(3, 3), retreat
     integer :: attempt
     step = planned
     do attempt = 1, merge(3, 2, step%last .and. equations%control%traction(1))
@@ -76,6 +76,11 @@ contains
         associate (free => equations%free(:equations%n))
           trial%s(free) = here%s(free) + step%predicted(:equations%n)
         end associate
+        if (law%wears .and. equations%control%traction(1)) then
+          retreat = worn_retreat(law, equations, step, trial%s)
+          trial%s(1) = trial%s(1) + retreat
+          step%predicted(1) = step%predicted(1) + retreat
+        end if
       else if (attempt == 3) then
         trial%s(1) = trial%s(1) - closer*law%length
       end if
@@ -88,6 +93,27 @@ contains
     end do
     good = .false.
   end subroutine take_step
+
+  !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
+  !> that facets which retreat by more than their closure leave no residual to find them by.
+  pure function worn_retreat(law, equations, step, s) result(retreat)
+    class(point_law), intent(in) :: law               !! the law
+    type(equations_type), intent(in) :: equations     !! the equations
+    type(step_type), intent(in) :: step               !! shares of the step
+    real(wp), intent(in) :: s(3)                      !! separation, length
+    real(wp) :: retreat
+    type(equations_type) :: local
+    type(point_type) :: point
+    real(wp) :: r(3), scale
+    logical :: good
+    retreat = 0.0_wp
+    local = equations
+    call evaluate(law, local, free_part(local, s), step%from, point, r, scale, good)
+    if (.not. good) return
+    retreat = -law%first_touch(s, point%state)
+    call evaluate(law, local, free_part(local, s), step%to, point, r, scale, good)
+    retreat = retreat + law%first_touch(s, point%state)
+  end function worn_retreat
 
   !> Whether a converged step continues the curve.
   pure subroutine judge(law, equations, step, result, old, new, good)
@@ -102,7 +128,7 @@ contains
     good = .true.
     if (equations%n == 0) return
     good = .not. unstable(equations%n, result%last, law%stiffness) .and. &
-      maxval(abs(new%s)) <= farthest_equilibrium(law, equations)
+      maxval(abs(new%s)) <= farthest_equilibrium(law, equations, 1.0_wp)
     move = free_part(equations, new%s - old%s)
     if (.not. good .or. maxval(abs(move)) <= unexplained*law%length) return
     good = result%stable

@@ -29,7 +29,7 @@ contains
     damping = law%stiffness
     drift = 0.0_wp
     ! with viscous damage there are equilibria at every separation, as no time passes
-    far = 0.5_wp*farthest_equilibrium(law, equations)
+    far = farthest_equilibrium(law, equations, 0.5_wp)
     found = .false.
     do while (damping < law%stiffness/least_damping .and. equations%updates < most_updates)
       ! is there an equilibrium near the point?

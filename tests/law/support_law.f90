@@ -8,6 +8,7 @@ module support_law
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_mixed_control, only: report_type
   use asperity_pattern, only: direction_vector
   use random_numbers, only: draw
   use asperity_steps, only: complete_steps, step_table, step_type
@@ -45,7 +46,7 @@ module support_law
     real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
     real(wp), allocatable :: work(:)        !! (slips) work of the traction on the separation, N/mm
-    integer, allocatable :: iterations(:)   !! (slips) Newton iterations
+    type(report_type), allocatable :: reports(:)   !! (slips) of the increments
   end type path_type
 
 contains
@@ -122,13 +123,14 @@ contains
   end function entry_of
 
   !> Confined slip; slips from the loss of equilibrium on are not in the arrays.
-  function slip_path(joint, direction, slips, sigma_n, preload, durations) result(path)
+  function slip_path(joint, direction, slips, sigma_n, preload, durations, spring) result(path)
     type(interface_type), intent(in) :: joint             !! the interface
     real(wp), intent(in) :: direction                     !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                      !! mm
     real(wp), intent(in) :: sigma_n                       !! normal traction, MPa
     integer, intent(in), optional :: preload              !! increments of sigma_N
     real(wp), intent(in), optional :: durations(2)        !! of the preload and of the slip; absent: no time passes
+    real(wp), intent(in), optional :: spring              !! normal stiffness of the surroundings in the slip, MPa/mm
     type(path_type) :: path
     type(step_type), allocatable :: steps(:)
     type(run_type) :: run
@@ -141,8 +143,9 @@ contains
     times = 0.0_wp
     if (present(durations)) times = durations
     n = size(slips)
-    allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%iterations(n))
+    allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%reports(n))
     call slip_steps(direction, slips, sigma_n, parts, times, steps)
+    if (present(spring)) steps(2)%control%spring(1) = spring
     call begin_run(joint, steps, run)
     do
       call next_row(run, row, found)
@@ -153,7 +156,7 @@ contains
       path%t(:, path%n) = row%traction
       path%state(:, path%n) = row%state
       path%work(path%n) = row%work
-      path%iterations(path%n) = row%report%iterations
+      path%reports(path%n) = row%report
     end do
     e = direction_vector(direction)
     path%along = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)

@@ -51,8 +51,11 @@ def examples(language: str) -> pytest.MarkDecorator:
 
 
 def run(*command: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a command."""
-    return subprocess.run(list(command), capture_output=True, text=True, cwd=cwd, timeout=120, check=False)
+    """Run a command; `harness.studies` is found from any folder."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        list(command), capture_output=True, text=True, cwd=cwd, timeout=120, check=False, env=environment
+    )
 
 
 def prose(page: Path) -> str:
