@@ -191,7 +191,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: complaint
     integer :: earlier, status
-    logical :: held(3)
+    logical :: held(3), refines
 
     earlier = len(message)
     call check_groups(text, message)
@@ -200,8 +200,8 @@ contains
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
-    if (case%refines .and. len(message) == earlier) call explain_tolerance(case%tolerance, case%steps, &
-      group_where(text, group_index(text, "case")), message)
+    refines = case%refines .and. len(message) == earlier
+    if (refines) call explain_tolerance(case%tolerance, case%steps, group_where(text, group_index(text, "case")), message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
@@ -263,7 +263,9 @@ contains
     type(case_type), intent(inout) :: case                    !! title and planes are set
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     integer :: e, g
+    logical :: refines
     case%title = ""
+    refines = .false.
     g = group_index(text, "case")
     if (g == 0) return
     do e = text%groups(g)%first, text%groups(g)%last
@@ -273,12 +275,13 @@ contains
       case ("planes")
         call get_logical(text, e, case%planes, message)
       case ("tolerance")
-        case%refines = .true.
+        refines = .true.
         call get_real(text, e, case%tolerance, message)
       case default
         call unknown_name(text, e, "title, planes, tolerance", message)
       end select
     end do
+    case%refines = refines
   end subroutine read_case_group
 
   !> Read the group &expect for the current value of the sweep: the group with this value of `when`, else the one

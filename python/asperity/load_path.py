@@ -16,8 +16,8 @@ FIRST_ROOM, MOST_ROOM = 2048, 1_000_000
 """Rows that are allocated where their number is not known before, and at most at first."""
 
 NUMBERS = 21
-"""Numbers of a row: step, increment, position, time; separation; traction; work; Newton iterations, updates of
-the law, snaps; separation before and after the longest snap, released energy."""
+"""Numbers of a row: step, increment, position, time; separation; traction; work; Newton iterations, updates,
+snaps; separation before and after the longest snap, released energy."""
 
 
 def rows_of(

@@ -76,7 +76,7 @@ def slip_curves(
 def _solve(
     interface: Interface, slips: Floats, preload: int, block: tuple[Floats, Floats]
 ) -> tuple[Floats, NDArray[np.int_], NDArray[np.int_]]:
-    """Columns of the curves of a block of directions and normal tractions, their number of rows, iterations."""
+    """Columns of the curves of a block of directions and normal tractions, their rows and iterations."""
     columns = np.full((len(block[0]), COLUMNS, slips.size), np.nan)
     n_done, iterations = np.zeros(len(block[0]), dtype=int), np.zeros(len(block[0]), dtype=int)
     for i, (angle, sigma_N) in enumerate(zip(*block, strict=True)):

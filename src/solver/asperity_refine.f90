@@ -1,14 +1,15 @@
-!> Load path to a tolerance: the increments of the whole path are halved until two runs agree, then rows are left out.
+!> Load path to a tolerance: increments are halved until the rows of two runs agree, then rows are left out.
 !>
-!> The error is measured: it is the largest distance of the rows of the finer run from the curve of the coarser one. Half
-!> of the tolerance is for this distance, half for the rows that are left out.
+!> Every level runs the whole path twice, with a mesh and with all of its increments halved, and measures the largest
+!> distance of the second run from straight lines between the rows of the first. Then the increments are halved where
+!> that distance is too large. Half of the tolerance is for this distance, half for the rows that are left out.
 module asperity_refine
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_control_point, only: point_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_load_path, only: begin_run, least_parts, next_row, row_type, run_type
+  use asperity_load_path, only: begin_run, next_row, row_type, run_type
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
   implicit none
@@ -17,10 +18,17 @@ module asperity_refine
 
   !> Admissible tolerances.
   real(wp), parameter :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
-  !> Level before which no agreement is accepted, as few increments may agree by chance.
+  !> Smallest number of increments to a target at the first level: fewer may agree by chance.
+  integer, parameter :: least_parts = 8
+  !> Level before which no agreement is accepted, for the same reason.
   integer, parameter :: least_level = 2
   !> Largest number of increments of a path; its rows need some 100 MB for a pattern of 65 planes.
   integer, parameter, public :: most_parts = 100000
+  !> Smallest source of the distance, relative to the largest one, for which an increment is halved.
+  real(wp), parameter :: least_source = 0.1_wp
+  !> Smallest reduction of the distance over two levels; with less, all increments are halved. (Over one level the
+  !> distance at a kink may stay as it is, since it depends on where the kink is between two rows.)
+  real(wp), parameter :: slowest = 0.75_wp
   !> Compared numbers of a row: separation, traction, work, stored and dissipated energies.
   integer, parameter :: n_values = 10
 
@@ -47,8 +55,8 @@ contains
   !> Run a path to a tolerance.
   !>
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
-  !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
-  !> path.
+  !> least that of the bond). Where the path jumps, the distance is that between the curves, so that a jump may move by
+  !> a small part of the path.
   pure subroutine refine_path(joint, steps, start, tolerance, rows, run, message)
     type(interface_type), intent(in) :: joint                 !! the interface
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
@@ -58,47 +66,103 @@ contains
     type(run_type), intent(out) :: run                        !! the finest run, at its end
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
     type(row_type), allocatable :: coarse(:), fine(:)
-    real(wp) :: error, scales(n_values)
-    integer :: factor, level
-    factor = 1
-    call run_all(joint, steps, start, factor, run, fine)
+    real(wp), allocatable :: distances(:), halved(:), mesh(:), sources(:)
+    logical, allocatable :: marks(:)
+    real(wp) :: earlier(2), error, scales(n_values)
+    integer :: level
+    call first_mesh(steps, mesh)
+    call run_mesh(joint, steps, start, mesh, run, coarse)
+    earlier = huge(earlier)
     level = 0
     do
       level = level + 1
-      factor = 2*factor
-      call move_alloc(fine, coarse)
-      call run_all(joint, steps, start, factor, run, fine)
+      if (allocated(marks)) deallocate (marks)
+      allocate (marks(size(mesh)), source=.true.)
+      call halve(mesh, marks, halved)
+      call run_mesh(joint, steps, start, halved, run, fine)
       scales = scales_of(joint, start, fine)
-      error = largest_distance(start, coarse, fine, scales)
+      call compare(start, coarse, fine, mesh, scales, distances, sources)
+      error = maxval(distances)
       if (error <= 0.5_wp*tolerance .and. level >= least_level) exit
-      if (2*size(fine) <= most_parts) cycle
-      call append(message, "tolerance = " // to_text(tolerance) // ": the rows of " // integer_text(size(coarse)) // &
-        " and of " // integer_text(size(fine)) // " increments differ by " // short(error) // &
-        " of the largest values: expected a larger tolerance")
-      exit
+      if (2*size(halved) > most_parts) then
+        call append(message, "tolerance = " // to_text(tolerance) // ": the rows of " // integer_text(size(mesh)) // &
+          " and of " // integer_text(size(halved)) // " increments differ by " // short(error) // &
+          " of the largest values: expected a larger tolerance")
+        exit
+      end if
+      marks = sources > min(0.5_wp*tolerance, least_source*maxval(sources))
+      if (error > slowest*earlier(2) .or. level < least_level) marks = .true.
+      marks = marks .or. eoshift(marks, 1) .or. eoshift(marks, -1)
+      earlier = [error, earlier(1)]
+      call halve(mesh, marks, halved)
+      call move_alloc(halved, mesh)
+      if (all(marks)) then
+        call move_alloc(fine, coarse)
+      else
+        call run_mesh(joint, steps, start, mesh, run, coarse)
+      end if
     end do
     call thin(start, fine, scales, 0.5_wp*tolerance, rows)
   end subroutine refine_path
 
-  !> Rows of a path with all of its increments divided.
-  pure subroutine run_all(joint, steps, start, factor, run, rows)
+  !> Positions of the rows of the first level.
+  pure subroutine first_mesh(steps, mesh)
+    type(step_type), intent(in) :: steps(:)            !! the load path
+    real(wp), allocatable, intent(out) :: mesh(:)      !! ends of the increments: targets before, and share of the next one
+    integer :: i, j, k, n, parts, passed
+    n = 0
+    do i = 1, size(steps)
+      n = n + sum(max(least_parts, steps(i)%increments))
+    end do
+    allocate (mesh(n))
+    n = 0
+    passed = 0
+    do i = 1, size(steps)
+      do j = 1, size(steps(i)%increments)
+        parts = max(least_parts, steps(i)%increments(j))
+        mesh(n + 1:n + parts) = [(real(passed, wp) + real(k, wp)/real(parts, wp), k=1, parts)]
+        n = n + parts
+        passed = passed + 1
+      end do
+    end do
+  end subroutine first_mesh
+
+  !> Halve the marked increments of a mesh.
+  pure subroutine halve(mesh, marks, halved)
+    real(wp), intent(in) :: mesh(:)                      !! ends of the increments
+    logical, intent(in) :: marks(:)                      !! of each
+    real(wp), allocatable, intent(out) :: halved(:)      !! ends of the new increments
+    real(wp) :: before
+    integer :: i, n
+    allocate (halved(size(mesh) + count(marks)))
+    n = 0
+    before = 0.0_wp
+    do i = 1, size(mesh)
+      if (marks(i)) then
+        n = n + 1
+        halved(n) = before + 0.5_wp*(mesh(i) - before)
+      end if
+      n = n + 1
+      halved(n) = mesh(i)
+      before = mesh(i)
+    end do
+  end subroutine halve
+
+  !> Rows of a path on a mesh.
+  pure subroutine run_mesh(joint, steps, start, mesh, run, rows)
     type(interface_type), intent(in) :: joint               !! the interface
     type(step_type), intent(in) :: steps(:)                 !! the load path
     type(point_type), intent(in) :: start                   !! the point at its start
-    integer, intent(in) :: factor                           !! parts of every increment
+    real(wp), intent(in) :: mesh(:)                         !! ends of the increments
     type(run_type), intent(out) :: run                      !! the run, at its end
-    type(row_type), allocatable, intent(out) :: rows(:)     !! the last one is lost if equilibrium is
+    type(row_type), allocatable, intent(out) :: rows(:)     !! fewer than the mesh has: the last one is lost
     type(row_type), allocatable :: all_rows(:)
     type(row_type) :: row
-    integer :: i, n
+    integer :: n
     logical :: found
     call begin_run(joint, steps, run, start)
-    run%factor = factor
-    n = 0
-    do i = 1, size(steps)
-      n = n + factor*sum(max(least_parts, steps(i)%increments))
-    end do
-    allocate (all_rows(n))
+    run%mesh = mesh
+    allocate (all_rows(size(mesh)))
     n = 0
     do
       call next_row(run, row, found)
@@ -106,8 +170,12 @@ contains
       n = n + 1
       all_rows(n) = row
     end do
-    rows = all_rows(:n)
-  end subroutine run_all
+    if (n == size(mesh)) then
+      call move_alloc(all_rows, rows)
+    else
+      allocate (rows, source=all_rows(:n))
+    end if
+  end subroutine run_mesh
 
   !> What the distance of rows is relative to.
   pure function scales_of(joint, start, rows) result(scales)
@@ -145,38 +213,65 @@ contains
     values = [point%s, point%traction, point%work, point%state(ledger)]
   end function values_of_point
 
-  !> Largest distance of the rows of the finer run from the curve of the coarser one, relative to the scales; a huge number
-  !> if equilibrium is lost in one of them alone.
-  pure function largest_distance(start, coarse, fine, scales) result(largest)
+  !> Distance of the rows of the halved increments from the straight lines between the rows of a mesh.
+  pure subroutine compare(start, coarse, fine, mesh, scales, distances, sources)
     type(point_type), intent(in) :: start                     !! the point at the start
-    type(row_type), intent(in) :: coarse(:), fine(:)          !! rows, two of the finer run for one of the coarser run
+    type(row_type), intent(in) :: coarse(:), fine(:)          !! rows of the mesh and of the halved increments
+    real(wp), intent(in) :: mesh(:)                           !! ends of the increments
     real(wp), intent(in) :: scales(n_values)                  !! of the distance
-    real(wp) :: largest
-    real(wp), allocatable :: ends(:, :)
-    real(wp) :: distance, values(n_values)
+    real(wp), allocatable, intent(out) :: distances(:)        !! of every increment of the mesh, relative
+    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of its own rows,
+                                                              !! or to that of all rows after it
+    real(wp), allocatable :: ends(:, :), places(:)
+    logical, allocatable :: jumps(:)
+    real(wp), dimension(n_values) :: before, delta, line, values
+    real(wp) :: distance, share
     integer :: i, j, k
-    largest = huge(largest)
-    if (coarse(size(coarse))%lost .neqv. fine(size(fine))%lost) return
-    largest = 0.0_wp
-    ! not an automatic array: the stack of a thread may be short
-    allocate (ends(n_values, 0:size(coarse)))
-    values = values_of_point(start)/scales
-    ends(:, 0) = values
+    ! not automatic arrays: the stack of a thread may be short
+    allocate (distances(size(mesh)), sources(size(mesh)))
+    allocate (ends(n_values, 0:size(coarse)), places(0:size(coarse)), jumps(0:size(coarse) + 1))
+    distances = 0.0_wp
+    sources = 0.0_wp
+    before = 0.0_wp
+    ends(:, 0) = values_of_point(start)/scales
+    places(0) = 0.0_wp
+    jumps = .false.
     do j = 1, size(coarse)
       ends(:, j) = values_of(coarse(j))/scales
+      places(j) = coarse(j)%position
+      jumps(j) = coarse(j)%report%snaps > 0
     end do
     do i = 1, size(fine)
-      values = values_of(fine(i))/scales
-      j = min((i + 1)/2, size(coarse))
-      distance = huge(distance)
-      do k = max(1, j - 1), min(size(coarse), j + 1)
-        distance = min(distance, from_line(ends(:, k - 1), ends(:, k), values))
-      end do
-      largest = max(largest, distance)
+      if (fine(i)%report%snaps > 0) jumps(min((i + 1)/2, size(coarse))) = .true.
     end do
-    ! both end at the same place
-    largest = max(largest, maxval(abs(ends(:, size(coarse)) - values)))
-  end function largest_distance
+    do i = 1, size(fine)
+      j = min((i + 1)/2, size(coarse))
+      values = values_of(fine(i))/scales
+      share = 1.0_wp
+      if (places(j) > places(j - 1)) share = min(1.0_wp, (fine(i)%position - places(j - 1))/(places(j) - places(j - 1)))
+      line = ends(:, j - 1) + share*(ends(:, j) - ends(:, j - 1))
+      distance = maxval(abs(line - values))
+      if (any(jumps(j - 1:j + 1))) then
+        do k = max(1, j - 1), min(size(coarse), j + 1)
+          distance = min(distance, from_line(ends(:, k - 1), ends(:, k), values))
+        end do
+        sources(j) = max(sources(j), distance)
+      else if (modulo(i, 2) == 0) then
+        delta = values - line
+        sources(j) = max(sources(j), maxval(abs(delta - before)))
+        before = delta
+      else if (i < size(fine)) then
+        delta = values_of(fine(i + 1))/scales - ends(:, j)
+        sources(j) = max(sources(j), maxval(abs(values - line - 0.5_wp*(before + delta))))
+      end if
+      distances(j) = max(distances(j), distance)
+    end do
+    ! both end where equilibrium is lost, or none does
+    j = size(coarse)
+    if (coarse(j)%lost .neqv. fine(size(fine))%lost) distances(j) = huge(distance)
+    if (coarse(j)%lost) distances(j) = max(distances(j), maxval(abs(ends(:, j) - values)))
+    sources(j) = max(sources(j), distances(j))
+  end subroutine compare
 
   !> Distance of a point from the line between two others, in the largest component of the shortest way.
   pure function from_line(a, b, x) result(distance)

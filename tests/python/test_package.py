@@ -548,7 +548,10 @@ def test_lost_equilibrium() -> None:
     assert isinstance(lost, RuntimeError)
     assert lost.row == len(lost.history.damage) == 31
     assert lost.history.events[-1] == (31, "no equilibrium at slip 0.032, sigma_N = 2")
-    with pytest.raises(EquilibriumLost, match=r"^no equilibrium in the preload to sigma_N = 4: no equilibrium exists: the joint carries at"):
+    with pytest.raises(
+        EquilibriumLost,
+        match=r"^no equilibrium in the preload to sigma_N = 4: no equilibrium exists: the joint carries at",
+    ):
         flat.confined_slip(0.0, slips, 4.0)
     assert np.array_equal(lost.history.separation[:, 1], slips[:31])
     assert np.allclose(lost.history.traction[:, 0], 2.0, rtol=0, atol=1e-12)

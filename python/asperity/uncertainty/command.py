@@ -19,7 +19,7 @@ from ..parallel import add_workers, progress_bar, workers
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
 from .paths import CURVES, load_paths
-from .spread import RESULTS, Spread, batch_size, spread
+from .spread import BATCH, RESULTS, Spread, spread
 
 LEVELS = (0.05, 0.5, 0.95)
 """Quantiles where none are given."""
@@ -123,8 +123,7 @@ def _run(options: argparse.Namespace) -> int:
         progress_bar(options.samples * len(paths), "sample") as bar,
     ):
         for path in paths:
-            size = batch_size(path)
-            tick = lambda size=size: bar.update(min(size, bar.total - bar.n))  # noqa: E731
+            tick = lambda: bar.update(min(BATCH, bar.total - bar.n))  # noqa: E731
             found.append(spread(path, distribution.names, samples, levels, executor, tick))
     print(report(case, distribution, source, options.samples, options.seed, found))
     if options.output is not None:

@@ -35,8 +35,8 @@ class LoadPath:
     """Load path of one run of a case, as PROPS -> curves over the abscissa x (n,), which is prescribed.
 
     value: of the sweep, None without one.  props: of the case.  slips: whether x is a slip (or an opening).
-    steps: the load path; first: first of its rows on the curves, -1 for the virgin point before them.  e (3,):
-    direction of x, in which the traction is shown.
+    steps: the load path; first: first of its rows on the curves, -1 for the virgin point before them.
+    e (3,): direction of x, in which the traction is shown.
     """
 
     value: float | None
