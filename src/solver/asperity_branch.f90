@@ -144,9 +144,10 @@ contains
     if (unit > 0.0_wp) next = min(1.0_wp, branch%factor + branch%longest/unit)
     call advance(law, equations%control, values_at(equations, branch%factor), values_at(equations, next), point, &
       reached, report)
+    if (reached < 1.0_wp) return
     branch%turned = branch%back
     branch%back = .false.
-    if (reached >= 1.0_wp) branch%factor = next
+    branch%factor = next
   end subroutine advance_factor
 
   !> Length of a unit of the load factor: of the change of the prescribed separations, or of an elastic plane under the
@@ -361,8 +362,8 @@ contains
     do i = 1, halvings
       trial%length = 0.5_wp*(merge(step%length, 0.0_wp, step%length < longest) + longest)
       call solve(law, equations, trial)
-      if (.not. trial%good) return
-      if (trial%direction(equations%n + 1)*trial%ending(equations%n + 1) < 0.0_wp) then
+      ! a step to the other side of a kink is not explained by the directions at its ends
+      if (.not. trial%good .or. trial%direction(equations%n + 1)*trial%ending(equations%n + 1) < 0.0_wp) then
         longest = trial%length
       else
         step = trial

@@ -2,7 +2,7 @@
 !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
 !> time and wears nothing.
 module asperity_snap
-  use asperity_control_point, only: equations_type, farthest_equilibrium, is_unstiff, move_point, point_type
+  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_part, is_unstiff, move_point, point_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
@@ -22,7 +22,7 @@ contains
     logical, intent(out) :: found                       !! whether there is an equilibrium
     type(newton_type) :: result
     type(point_type) :: trial
-    real(wp) :: damping, drift(3), far, limit, move
+    real(wp) :: damping, drift(3), far, limit, move, residual(3), scale
     logical :: good
 
     limit = first_motion*law%length
@@ -30,6 +30,9 @@ contains
     drift = 0.0_wp
     ! with viscous damage there are equilibria at every separation, as no time passes
     far = farthest_equilibrium(law, equations, 0.5_wp)
+    ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
+    call evaluate(law, equations, free_part(equations, equations%old%s), equations%done, trial, residual, scale, found)
+    if (found) call move_point(trial, equations%old)
     found = .false.
     do while (damping < law%stiffness/least_damping .and. equations%updates < most_updates)
       ! is there an equilibrium near the point?

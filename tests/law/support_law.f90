@@ -145,7 +145,10 @@ contains
     n = size(slips)
     allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%reports(n))
     call slip_steps(direction, slips, sigma_n, parts, times, steps)
-    if (present(spring)) steps(2)%control%spring(1) = spring
+    if (present(spring)) then
+      steps(2)%control%spring(1) = spring
+      steps(2)%changed(1) = .true.
+    end if
     call begin_run(joint, steps, run)
     do
       call next_row(run, row, found)
