@@ -102,10 +102,12 @@ contains
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the flag is a literal, so that the compiler generates a separate loop for each value
-    if (joint%material%general) then
-      call sum_planes(joint, .true., growth, worn_share, from, to, lanes, sums)
+    if (joint%material%bends) then
+      call sum_planes(joint, 2, growth, worn_share, from, to, lanes, sums)
+    else if (joint%material%general) then
+      call sum_planes(joint, 1, growth, worn_share, from, to, lanes, sums)
     else
-      call sum_planes(joint, .false., growth, worn_share, from, to, lanes, sums)
+      call sum_planes(joint, 0, growth, worn_share, from, to, lanes, sums)
     end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
@@ -160,9 +162,9 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, general, whole, share, from, to, lanes, sums)
+  pure subroutine sum_planes(joint, kernel, whole, share, from, to, lanes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
-    logical, intent(in) :: general                !! whether contacts lie on facets or are not linear
+    integer, intent(in) :: kernel                 !! 0: straight planes, 1: facets, 2: hyperbolic closure, too
     type(growth_type), intent(in) :: whole        !! growth of the damage that no guard limits
     real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
@@ -185,7 +187,8 @@ contains
     integer :: k
 
     m = joint%material
-    m%general = general
+    m%general = kernel > 0
+    m%bends = kernel == 2
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp

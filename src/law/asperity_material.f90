@@ -56,7 +56,8 @@ contains
       material%inv_vm = 1.0_wp/props(p_closure)
       material%steep = largest_share*props(p_closure)
     end if
-    material%general = material%curved .or. props(p_closure) > 0.0_wp
+    material%bends = props(p_closure) > 0.0_wp
+    material%general = material%curved .or. material%bends
   end subroutine new_material
 
   !> Weight of the equilibrium damage in the new damage of an increment of duration dt: r/(1 + r) with r = dt/tau_v, by
