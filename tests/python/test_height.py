@@ -27,7 +27,7 @@ ROUNDING = 1e-12
 The tangent is compared relative to K times its growth with |s|/s_0, |s|/H and |s|/|s_T - s_di|.
 """
 
-POINTS, INCREMENTS = 10, 12
+POINTS, INCREMENTS = 20, 6
 
 
 def random_interface(
