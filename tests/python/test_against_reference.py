@@ -121,8 +121,8 @@ def test_random_histories() -> None:
         material, (pattern, planes) = random_material(rng), random_pattern(rng)
         p, interface = parameters_of(material), Interface(material, pattern)
         shortest = min(p.s0, p.s02)
-        S = random_history(rng, shortest, points=10, increments=12)
-        s_old, state, largest = np.zeros((10, 3)), np.zeros((10, interface.nstatv)), np.zeros(10)
+        S = random_history(rng, shortest, points=20, increments=6)
+        s_old, state, largest = np.zeros((20, 3)), np.zeros((20, interface.nstatv)), np.zeros(20)
         for s in S:
             ours = interface.update(s, state, s_old)
             theirs = reference.update(p, planes, s, state, s_old)
