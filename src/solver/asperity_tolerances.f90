@@ -49,7 +49,8 @@ module asperity_tolerances
   ! --- snap ----------------------------------------------------------------------------------------------------------
   !> Smallest jump of a free separation that counts as a snap, relative to s0.
   real(wp), parameter, public :: snap_resolution = 0.01_wp
-  !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken before.
+  !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken
+  !> before.
   real(wp), parameter, public :: least_rupture = 1.0e-9_wp
   !> First step of the motion, relative to s0; two equilibria that are nearer may be taken for one.
   real(wp), parameter, public :: first_motion = 0.005_wp
