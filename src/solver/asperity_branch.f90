@@ -86,7 +86,6 @@ contains
     type(equations_type) :: equations
     type(step_type) :: step
     integer :: n
-    logical :: back
 
     branch%turned = .false.
     call new_equations(law, control, from, to, equations)
@@ -113,7 +112,6 @@ contains
       step%length = 0.5_wp*step%length
     end do
     if (.not. step%good) call search(law, equations, branch%last, step)
-    back = step%ending(n + 1) < 0.0_wp .or. (branch%back .and. .not. step%ending(n + 1) > 0.0_wp)
     if (step%good .and. step%direction(n + 1)*step%ending(n + 1) < 0.0_wp) call find_fold(law, equations, step)
     report%parts = 1
     report%updates = equations%updates
@@ -124,8 +122,8 @@ contains
       return
     end if
     call move_point(step%point, point)
-    branch%turned = back .neqv. branch%back
-    branch%back = back
+    branch%turned = (step%to(n + 1) < step%from(n + 1)) .neqv. branch%back
+    branch%back = step%to(n + 1) < step%from(n + 1)
     branch%factor = step%to(n + 1)/step%unit
     if (step%to(n + 1) >= step%unit) branch%factor = 1.0_wp
     branch%last = step%to - step%from
