@@ -2,7 +2,8 @@
 !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
 !> time and wears nothing.
 module asperity_snap
-  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_part, is_unstiff, move_point, point_type
+  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_part, is_unstiff, &
+    move_point, point_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
