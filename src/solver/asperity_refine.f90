@@ -188,11 +188,11 @@ contains
     type(rie_law) :: law
     integer :: i
     law = new_rie_law(joint)
-    largest = [law%reach, law%stress, 0.0_wp]
-    largest(3) = 0.5_wp*largest(1)*largest(2)
     values = values_of_point(start)
-    do i = 0, size(rows)
-      if (i > 0) values = values_of(rows(i))
+    largest = [max(law%reach, maxval(abs(values(1:3)))), max(law%stress, maxval(abs(values(4:6)))), &
+      max(0.5_wp*law%reach*law%stress, maxval(abs(values(7:))))]
+    do i = 1, size(rows)
+      values = values_of(rows(i))
       largest = max(largest, [maxval(abs(values(1:3))), maxval(abs(values(4:6))), maxval(abs(values(7:)))])
     end do
     scales(1:3) = largest(1)
