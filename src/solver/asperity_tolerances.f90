@@ -85,7 +85,7 @@ module asperity_tolerances
   real(wp), parameter, public :: look_ahead = 1.0e-6_wp
   !> Lengths of the steps that are tried at a kink, relative to s0, and cosine of the angle to the last step of a step
   !> that leads back.
-  real(wp), parameter, public :: search_steps(3) = [1.0e-3_wp, 1.0e-5_wp, 1.0e-7_wp], backwards = -0.95_wp
+  real(wp), parameter, public :: search_steps(3) = [1.0e-7_wp, 1.0e-5_wp, 1.0e-3_wp], backwards = -0.95_wp
 
   ! --- load paths ----------------------------------------------------------------------------------------------------
   !> Largest prescribed traction, so that the difference of two is finite.
