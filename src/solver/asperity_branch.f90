@@ -340,8 +340,8 @@ contains
 
   !> Find a short step where the directions at its ends do not explain it, at a kink of the branch: each unknown in turn
   !> is prescribed on both sides of the point. Of the equilibria that do not lead back, the one that continues the last
-  !> step best is taken. The first search at a kink takes the shortest step, so that a fold there has a row; if that leads
-  !> to another search, the step is long enough to leave the kink.
+  !> step best is taken. The first search at a kink takes the shortest step, so that a fold there has a row; if that
+  !> leads to another search, the step is long enough to leave the kink.
   pure subroutine search(law, equations, branch, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
