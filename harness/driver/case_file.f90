@@ -102,7 +102,6 @@ module case_file
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
-    logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     type(interface_type) :: joint
     type(initial_type) :: initial                 !! planes and traction at the start
     type(state_type) :: state                     !! state at the start of the steps
@@ -196,7 +195,7 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_props(text, case%props, case%mode_2, message)
+    call read_props(text, case%props, message)
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)

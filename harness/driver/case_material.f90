@@ -2,7 +2,7 @@
 module case_material
   use asperity_checks, only: review_props
   use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_eta, &
-    p_flat, p_gc, p_gc2, p_height, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
+    p_flat, p_gc, p_height, p_m, p_sigma0, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
@@ -15,10 +15,9 @@ module case_material
 contains
 
   !> PROPS from &material, &pattern and &replay, every bad value reported.
-  subroutine read_props(text, props, mode_2, message)
+  subroutine read_props(text, props, message)
     type(text_type), intent(in) :: text                       !! the file
     real(wp), allocatable, intent(out) :: props(:)            !! PROPS, admissible if nothing was appended
-    logical, intent(out) :: mode_2                            !! tangential strength or energy differ from mode I
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
     !> Entries of &replay that are no constants; they are read elsewhere.
@@ -66,17 +65,7 @@ contains
         call add_planes(text, g, given, normals, weights, props, message)
       end if
     end do
-    mode_2 = (given(p_sigma02) .and. differs(props(p_sigma02), props(p_sigma0))) .or. &
-                  (given(p_gc2) .and. differs(props(p_gc2), props(p_gc)))
   end subroutine read_props
-
-  !> Whether a mode II value is given (not 0) and is not that of mode I.
-  pure function differs(value, mode_1) result(yes)
-    real(wp), intent(in) :: value    !! of mode II, 0: equal
-    real(wp), intent(in) :: mode_1   !! of mode I
-    logical :: yes
-    yes = value > 0.0_wp .and. abs(value - mode_1) > 0.0_wp
-  end function differs
 
   !> PROPS that pass every test: defaults, and any value where there is none.
   pure function admissible_props() result(props)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import asdict, dataclass, make_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +28,7 @@ _Constants: Any = make_dataclass("_Constants", map(_field, contract.owned("law")
 class Material(_Constants):
     """Material of the planes (Section 2.2): the constants of PROPS that belong to the law.
 
-    Raises ValueError naming every value out of range; warns where mode II differs (Remark 2).  The constants,
-    in their order:
+    Raises ValueError naming every value out of range.  The constants, in their order:
     """
 
     if TYPE_CHECKING:
@@ -41,14 +39,6 @@ class Material(_Constants):
     def __post_init__(self) -> None:
         """Check the ranges."""
         contract.check(contract.pack(self.values()))
-        for name, value, other in (("sigma02", self.sigma02, "sigma0"), ("Gc2", self.Gc2, "Gc")):
-            if value not in (0.0, getattr(self, other)):
-                warnings.warn(
-                    f"{name} = {value:g} differs from {other} = {getattr(self, other):g}: "
-                    "the thermodynamic argument of the law no longer holds (Remark 2)",
-                    ModelWarning,
-                    stacklevel=3,
-                )
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""
