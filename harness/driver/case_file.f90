@@ -27,12 +27,13 @@ module case_file
     "expect", "sweep", "replay", "state", "initial"]
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter :: case_format(42) = [character(len=104) :: &
+  character(len=*), parameter :: case_format(43) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
     "               agree; rows are left out where straight lines stay within it", &
     "  &material  {material}", &
+    "             kn, ks instead of sigma0, Gc, eta and kc: a joint without bond", &
     "  &pattern   sides, {pattern}", &
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
     "  &step      one or more; each starts from the end of the last one", &
