@@ -176,7 +176,7 @@ class Material(_Constants):
 
 
 def _positive(bad: list[str], **values: float) -> None:
-    """Raise ValueError with the lines in bad and one for each value that is not positive, if there are any."""
+    """Raise ValueError with the lines in bad and one for each value that is not positive."""
     expected = "> 0 (1e-50 to 1e50)"
     for name, value in values.items():
         if not 1e-50 <= contract.number(name, value, expected) <= 1e50:

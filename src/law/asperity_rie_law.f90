@@ -9,7 +9,7 @@ module asperity_rie_law
   use asperity_point_law, only: point_law
   implicit none
   private
-  public :: new_rie_law, whole_separation, slipped_separation
+  public :: new_rie_law, timeless_law, whole_separation, slipped_separation
 
   !> The law of an interface.
   type, extends(point_law), public :: rie_law
@@ -43,6 +43,16 @@ contains
     end associate
     law%bound = separation_bound(joint)
   end function new_rie_law
+
+  !> The law of an interface without viscous damage and wear: its state does not depend on time or increments.
+  pure function timeless_law(joint) result(law)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    type(rie_law) :: law
+    law = new_rie_law(joint)
+    law%joint%material%tau_v = 0.0_wp
+    law%joint%material%inv_w0 = 0.0_wp
+    law%relaxes = .false.
+  end function timeless_law
 
   !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8), length.
   pure function whole_separation(s, state) result(whole)

@@ -7,10 +7,10 @@ module asperity_initial
   use asperity_contract, only: n_statev, plane_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
   use asperity_control_point, only: control_type, equations_type, new_equations, new_point
-  use asperity_interface, only: interface_type, separation_bound
+  use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance_equations, ended_lost, report_type
-  use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation
+  use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
   use asperity_text, only: append, integer_text, set_text, to_text
   use asperity_tolerances, only: coarsest_initial_scale, finest_initial_scale, initial_increments, &
     longest_initial_step, residual_tolerance
@@ -63,10 +63,7 @@ contains
     if (status /= status_ok) return
     if (any(held .and. .not. bounded(target, largest_traction(joint)))) status = status_initial
     if (status /= status_ok) return
-    law = new_rie_law(joint)
-    law%joint%material%tau_v = 0.0_wp
-    law%joint%material%inv_w0 = 0.0_wp
-    law%relaxes = .false.
+    law = timeless_law(joint)
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
@@ -85,8 +82,8 @@ contains
       old = equations%old%state
       equations%old = new_point(law, old, equations%old%s)
       repeats = repeats + 1
-      if (.not. joint%material%guard .or. repeats > most_repeats) exit
-      if (.not. any(grown(joint, old, equations%old%state))) exit
+      if (.not. joint%material%guard .or. repeats > most_repeats) exit load
+      if (.not. any(grown(joint, old, equations%old%state))) exit load
     end do load
     if (present(carried)) carried = start + (real(min(i, initial_increments) - 1, wp) + equations%done)/ &
       real(initial_increments, wp)*(target - start)
@@ -138,7 +135,9 @@ contains
   pure function largest_traction(joint) result(largest)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: largest
-    largest = max(joint%material%k_n, joint%material%k_t)*separation_bound(joint)
+    type(rie_law) :: law
+    law = new_rie_law(joint)
+    largest = law%stiffness*law%bound
   end function largest_traction
 
   !> Append why a state cannot carry a traction and what it carries; nothing is appended if it can carry the traction.

@@ -10,6 +10,7 @@ module asperity_refine
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
   implicit none
@@ -48,8 +49,8 @@ contains
     if (good) good = tolerance >= least_tolerance
     if (.not. good) call append(message, place // "tolerance = " // to_text(tolerance) // ": expected " // &
       to_text(least_tolerance) // " to " // to_text(largest_tolerance))
-    if (any(steps%arc > 0.0_wp)) call append(message, place // "tolerance with follow = 'branch': expected arc, the " // &
-      "longest step along the branch")
+    if (any(steps%arc > 0.0_wp)) call append(message, place // "tolerance with follow = 'branch': expected arc, " // &
+      "the longest step along the branch")
   end subroutine explain_tolerance
 
   !> Run a path to a tolerance.
@@ -108,7 +109,7 @@ contains
   !> Positions of the rows of the first level.
   pure subroutine first_mesh(steps, mesh)
     type(step_type), intent(in) :: steps(:)            !! the load path
-    real(wp), allocatable, intent(out) :: mesh(:)      !! ends of the increments: targets before, and share of the next one
+    real(wp), allocatable, intent(out) :: mesh(:)      !! ends of the increments: targets before, and share of the next
     integer :: i, j, k, n, parts, passed
     n = 0
     do i = 1, size(steps)
@@ -184,14 +185,14 @@ contains
     type(row_type), intent(in) :: rows(:)         !! rows
     real(wp) :: scales(n_values)
     real(wp) :: largest(3), values(n_values)
+    type(rie_law) :: law
     integer :: i
-    associate (m => joint%material)
-      largest = [m%s0/(1.0_wp - m%eta), m%k_n*m%s0, 0.0_wp]
-    end associate
-    largest(3) = 0.5_wp*largest(1)*largest(2)
+    law = new_rie_law(joint)
     values = values_of_point(start)
-    do i = 0, size(rows)
-      if (i > 0) values = values_of(rows(i))
+    largest = [max(law%reach, maxval(abs(values(1:3)))), max(law%stress, maxval(abs(values(4:6)))), &
+      max(0.5_wp*law%reach*law%stress, maxval(abs(values(7:))))]
+    do i = 1, size(rows)
+      values = values_of(rows(i))
       largest = max(largest, [maxval(abs(values(1:3))), maxval(abs(values(4:6))), maxval(abs(values(7:)))])
     end do
     scales(1:3) = largest(1)
@@ -220,8 +221,8 @@ contains
     real(wp), intent(in) :: mesh(:)                           !! ends of the increments
     real(wp), intent(in) :: scales(n_values)                  !! of the distance
     real(wp), allocatable, intent(out) :: distances(:)        !! of every increment of the mesh, relative
-    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of its own rows,
-                                                              !! or to that of all rows after it
+    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of its own
+                                                              !! rows, or to that of all rows after it
     real(wp), allocatable :: ends(:, :), places(:)
     logical, allocatable :: jumps(:)
     real(wp), dimension(n_values) :: before, delta, line, values

@@ -2,7 +2,8 @@
 !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
 !> time and wears nothing.
 module asperity_snap
-  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_part, is_unstiff, move_point, point_type
+  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_part, is_unstiff, &
+    move_point, point_type
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
@@ -71,8 +72,9 @@ contains
     equations%damping = 0.0_wp
   end subroutine snap
 
-  !> Whether the work of a step equals the energy that it stores and dissipates within `unbalanced`, so that the energies
-  !> of a row that contains a snap balance, or the step is very short. The error is that of the trapezoidal rule.
+  !> Whether the work of a step equals the energy that it stores and dissipates within `unbalanced`, so that the
+  !> energies of a row that contains a snap balance, or the step is very short. The error is that of the trapezoidal
+  !> rule.
   pure function balances(law, old, new, length) result(yes)
     class(point_law), intent(in) :: law        !! the law
     type(point_type), intent(in) :: old, new   !! the point before and after the step

@@ -6,6 +6,7 @@ module asperity_steps
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: append, integer_text, to_text
   use asperity_tolerances, only: farthest_prescribed
   implicit none
@@ -299,13 +300,15 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: reason
     character(len=16) :: name
+    type(rie_law) :: law
     real(wp) :: bound
     integer :: bad, i, j, n
     if (any(steps%arc > 0.0_wp)) then
       call explain_no_branch(joint, reason)
       if (allocated(reason)) call append(message, place // "follow = 'branch' with " // reason)
     end if
-    bound = farthest_prescribed*joint%material%s0/(1.0_wp - joint%material%eta)
+    law = new_rie_law(joint)
+    bound = farthest_prescribed*law%reach
     bad = 0
     do n = 1, size(steps)
       if (.not. allocated(steps(n)%targets)) cycle

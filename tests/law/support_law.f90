@@ -97,9 +97,8 @@ contains
     real(wp), intent(in) :: sigma_n                           !! normal traction, MPa
     integer, intent(in) :: preload                            !! increments of sigma_N
     real(wp), intent(in) :: durations(2)                      !! of the preload and of the slip
-    type(step_type), allocatable, intent(out) :: steps(:)     !! complete
+    type(step_type), intent(out) :: steps(2)                  !! complete
     character(len=:), allocatable :: message
-    allocate (steps(2))
     steps(1)%place = ""
     steps(2)%place = ""
     steps(1)%given(entry_of("t_N"))%values = [sigma_n]
@@ -132,7 +131,7 @@ contains
     real(wp), intent(in), optional :: durations(2)        !! of the preload and of the slip; absent: no time passes
     real(wp), intent(in), optional :: spring              !! normal stiffness of the surroundings in the slip, MPa/mm
     type(path_type) :: path
-    type(step_type), allocatable :: steps(:)
+    type(step_type) :: steps(2)
     type(run_type) :: run
     type(row_type) :: row
     real(wp) :: e(2), times(2)
@@ -162,8 +161,9 @@ contains
       path%reports(path%n) = row%report
     end do
     e = direction_vector(direction)
-    path%along = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)
-    path%across = e(1)*path%t(3, :path%n) - e(2)*path%t(2, :path%n)
+    allocate (path%along(path%n), path%across(path%n))
+    path%along(:) = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)
+    path%across(:) = e(1)*path%t(3, :path%n) - e(2)*path%t(2, :path%n)
   end function slip_path
 
   !> Values last/n, 2 last/n, ..., last.

@@ -1,0 +1,45 @@
+"""The solver knows the law through one door: what it uses of src/law, and nothing of planes and constants."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOLVER = sorted((ROOT / "src" / "solver").glob("*.f90"))
+#: What the solver may use of src/law: the door, types, texts, checks and the strength in closed form.
+DOOR = {
+    "asperity_call_checks",
+    "asperity_checks",
+    "asperity_contract",
+    "asperity_elimination",
+    "asperity_events",
+    "asperity_interface",
+    "asperity_kinds",
+    "asperity_pattern",
+    "asperity_point_law",
+    "asperity_rie_law",
+    "asperity_strength",
+    "asperity_text",
+    "asperity_warnings",
+}
+#: Names of constants in messages, and numbers of planes in the array of a state.
+CONSTANTS = {
+    "asperity_initial.f90": {"pattern%n", "material%guard", "material%damage0"},
+    "asperity_steps.f90": {"material%tau_v", "material%wears", "material%inv_w0", "material%guard"},
+}
+
+
+@pytest.mark.parametrize("file", SOLVER, ids=lambda file: file.stem)
+def test_solver_knows_no_plane(file: Path) -> None:
+    """A module of the solver uses the solver and the door, and no other constant than the listed ones."""
+    text = re.sub(r"!.*", "", file.read_text(encoding="utf-8"))
+    used = set(re.findall(r"^\s*use (?:, intrinsic ::)?\s*(asperity_\w+)", text, re.MULTILINE))
+    assert used
+    assert used <= DOOR | {other.stem for other in SOLVER}
+    assert set(re.findall(r"\b(?:pattern|material)%\w+", text)) <= CONSTANTS.get(file.name, set())
+    if "asperity_pattern" in used:
+        names = re.findall(r"use asperity_pattern, only: (.*)", text)
+        assert names == ["direction_vector"]
