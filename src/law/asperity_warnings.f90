@@ -119,7 +119,7 @@ contains
         ": beyond it the contact follows the tangent of the hyperbola"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
-        expected(which) // ": beyond it the wear of an increment does not converge"
+        expected(which) // ": beyond it the result may depend on the increments"
     end select
   end function warning_text
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, Step
+from asperity import Interface, Material, Pattern, Step, read_case
+from asperity.cli import main
 
 RT = Pattern.regular(2, 30.0)
 PATH = "&step t_N = -1.0, increments = 20 /\n&step slip = {}, increments = {} /\n"
@@ -94,3 +97,33 @@ def test_masonry() -> None:
     assert slid.traction[-1, 1] == pytest.approx(0.75 * 0.3, rel=1e-6)
     rough = Material.from_masonry(**constants, tan_psi=0.2)
     assert rough.residual_strength(np.degrees(np.arctan(0.2))) == pytest.approx(0.75, rel=1e-12)
+
+
+JOINT = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125 tan_phi=.75".split()
+
+
+def test_command_masonry(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command prints constants, stiffness, peaks and the sigma02 that meets c + mu p."""
+    monkeypatch.chdir(tmp_path)
+    pressures = "-0.3,-0.05,-1.21,-2.12"
+    assert main(["masonry", *JOINT, f"--sigma-N={pressures}", "-o", "joint.nml"]) == 0
+    out = capsys.readouterr().out
+    assert "(2 GfII (1 - eta)) = 23.1, and not ks = 36" in out
+    rows = [[float(x) for x in line.split()] for line in out.splitlines() if line.strip().startswith("-")]
+    expected = [[-0.3, 0.504, 0.575], [-0.05, 0.362, 0.388], [-1.21, 1.117, 1.258], [-2.12, 1.760, 1.940]]
+    np.testing.assert_allclose([row[:3] for row in rows], expected, rtol=0.0, atol=1.1e-3)
+    assert rows[0][3] == pytest.approx(0.428, abs=1e-3)
+    Path("case.nml").write_text(
+        Path("joint.nml").read_text() + "&pattern sides = 0 /\n&step s_N = 0.1 /\n", encoding="utf-8"
+    )
+    assert read_case("case.nml").runs[0].material.eta == pytest.approx(0.97883, abs=5e-6)
+    for arguments, message in (
+        (JOINT[1:], "kn is missing"),
+        ([*JOINT, "ks2=3"], "ks2 = 3: unknown name"),
+        ([*JOINT, "--sigma-N=0.3"], "--sigma-N 0.3: expected a normal traction <= 0"),
+        ([*JOINT, "-o", "joint.nml"], "joint.nml"),
+    ):
+        assert main(["masonry", *arguments]) == 1
+        assert message in capsys.readouterr().err
