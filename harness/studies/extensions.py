@@ -190,7 +190,9 @@ def shares(sigma_N: float, count: int = 20) -> tuple[Floats, Floats, Floats]:
     """
     material = replace(WORN, height=0.0, W0=SLOW)
     slips = path(*([AMPLITUDE, -AMPLITUDE] * count))
-    history = Interface(material, RT).confined_slip(0.0, slips, sigma_N)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # as in cycles
+        history = Interface(material, RT).confined_slip(0.0, slips, sigma_N)
     share = 1.0 - 0.5 * (worn(history, 2) + worn(history, 3))
     c = 0.5 / (RT.weights[1] * material.W0)
     _, _, angle = plesha(slips, material.mu, SLOPE, c, -sigma_N)
