@@ -101,6 +101,38 @@ subroutine interface_complaint(nprops, props, message)
   call put_text(text, message)
 end subroutine interface_complaint
 
+!> Warnings about a joint, and the largest increment of slip of an FE code.
+subroutine interface_warnings(nprops, props, pressure, tension, slip, warnings, increment)
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, put_text
+  use asperity_warnings, only: increment_text, measures, n_measures, warned, warning_text
+  implicit none
+  integer, intent(in) :: nprops                    !! number of constants
+  double precision, intent(in) :: props(nprops)    !! admissible PROPS
+  double precision, intent(in) :: pressure         !! largest one, >= 0, stress
+  double precision, intent(in) :: tension          !! largest prescribed normal traction, >= 0, stress
+  double precision, intent(in) :: slip             !! largest one, length; 0: not known
+  character(len=4096), intent(out) :: warnings     !! a line for each
+  character(len=240), intent(out) :: increment     !! a sentence; blank without wear
+  type(interface_type) :: joint
+  character(len=:), allocatable :: lines
+  real(wp) :: values(n_measures)
+  logical :: doubtful(n_measures)
+  integer :: i, status
+  lines = ""
+  increment = ""
+  values = measures(props, pressure, tension, slip)
+  doubtful = warned(values)
+  do i = 1, n_measures
+    if (doubtful(i)) call append(lines, trim(warning_text(i, values(i))))
+  end do
+  call put_text(lines, warnings)
+  call new_interface(props, joint, status)
+  if (status == status_ok) increment = increment_text(joint, slip)
+end subroutine interface_warnings
+
 !> Normals and weights of the planes of admissible PROPS.
 subroutine interface_planes(nprops, props, n_planes, normals, weights)
   use asperity_interface, only: interface_type, new_interface

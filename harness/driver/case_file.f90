@@ -27,12 +27,13 @@ module case_file
     "expect", "sweep", "replay", "state", "initial"]
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter :: case_format(42) = [character(len=104) :: &
+  character(len=*), parameter :: case_format(43) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
     "               agree; rows are left out where straight lines stay within it", &
     "  &material  {material}", &
+    "             kn, ks instead of sigma0, Gc, eta and kc: a joint without bond", &
     "  &pattern   sides, {pattern}", &
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
     "  &step      one or more; each starts from the end of the last one", &
@@ -102,7 +103,6 @@ module case_file
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
-    logical :: mode_2 = .false.                   !! tangential strength or energy differ from mode I
     type(interface_type) :: joint
     type(initial_type) :: initial                 !! planes and traction at the start
     type(state_type) :: state                     !! state at the start of the steps
@@ -196,7 +196,7 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_props(text, case%props, case%mode_2, message)
+    call read_props(text, case%props, message)
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)

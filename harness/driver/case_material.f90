@@ -1,8 +1,8 @@
 !> PROPS from the groups &material, &pattern and &replay of a case file.
 module case_material
   use asperity_checks, only: review_props
-  use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_eta, &
-    p_flat, p_gc, p_gc2, p_height, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
+  use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_damage0, &
+    p_eta, p_flat, p_gc, p_gc2, p_height, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
@@ -12,29 +12,36 @@ module case_material
   private
   public :: read_props, prop_entries, in_group
 
+  !> Entries of &material for a joint without bond: stiffness in closing and in shear.
+  character(len=*), parameter :: joint_entries(2) = ["kn", "ks"]
+
 contains
 
   !> PROPS from &material, &pattern and &replay, every bad value reported.
-  subroutine read_props(text, props, mode_2, message)
+  subroutine read_props(text, props, message)
     type(text_type), intent(in) :: text                       !! the file
     real(wp), allocatable, intent(out) :: props(:)            !! PROPS, admissible if nothing was appended
-    logical, intent(out) :: mode_2                            !! tangential strength or energy differ from mode I
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
     !> Entries of &replay that are no constants; they are read elsewhere.
     character(len=*), parameter :: of_replay(5) = [character(len=8) :: "file", "through", "ntens", "dtime", "block"]
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
+    real(wp) :: stiffness(2)
+    integer :: of_joint(2)   ! entries kn and ks, 0: none
     character(len=:), allocatable :: known
     integer :: e, g, i, k, sides
 
     props = admissible_props()
     given = .false.
+    of_joint = 0
+    stiffness = 1.0_wp
     allocate (normals(0), weights(0))
     do k = 1, size(groups)
       g = group_index(text, trim(groups(k)))
       if (g == 0) cycle
       known = prop_entries(trim(groups(k)))
+      if (groups(k) == "material") known = known // ", " // listed(joint_entries, "")
       if (groups(k) == "pattern") known = "sides, " // known // ", normals, weights"
       if (groups(k) == "replay") known = listed(of_replay, "") // ", " // known
       do e = text%groups(g)%first, text%groups(g)%last
@@ -42,6 +49,13 @@ contains
         if (i > 0) then
           given(i) = .true.
           call set_prop(text, e, i, props, message)
+        else if (groups(k) == "material" .and. any(text%entries(e)%name == joint_entries)) then
+          i = findloc(joint_entries, text%entries(e)%name, dim=1)
+          of_joint(i) = e
+          call get_real(text, e, stiffness(i), message)
+          if (.not. (stiffness(i) >= prop_table(p_sigma0)%lower .and. stiffness(i) <= prop_table(p_sigma0)%upper)) then
+            call append(message, entry_where(text, e) // ": expected " // trim(prop_table(p_sigma0)%admissible))
+          end if
         else if (groups(k) == "pattern" .and. text%entries(e)%name == "sides") then
           given(p_m) = .true.
           sides = 0
@@ -58,6 +72,7 @@ contains
         end if
       end do
       if (groups(k) == "material") then
+        if (any(of_joint > 0)) call set_joint(text, g, of_joint, stiffness, given, props, message)
         do i = 1, n_required_props
           if (.not. given(i)) call append(message, group_where(text, g) // trim(prop_table(i)%name) // &
             " is missing: expected " // trim(prop_table(i)%admissible))
@@ -66,17 +81,7 @@ contains
         call add_planes(text, g, given, normals, weights, props, message)
       end if
     end do
-    mode_2 = (given(p_sigma02) .and. differs(props(p_sigma02), props(p_sigma0))) .or. &
-                  (given(p_gc2) .and. differs(props(p_gc2), props(p_gc)))
   end subroutine read_props
-
-  !> Whether a mode II value is given (not 0) and is not that of mode I.
-  pure function differs(value, mode_1) result(yes)
-    real(wp), intent(in) :: value    !! of mode II, 0: equal
-    real(wp), intent(in) :: mode_1   !! of mode I
-    logical :: yes
-    yes = value > 0.0_wp .and. abs(value - mode_1) > 0.0_wp
-  end function differs
 
   !> PROPS that pass every test: defaults, and any value where there is none.
   pure function admissible_props() result(props)
@@ -159,6 +164,43 @@ contains
       call append(message, entry_where(text, e) // complaint(index(complaint, ": expected"):))
     end if
   end subroutine set_prop
+
+  !> Constants of a joint without bond, which is known by kn and ks: the bond gives the stiffness alone.
+  subroutine set_joint(text, g, of_joint, stiffness, given, props, message)
+    type(text_type), intent(in) :: text                       !! the file
+    integer, intent(in) :: g                                  !! group &material
+    integer, intent(in) :: of_joint(2)                        !! entries kn and ks, 0: none
+    real(wp), intent(in) :: stiffness(2)                      !! kn and ks, stress/length
+    logical, intent(inout) :: given(:)                        !! which PROPS are given
+    real(wp), intent(inout) :: props(:)                       !! PROPS
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    !> Constants that kn and ks give.
+    integer, parameter :: derived(6) = [p_sigma0, p_gc, p_eta, p_sigma02, p_gc2, p_kc]
+    !> Separation at the onset of the damage that the bond would have, length; it only scales tolerances.
+    real(wp), parameter :: s0 = 1.0e-3_wp
+    integer :: e, i
+    do i = 1, 2
+      if (of_joint(i) == 0) call append(message, entry_where(text, of_joint(3 - i)) // ": expected " // &
+        joint_entries(i) // " beside it")
+    end do
+    do e = text%groups(g)%first, text%groups(g)%last
+      i = prop_index(text%entries(e)%name, "material")
+      if (any(i == derived)) then
+        call append(message, entry_where(text, e) // ": expected without kn and ks, which give sigma0, Gc, eta and kc")
+      else if (i == p_damage0 .and. props(p_damage0) < 1.0_wp) then
+        call append(message, entry_where(text, e) // ": expected 1 beside kn and ks, those of a joint without bond")
+      end if
+    end do
+    given(derived) = .true.
+    props(p_sigma0) = stiffness(2)*s0
+    props(p_gc) = stiffness(2)*s0**2
+    props(p_eta) = 0.5_wp
+    props(p_damage0) = 1.0_wp
+    props(p_kc) = stiffness(1)/stiffness(2)
+    props([p_sigma02, p_gc2]) = 0.0_wp
+    if (props(p_kc) > prop_table(p_kc)%upper) call append(message, entry_where(text, of_joint(1)) // &
+      ": expected at most 1e10 ks")
+  end subroutine set_joint
 
   !> Listed planes behind the other PROPS.
   subroutine add_planes(text, g, given, normals, weights, props, message)

@@ -1,13 +1,14 @@
 !> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
   use asperity_text, only: integer_text, short, to_text
-  use asperity_contract, only: p_eta, p_kc, p_sigma0, p_w0, v_damage, v_friction, v_rupture, v_stored
+  use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_control_point, only: new_point
   use asperity_kinds, only: wp
   use asperity_load_path, only: explain_loss, row_type, run_type
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names
-  use case_warnings, only: s_f_over_height
+  use asperity_warnings, only: increment_text, n_measures
+  use case_warnings, only: measures_of_case
   use driver_messages, only: exit_input, exit_ok, exit_solve, say
   use failed_case, only: write_failed_case
   use history, only: close_history, history_type, open_history, start_from
@@ -29,7 +30,7 @@ contains
     character(len=*), intent(in) :: output      !! file, "-": standard output
     logical, intent(in) :: planes               !! whether each plane has columns
     logical, intent(in) :: quiet                !! no progress line, no summary
-    real(wp), intent(out) :: measures(3)        !! of the facing planes at the largest pressure, see largest_measures
+    real(wp), intent(out) :: measures(n_measures)   !! at the largest pressure and slip
     integer, intent(out) :: code                !! exit code
     type(history_type) :: table
     type(progress_type) :: progress
@@ -59,7 +60,7 @@ contains
       call close_history(table)
     end if
     if (.not. table%good) return
-    measures = largest_measures(case, -table%least_traction)
+    measures = measures_of_case(case, -table%least_traction, table%largest_slip)
 
     code = exit_ok
     text = last_row(table)
@@ -91,6 +92,8 @@ contains
       trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
       table%last%report%ended /= ended_rejected)) // " " // text // &
       ", written to " // output)
+    text = trim(increment_text(case%joint, table%largest_slip))
+    if (len(text) > 0) call say(label // ": " // text)
   end subroutine run_case
 
   !> Text of the last row of a run: step, increment, separation and traction.
@@ -163,24 +166,5 @@ contains
         to_text(case%expect%values(i)) // " within " // to_text(case%expect%tolerance)
     end do
   end function unexpected
-
-  !> Of one inclined plane that carries the whole pressure: elastic closure over s_f, elastic closure over the asperity
-  !> height (0 without a height), elastic energy of the friction over W0 (0 without wear).
-  pure function largest_measures(case, pressure) result(measures)
-    type(case_type), intent(in) :: case    !! the case
-    real(wp), intent(in) :: pressure       !! >= 0, stress
-    real(wp) :: measures(3)
-    real(wp) :: gamma, kc
-    measures = 0.0_wp
-    kc = merge(case%props(p_kc), 1.0_wp, case%props(p_kc) > 0.0_wp)
-    associate (pattern => case%joint%pattern, material => case%joint%material)
-      if (.not. any(pattern%sin_theta(:pattern%n) > 0.0_wp)) return
-      gamma = minval(pattern%gamma(:pattern%n), mask=pattern%sin_theta(:pattern%n) > 0.0_wp)
-      measures(1) = pressure*(1.0_wp - case%props(p_eta))/(gamma*case%props(p_sigma0)*kc)
-      measures(2) = measures(1)*s_f_over_height(case)
-      if (.not. case%props(p_w0) > 0.0_wp) return
-      measures(3) = (material%mu*pressure/gamma)**2/(2.0_wp*material%k_t*case%props(p_w0))
-    end associate
-  end function largest_measures
 
 end module case_run

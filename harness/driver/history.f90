@@ -35,6 +35,7 @@ module history
     integer :: snaps = 0                   !! of all rows
     real(wp) :: released = 0.0_wp          !! energy released by them, stress*length
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N
+    real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     integer, private :: file = 0           !! descriptor
     character(len=:), allocatable, private :: path
@@ -135,6 +136,7 @@ contains
     table%released = table%released + row%report%released
     table%most_iterations = max(table%most_iterations, row%report%iterations)
     table%least_traction = min(table%least_traction, row%traction(1))
+    table%largest_slip = max(table%largest_slip, norm2(row%s(2:)))
   end subroutine add_row
 
   !> Close the file.

@@ -4,24 +4,16 @@ program rie_driver
   use asperity_text, only: append, integer_text, short, to_text
   use asperity_contract, only: version
   use asperity_kinds, only: wp
+  use asperity_warnings, only: n_measures
   use case_echo, only: echo_case
   use case_file, only: case_type, interpret_case, print_format, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
-  use case_warnings, only: warn_of_cases
+  use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
   use row_file, only: same_file
   use text_file, only: lower
   implicit none
-
-  !> Closure of the facing planes, as a multiple of s_f, above which the driver warns.
-  real(wp), parameter :: soft_contact = 0.1_wp
-
-  !> Closure of the facing planes, as a multiple of the asperity height, above which the driver warns.
-  real(wp), parameter :: deep_closure = 0.1_wp
-
-  !> Elastic energy of the friction on the facing planes, as a multiple of W0, above which the driver warns.
-  real(wp), parameter :: runaway = 0.01_wp
 
   character(len=*), parameter :: usage(10) = [character(len=80) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--only N]", &
@@ -117,7 +109,7 @@ contains
     type(case_type), allocatable :: cases(:)
     character(len=:), allocatable :: variable, stem
     real(wp), allocatable :: values(:)
-    real(wp) :: largest(3), measures(3)
+    real(wp) :: largest(n_measures), measures(n_measures)
     integer :: code, first, i, last, worst
     logical :: good
 
@@ -160,7 +152,11 @@ contains
     call end_on_errors()
     first = merge(only, 1, only > 0)
     last = merge(only, size(cases), only > 0)
-    call warn_of_cases(path, cases(first:last))
+    largest = 0.0_wp
+    do i = first, last
+      largest = max(largest, measures_of_case(cases(i)))
+    end do
+    call warn_of(path, largest)
 
     if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
     worst = exit_ok
@@ -176,12 +172,7 @@ contains
       largest = max(largest, measures)
       if (code == exit_input) exit
     end do
-    if (largest(1) > soft_contact) call say(path // ": warning: the contact is soft: facing planes that carry the " // &
-      "largest pressure close by " // short(largest(1)) // " s_f (kc of &material makes it stiffer)")
-    if (largest(2) > deep_closure) call say(path // ": warning: facing planes that carry the largest pressure " // &
-      "close by " // short(largest(2)) // " height (kc of &material makes the contact stiffer)")
-    if (largest(3) > runaway) call say(path // ": warning: the friction on facing planes that carry the largest " // &
-      "pressure stores " // short(largest(3)) // " W0: a facet may wear off in a jump")
+    call warn_of(path, largest)
     call finish(worst)
   end subroutine run
 

@@ -118,11 +118,6 @@ def read_case(path: str | Path) -> Case:
     ValueError
         With the messages of the driver: all errors, each with file, line, value and what is expected.
 
-    Warns
-    -----
-    ModelWarning
-        For mode II values that differ from mode I, as in Material.
-
     Examples
     --------
     >>> import asperity

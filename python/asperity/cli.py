@@ -140,6 +140,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "export": ("write sources, decks and a README for Abaqus", _imported("export.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
+    "masonry": ("find the constants of a mortar joint", _imported("masonry")),
     "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
     "uncertainty": (

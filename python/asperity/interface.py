@@ -156,7 +156,7 @@ class Interface:
         Warns
         -----
         ModelWarning
-            As `confined_slip`, for the largest pressure of the rows.
+            As `confined_slip`, for the largest pressure and slip of the rows.
 
         Examples
         --------
@@ -171,8 +171,15 @@ class Interface:
         0.0
         """
         history, lost = self.rows(steps, state, tolerance)
-        pressure = float(history.traction[:, 0].min()) if len(history) else 0.0
-        warn_of_physics(self.material, self.pattern, pressure)
+        path = [steps] if isinstance(steps, Step) else steps
+        prescribed = (np.max(step.t_N) for step in path if step.t_N is not None)
+        warn_of_physics(
+            self.material,
+            self.pattern,
+            history.traction[:, 0].min(initial=0.0),
+            max(prescribed, default=0.0),
+            slip=np.hypot(*history.separation[:, 1:].T).max(initial=0.0),
+        )
         if lost:
             raise EquilibriumLost(lost, history)
         return history
@@ -313,9 +320,7 @@ class Interface:
         Warns
         -----
         ModelWarning
-            Where sigma_N closes an inclined plane by more than a small fraction of s_f or of the asperity
-            height, where a plane locks or may wear off in a jump, where the height is below s_f, where theta
-            may be in radians, and where sigma_N is not below the strength.
+            With the sentences of the driver (docs/reference/driver.md), for the largest pressure and slip.
 
         Examples
         --------
@@ -345,7 +350,9 @@ class Interface:
         )
         with _in_words_of_the_caller(SLIP_WORDS):
             history, lost = self.rows(path, tolerance=tolerance)
-        warn_of_physics(self.material, self.pattern, sigma_N)
+        slip = abs(slips).max(initial=0.0)
+        pressed = history.traction[:, 0].min(initial=0.0)
+        warn_of_physics(self.material, self.pattern, sigma_N, pressed, slip=slip)
         reached = int(history.position[-1]) - 1 if len(history) else -1
         history = history.after_step(1)
         if slips.size == 0:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import asdict, dataclass, make_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +28,7 @@ _Constants: Any = make_dataclass("_Constants", map(_field, contract.owned("law")
 class Material(_Constants):
     """Material of the planes (Section 2.2): the constants of PROPS that belong to the law.
 
-    Raises ValueError naming every value out of range; warns where mode II differs (Remark 2).  The constants,
-    in their order:
+    Raises ValueError naming every value out of range.  The constants, in their order:
     """
 
     if TYPE_CHECKING:
@@ -41,14 +39,103 @@ class Material(_Constants):
     def __post_init__(self) -> None:
         """Check the ranges."""
         contract.check(contract.pack(self.values()))
-        for name, value, other in (("sigma02", self.sigma02, "sigma0"), ("Gc2", self.Gc2, "Gc")):
-            if value not in (0.0, getattr(self, other)):
-                warnings.warn(
-                    f"{name} = {value:g} differs from {other} = {getattr(self, other):g}: "
-                    "the thermodynamic argument of the law no longer holds (Remark 2)",
-                    ModelWarning,
-                    stacklevel=3,
-                )
+
+    @classmethod
+    def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
+        """Material of a joint without bond, such as a rock joint: damage0 = 1.
+
+        Its bond only gives the stiffness: K = ks, kc = kn/ks, with eta = 0.5 and a separation at the onset of
+        damage of 0.001, which has no effect but on the tolerances of a load path.
+
+        Parameters
+        ----------
+        kn, ks
+            Stiffness in closing and in shear, stress/length.
+        mu
+            Coefficient of friction.
+        others
+            Further constants by name, such as closure, height and W0.
+
+        Raises
+        ------
+        ValueError
+            Naming every value out of range, and every constant that kn and ks give.
+
+        Examples
+        --------
+        >>> joint = Material.from_joint(kn=20.0, ks=5.0, mu=0.6, closure=0.2)
+        >>> round(joint.K, 12), joint.kc, joint.damage0
+        (5.0, 4.0, 1.0)
+        """
+        given = [name for name in ("sigma0", "Gc", "eta", "sigma02", "Gc2", "kc") if name in others]
+        text = "expected without kn and ks, which give sigma0, Gc, eta and kc"
+        bad = [f"{name} = {contract.shown(others[name])}: {text}" for name in given]
+        if others.get("damage0", 1.0) != 1.0:
+            bad.append(f"damage0 = {contract.shown(others['damage0'])}: expected 1 for a joint without bond")
+        others = {name: value for name, value in others.items() if name not in given}
+        try:
+            cls(1.0, 1.0, 0.5, mu, **others)
+        except ValueError as error:
+            bad.append(str(error))
+        _positive(bad, kn=kn, ks=ks)
+        scale = 1e-3
+        bond = {"sigma0": scale * ks, "Gc": scale**2 * ks, "eta": 0.5, "kc": kn / ks, "damage0": 1.0}
+        return cls(mu=mu, **others | bond)
+
+    @classmethod
+    def from_masonry(
+        cls,
+        kn: float,
+        ks: float,
+        ft: float,
+        GfI: float,
+        c: float,
+        GfII: float,
+        tan_phi: float,
+        tan_psi: float = 0.0,
+    ) -> Material:
+        """Material of a mortar joint from the constants of interface models of masonry (Lourenço 1996).
+
+        The law has no stiffness of its own in shear: it is c^2/(2 GfII (1 - eta)), and not ks.  The peak is
+        below c + tan_phi |sigma_N|, because friction acts on the damaged part only.
+
+        Parameters
+        ----------
+        kn, ks
+            Stiffness in opening (in closing the same, kc = 1) and in shear, stress/length.
+        ft, GfI
+            Tensile strength, stress, and energy of mode I, stress*length.
+        c, GfII
+            Cohesion, stress, and energy of mode II, stress*length.
+        tan_phi
+            Slope of the residual strength.
+        tan_psi
+            Dilatancy. A pattern of planes with this slope needs mu = tan(phi - psi).
+
+        Raises
+        ------
+        ValueError
+            Naming every value out of range.
+
+        Examples
+        --------
+        >>> joint = Material.from_masonry(kn=82, ks=36, ft=.25, GfI=.018, c=.35, GfII=.125, tan_phi=.75)
+        >>> round(joint.eta, 5), round(joint.K, 9)
+        (0.97883, 82.0)
+        """
+        bad: list[str] = []
+        for name, value in (("tan_phi", tan_phi), ("tan_psi", tan_psi)):
+            if not 0.0 <= contract.number(name, value) < np.inf:
+                bad.append(f"{name} = {contract.shown(value)}: expected >= 0")
+        if tan_psi > tan_phi:
+            bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
+        _positive(bad, kn=kn, ks=ks, ft=ft, GfI=GfI, c=c, GfII=GfII)
+        if not 2.0 * kn * GfI > ft**2:
+            least = ft**2 / (2.0 * GfI)
+            raise ValueError(f"kn = {contract.shown(kn)}: expected more than ft^2/(2 GfI) = {least:g}")
+        eta = 1.0 - ft**2 / (2.0 * kn * GfI)
+        mu = (tan_phi - tan_psi) / (1.0 + tan_phi * tan_psi)
+        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII)
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""
@@ -86,6 +173,16 @@ class Material(_Constants):
         below = np.cos(angle) - self.mu * slope / w
         locked = np.full(np.shape(below), np.inf)
         return np.divide(np.sin(angle) * c + self.mu / w, below, out=locked, where=below > 0.0)[()]
+
+
+def _positive(bad: list[str], **values: float) -> None:
+    """Raise ValueError with the lines in bad and one for each value that is not positive."""
+    expected = "> 0 (1e-50 to 1e50)"
+    for name, value in values.items():
+        if not 1e-50 <= contract.number(name, value, expected) <= 1e50:
+            bad.append(f"{name} = {contract.shown(value)}: expected {expected}")
+    if bad:
+        raise ValueError("\n".join(bad))
 
 
 Material.__doc__ = f"{Material.__doc__}\n" + "".join(

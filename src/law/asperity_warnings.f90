@@ -1,16 +1,17 @@
 !> Doubts about an interface that is admissible, but where the law does not do what one may expect: measures, the limits
 !> above which a user is warned, and the sentences. Driver and Python take all three from here.
 module asperity_warnings
-  use asperity_contract, only: n_fixed_props, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
+  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
+  use asperity_material, only: largest_share
   use asperity_text, only: short
   implicit none
   private
-  public :: measures, warned, warning_text, largest_slip_increment, climbed_height
+  public :: measures, warned, warning_text, increment_text, largest_slip_increment, climbed_height
 
   !> The measures. Planes that press are thought of as the inclined plane of the smallest weight that carries the whole
-  !> pressure.
+  !> pressure. Those up to m_tension are known before a run.
   integer, parameter, public :: m_modes = 1, &   !! 1 if strength or energy of mode II differ from those of mode I
     m_locking = 2, &       !! mu tan(theta) of the steepest plane, 0 where a finite height ends the climb
     m_radians = 3, &       !! inclination of a regular pattern, degrees, where it may have been meant in radians
@@ -20,13 +21,14 @@ module asperity_warnings
     m_deep = 7, &          !! closure over the asperity height
     m_runaway = 8, &       !! elastic energy of the friction over W0
     m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure
-    n_measures = 9
+    m_steep = 10, &        !! closure over the largest closure Vm
+    n_measures = 10
 
   !> Limits: a larger measure is a doubt.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
-    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp]
+    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_share]
   !> Length of a text that holds each sentence.
-  integer, parameter, public :: text_size = 200
+  integer, parameter, public :: text_size = 240
   !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
   real(wp), parameter :: largest_radian = 1.6_wp
 
@@ -41,24 +43,34 @@ contains
     real(wp) :: values(n_measures)
     type(interface_type) :: joint
     real(wp) :: closure, s_f, stress
+    logical :: inclined(size(joint%pattern%gamma))
     integer :: status
 
     values = 0.0_wp
     call new_interface(props, joint, status)
     if (status /= status_ok) return
-    if (differs(props, p_sigma02, p_sigma0) .or. differs(props, p_gc2, p_gc)) values(m_modes) = 1.0_wp
-    values(m_tension) = max(0.0_wp, tension)/props(p_sigma0)
     associate (material => joint%material, n => joint%pattern%n)
+      inclined = joint%pattern%sin_theta > 0.0_wp
+      inclined(n + 1:) = .false.
+      if (.not. any(inclined)) inclined(:n) = .true.
+      stress = pressure/minval(joint%pattern%gamma, mask=inclined)
+      closure = stress/(material%k_c + stress*material%inv_vm)
+      values(m_steep) = closure*material%inv_vm
+      s_f = 0.0_wp
+      ! without a bond there is no strength, and s_f is no length of the joint
+      if (material%damage0 < 1.0_wp) then
+        s_f = 2.0_wp*props(p_gc)/props(p_sigma0)
+        if (differs(props, p_sigma02, p_sigma0) .or. differs(props, p_gc2, p_gc)) values(m_modes) = 1.0_wp
+        values(m_tension) = max(0.0_wp, tension)/props(p_sigma0)* &
+          ((1.0_wp - props(p_eta)*material%damage0)/(1.0_wp - material%damage0))
+      end if
       if (.not. any(joint%pattern%sin_theta(:n) > 0.0_wp)) return
       if (size(props) <= n_fixed_props) then
         if (props(p_theta) < largest_radian) values(m_radians) = props(p_theta)
       end if
       if (.not. material%height > 0.0_wp) values(m_locking) = material%mu*steepest(joint)
-      s_f = 2.0_wp*props(p_gc)/props(p_sigma0)
       values(m_low) = s_f*material%inv_height
-      stress = pressure/minval(joint%pattern%gamma(:n), mask=joint%pattern%sin_theta(:n) > 0.0_wp)
-      closure = stress/(material%k_c + stress*material%inv_vm)
-      values(m_soft) = closure/s_f
+      if (s_f > 0.0_wp) values(m_soft) = closure/s_f
       values(m_deep) = closure*material%inv_height
       values(m_runaway) = (material%mu*stress)**2/(2.0_wp*material%k_t)*material%inv_w0
       if (closure > 0.0_wp) values(m_let_go) = values(m_runaway)*(climbed_height(joint, slip)/closure)
@@ -74,14 +86,14 @@ contains
 
   !> Sentence about a measure that is beyond its limit.
   pure function warning_text(which, value) result(text)
-    integer, intent(in) :: which    !! m_modes..m_let_go
+    integer, intent(in) :: which    !! m_modes..m_steep
     real(wp), intent(in) :: value   !! of the measure
     character(len=text_size) :: text
-    character(len=*), parameter :: alone = "an inclined plane that carries the largest pressure alone"
+    character(len=*), parameter :: alone = "a plane that carries the largest pressure alone"
     select case (which)
     case (m_modes)
-      text = "sigma02 or Gc2 differ from mode I: the thermodynamic argument of the law holds for equal " // &
-        "values only (paper, Remark 2)"
+      text = "sigma02 or Gc2 differ from mode I: the energy balance still holds, but the energy booked as rupture " // &
+        "may exceed Gc, and the thermodynamic argument of the paper (Remark 2) is lost; see theory.md, section 3"
     case (m_locking)
       text = "mu tan(theta) = " // short(value) // " of the steepest plane: expected < 1, because " // &
         "from 1 on the interface locks where it slides up this plane"
@@ -91,7 +103,7 @@ contains
       text = "s_f = 2 Gc/sigma0 is " // short(value) // " height: expected a height of at least s_f, " // &
         "because the bond of the straight plane breaks within s_f"
     case (m_tension)
-      text = "the normal traction reaches " // short(value) // " times the strength sigma0: " // &
+      text = "the normal traction reaches " // short(value) // " times the strength: " // &
         "expected less, because beyond it there is no equilibrium"
     case (m_soft)
       text = alone // " closes by " // short(value) // " s_f, " // expected(which) // &
@@ -102,9 +114,12 @@ contains
     case (m_runaway)
       text = "the friction on " // alone // " stores " // short(value) // " W0, " // expected(which) // &
         ": beyond it a facet may wear off in a jump"
+    case (m_steep)
+      text = alone // " closes by " // short(value) // " of the largest closure Vm, " // expected(which) // &
+        ": beyond it the contact follows the tangent of the hyperbola"
     case default
-      text = "the elastic slip of " // alone // " wears " // short(value) // " of its closure off, " // &
-        expected(which) // ": beyond it the wear of an increment does not converge"
+      text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
+        expected(which) // ": beyond it the result may depend on the increments"
     end select
   end function warning_text
 
@@ -114,6 +129,22 @@ contains
     character(len=len(short(limits(which))) + 17) :: text
     text = "expected at most " // short(limits(which))
   end function expected
+
+  !> Sentence with the largest increment of slip of an FE code; empty without wear. Where the slip is 0, because it is
+  !> not known, the climbed height is that of the asperities, or 1 where they are infinitely high.
+  pure function increment_text(joint, slip) result(text)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: slip                !! largest slip, >= 0, length
+    character(len=text_size) :: text
+    real(wp) :: z
+    text = ""
+    if (.not. (joint%material%inv_w0 > 0.0_wp .and. steepest(joint) > 0.0_wp)) return
+    z = climbed_height(joint, slip)
+    if (.not. z > 0.0_wp) z = merge(joint%material%height, 1.0_wp, joint%material%height > 0.0_wp)
+    text = "increment of slip in an FE code: expected at most W0/(mu z kc Kn) = " // &
+      short(largest_slip_increment(joint, z)) // " at the climbed height z = " // short(z) // &
+      ", because a facet loses its contact in longer ones"
+  end function increment_text
 
   !> Largest increment of slip whose wear takes no more than the closure of a facet: W0/(mu z kc Kn) at the climbed
   !> height z; huge without wear. In longer increments of an FE code a facet loses its contact.

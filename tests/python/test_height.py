@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
-from asperity.remarks import of_wear
+from asperity.remarks import doubts
 
 from harness.studies.compare import parameters_of
 from tests.oracle import reference
@@ -190,15 +190,12 @@ def test_height_is_compared_with_the_constants_of_the_case(run) -> None:
 def test_wear_of_a_huge_pressure_is_told() -> None:
     """A pressure whose square is beyond the range of a double gives the warning and no error of its own."""
     material = Material(3.0, 0.3, 0.9, 0.5, height=0.5, W0=1.0)
-    (remark,) = of_wear(material, Pattern.regular(2, 30.0), -1e160)
-    assert not remark.good and "inf W0" in remark.text
+    assert any("Inf W0" in text for text in doubts(material, Pattern.regular(2, 30.0), -1e160))
 
 
 def test_facet_beyond_its_end_is_flat() -> None:
     """Where nothing of the slope is left, the tangent is that of a flat contact, for the lowest height."""
-    joint = Interface(
-        Material(3.0, 0.3, 0.9, 0.5, height=1e-10 * 0.2), Pattern.regular(3, 89.9999, flat=0.0)
-    )
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, height=1e-10 * 0.2), Pattern.regular(3, 89.9999, flat=0.0))
     state = np.zeros((1, joint.nstatv))
     state[0, N_POINT_STATEV::3] = 1.0
     s = np.array([[-46.0, -17.0, 1.6]])

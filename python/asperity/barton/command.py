@@ -7,7 +7,7 @@ import argparse
 from .. import contract
 from ..fit.fitting import DEFAULT_FIXED
 from ..fit.search import add_search, check_search, search, write
-from ..remarks import of_height, of_wear
+from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
 
@@ -65,10 +65,9 @@ def _run(options: argparse.Namespace) -> int:
 
     print(heading(joint, options.reach))
     print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, UNITS)}")
-    joint_of_law = found.interface.material, found.interface.pattern, -max(stresses)
-    for remark in of_height(*joint_of_law) + of_wear(*joint_of_law):
-        if not remark.good:
-            print(f"warning: {remark.text}")
+    slip = max(test.slip.max() for test in tests)
+    for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
+        print(f"warning: {text}")
     print(f"\n{props_line(found)}")
     write(options, found, lambda path: draw(joint, found, path))
     return 0

@@ -85,7 +85,8 @@ def _run(options: argparse.Namespace) -> int:
     for one in outliers(found):
         print(one.text)
     interface = found.interface
-    for text in doubts(interface.material, interface.pattern, min(test.sigma_N for test in tests)):
+    slip = max(test.slip.max() for test in tests)
+    for text in doubts(interface.material, interface.pattern, *(test.sigma_N for test in tests), slip=slip):
         print(f"warning: {text}")
     if reasons:
         print(f"\nno result: {'; '.join(reasons)}")

@@ -101,7 +101,7 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
     """Read the load case from a case file of the driver; a sweep may give several sigma_N or directions.
 
     Raises ValueError with the messages of the driver, and for a case that is not a slip under a constant t_N.
-    A ModelWarning reports a soft contact.
+    Doubts about the joint are a ModelWarning.
     """
     tests = list(slip_tests(read_case(path)))
     first = tests[0]
@@ -118,7 +118,8 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
         raise ValueError(f"{path}: expected &step with t_N, then with slip, the same path in every run")
     if planar and any(test.direction != first.direction for test in tests):
         raise ValueError(f"{path}: expected one direction for a planar load case")
-    warn_of_physics(first.material, first.pattern, min(test.sigma_N for test in tests))
+    slip = max(abs(test.slips).max(initial=0.0) for test in tests)
+    warn_of_physics(first.material, first.pattern, *(test.sigma_N for test in tests), slip=slip)
     return LoadCase(
         first.material,
         first.pattern.theta if first.pattern.m else 0.0,

@@ -1,0 +1,129 @@
+"""Constants as people have them: joints without bond by kn and ks, masonry joints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern, Step, read_case
+from asperity.cli import main
+
+RT = Pattern.regular(2, 30.0)
+PATH = "&step t_N = -1.0, increments = 20 /\n&step slip = {}, increments = {} /\n"
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3], ids=["mm", "m"])
+def test_joint_without_bond(unit: float) -> None:
+    """The flat joint closes by kn and slips by ks up to mu |sigma_N|, in any unit."""
+    material = Material.from_joint(kn=1500.0 / unit, ks=150.0 / unit, mu=0.5)
+    path = [Step(t_N=-1.0, increments=20), Step(slip=0.02 * unit, increments=200)]
+    flat = Interface(material, Pattern.regular(0, 0.0)).run(path)
+    s, t = flat.separation / unit, flat.traction
+    assert s[-1, 0] == pytest.approx(-1.0 / 1500.0, rel=1e-9)
+    assert np.allclose(t[20:, 1], np.minimum(150.0 * s[20:, 1], 0.5), rtol=0.0, atol=1e-9)
+    assert flat.work[-1] / unit == pytest.approx(0.00949983, abs=5e-9)
+    assert flat.state[-1, 2] == 0.0  # nothing ruptures
+    stiff = Interface(Material.from_joint(kn=15000.0 / unit, ks=150.0 / unit, mu=0.5), RT)
+    found = stiff.run([Step(t_N=-1.0, increments=20), Step(slip=0.1 * unit, increments=100)])
+    assert found.separation[-1, 0] / unit == pytest.approx(0.057360, abs=5e-7)
+    assert found.traction[-1, 1] == pytest.approx(1.514569, abs=5e-7)
+
+
+def test_case_with_kn_and_ks_is_that_of_python(run) -> None:
+    """The driver gives the rows of Material.from_joint."""
+    case = "&material kn = 20.0, ks = 5.0, mu = 0.6, closure = 0.2, height = 0.5 /\n"
+    rows = run(case + "&pattern sides = 2, theta = 30.0 /\n" + PATH.format(0.3, 30))
+    material = Material.from_joint(kn=20.0, ks=5.0, mu=0.6, closure=0.2, height=0.5)
+    history = Interface(material, RT).run([Step(t_N=-1.0, increments=20), Step(slip=0.3, increments=30)])
+    assert np.array_equal(rows.vector("t"), history.traction)
+    assert np.array_equal(rows.vector("s"), history.separation)
+
+
+@pytest.mark.parametrize(
+    ("entries", "messages"),
+    [
+        ("kn = 20.0, mu = 0.6", ["kn = 20.0: expected ks beside it"]),
+        ("ks = 20.0, mu = 0.6", ["ks = 20.0: expected kn beside it"]),
+        ("kn = 20.0, ks = 5.0", ["mu is missing"]),
+        (
+            "kn = -1.0, ks = 5.0, mu = -2.0, sigma0 = 3.0, Gc = 1.0, kc = 2.0, damage0 = 0.5",
+            [
+                "kn = -1.0: expected > 0 (1e-50 to 1e50)",
+                "mu = -2.0: expected",
+                "sigma0 = 3.0: expected without kn and ks, which give sigma0, Gc, eta and kc",
+                "Gc = 1.0: expected without kn and ks",
+                "kc = 2.0: expected without kn and ks",
+                "damage0 = 0.5: expected 1 beside kn and ks",
+            ],
+        ),
+        ("kn = 1e20, ks = 1.0, mu = 0.6", ["kn = 1e20: expected at most 1e10 ks"]),
+    ],
+)
+def test_bad_cases_of_joints(run, entries: str, messages: list[str]) -> None:
+    """Every bad value is reported, by its name."""
+    result = run(f"&material {entries} /\n&pattern sides = 0 /\n" + PATH.format(0.1, 10), code=1)
+    lines = result.messages.splitlines()
+    assert len(lines) == len(messages), result.messages
+    for message in messages:
+        assert any(f"&material: {message}" in line for line in lines), result.messages
+
+
+def test_bad_joints_in_python() -> None:
+    """One error names every bad value."""
+    with pytest.raises(ValueError) as error:
+        Material.from_joint(kn=-1.0, ks=float("nan"), mu=-2.0, sigma0=3.0, kc=2.0, damage0=0.5)
+    names = [line.split(" = ")[0] for line in str(error.value).splitlines()]
+    assert sorted(names) == ["damage0", "kc", "kn", "ks", "mu", "sigma0"]
+    with pytest.raises(ValueError, match=r"kc = 1e[+]?20: expected"):
+        Material.from_joint(kn=1e20, ks=1.0, mu=0.5)
+    with pytest.raises(ValueError, match=r"ft = 0.*\nGfII = -1"):
+        Material.from_masonry(kn=82, ks=36, ft=0.0, GfI=0.018, c=0.35, GfII=-1, tan_phi=0.75)
+    with pytest.raises(ValueError, match=r"kn = 1.0: expected more than ft\^2/\(2 GfI\) = 1.73611"):
+        Material.from_masonry(kn=1.0, ks=36, ft=0.25, GfI=0.018, c=0.35, GfII=0.125, tan_phi=0.75)
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_masonry() -> None:
+    """Strengths in both modes, residual strength, and with a dilatancy the same one up its slope."""
+    constants = dict(kn=82.0, ks=36.0, ft=0.25, GfI=0.018, c=0.35, GfII=0.125, tan_phi=0.75)
+    flat = Interface(Material.from_masonry(**constants), Pattern.regular(0, 0.0))
+    opened = flat.run(Step(s_N=0.2, increments=2000))
+    assert opened.traction[:, 0].max() == pytest.approx(0.25, rel=1e-3)
+    assert opened.traction[0, 0] == pytest.approx(82.0 * 1e-4, rel=1e-9)
+    assert opened.work[-1] == pytest.approx(0.018, rel=1e-3)
+    slid = flat.confined_slip(0.0, np.linspace(0.0, 1.0, 1001)[1:], -0.3)
+    assert slid.traction[:, 1].max() == pytest.approx(0.504, abs=6e-4)
+    assert slid.traction[-1, 1] == pytest.approx(0.75 * 0.3, rel=1e-6)
+    rough = Material.from_masonry(**constants, tan_psi=0.2)
+    assert rough.residual_strength(np.degrees(np.arctan(0.2))) == pytest.approx(0.75, rel=1e-12)
+
+
+JOINT = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125 tan_phi=.75".split()
+
+
+def test_command_masonry(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command prints constants, stiffness, peaks and the sigma02 that meets c + mu p."""
+    monkeypatch.chdir(tmp_path)
+    pressures = "-0.3,-0.05,-1.21,-2.12"
+    assert main(["masonry", *JOINT, f"--sigma-N={pressures}", "-o", "joint.nml"]) == 0
+    out = capsys.readouterr().out
+    assert "(2 GfII (1 - eta)) = 23.1, and not ks = 36" in out
+    rows = [[float(x) for x in line.split()] for line in out.splitlines() if line.strip().startswith("-")]
+    expected = [[-0.3, 0.504, 0.575], [-0.05, 0.362, 0.388], [-1.21, 1.117, 1.258], [-2.12, 1.760, 1.940]]
+    np.testing.assert_allclose([row[:3] for row in rows], expected, rtol=0.0, atol=1.1e-3)
+    assert rows[0][3] == pytest.approx(0.428, abs=1e-3)
+    Path("case.nml").write_text(
+        Path("joint.nml").read_text() + "&pattern sides = 0 /\n&step s_N = 0.1 /\n", encoding="utf-8"
+    )
+    assert read_case("case.nml").runs[0].material.eta == pytest.approx(0.97883, abs=5e-6)
+    for arguments, message in (
+        (JOINT[1:], "kn is missing"),
+        ([*JOINT, "ks2=3"], "ks2 = 3: unknown name"),
+        ([*JOINT, "--sigma-N=0.3"], "--sigma-N 0.3: expected a normal traction <= 0"),
+        ([*JOINT, "-o", "joint.nml"], "joint.nml"),
+    ):
+        assert main(["masonry", *arguments]) == 1
+        assert message in capsys.readouterr().err
