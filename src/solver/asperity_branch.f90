@@ -27,6 +27,7 @@ module asperity_branch
     real(wp) :: travelled = 0.0_wp      !! length of all steps
     real(wp) :: factor = 0.0_wp         !! load factor, 1: the prescribed values are reached
     real(wp) :: last(4) = 0.0_wp        !! direction of the last step; zero: there was none
+    integer :: steps = 0                !! number of steps so far
     logical :: back = .false.           !! whether the prescribed values go back
     logical :: searched = .false.       !! whether the last step was found by a search
     logical :: turned = .false.         !! whether their sense changed in the last step
@@ -99,7 +100,8 @@ contains
     else if (.not. step%unit > 0.0_wp .or. n == 0 .or. is_unstiff(point) .or. law%cannot_soften(point%state)) then
       call advance_factor(law, equations, step%unit, branch, point, report)
       return
-    else if (branch%travelled > endless*law%reach + step%unit + spring_length(equations)) then
+    else if (branch%steps > int(most_branch_steps) .or. branch%travelled > &
+      endless*law%reach + step%unit + spring_length(equations)) then
       report%ended = ended_endless
       return
     end if
@@ -137,6 +139,7 @@ contains
     branch%factor = step%to(n + 1)/step%unit
     if (step%to(n + 1) >= step%unit) branch%factor = 1.0_wp
     branch%last = step%to - step%from
+    branch%steps = branch%steps + 1
     branch%travelled = branch%travelled + norm2(branch%last)
     branch%length = min(branch%longest, 2.0_wp*step%length)
   end subroutine branch_step
