@@ -59,7 +59,7 @@ $(passed)/coverage: $(passed)/debug
 $(passed)/pytest: selection := --junitxml=build/pytest/junit.xml
 $(passed)/fast: selection := -m "not slow"
 $(passed)/pytest $(passed)/fast: $(tree) build/options .venv/installed
-	@$(step) "Python tests" $(log) $(venv)/python -m pytest --numprocesses $(JOBS) --dist worksteal $(selection)
+	@$(step) "Python tests" $(log) env PYTHONDONTWRITEBYTECODE= $(venv)/python -m pytest --numprocesses $(JOBS) --dist worksteal $(selection)
 	$(done)
 build/options: force
 	@mkdir -p build; echo "$(FLANG) $(PFUNIT_DIR)" >$@.new; cmp -s $@.new $@ && rm $@.new || mv $@.new $@

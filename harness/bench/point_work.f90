@@ -138,6 +138,7 @@ contains
       case ("increments")
         steps(1)%given(i)%values = [real(n_preload, wp)]
         steps(2)%given(i)%values = [0.5_wp*real(n_slips, wp)]
+      case default  ! the other values keep their defaults
       end select
     end do
     call complete_steps(steps, "", message)

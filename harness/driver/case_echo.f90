@@ -1,9 +1,9 @@
 !> Output of a case as JSON, with all defaults; other programs read this instead of the case file.
 !>
 !> The case has `title`, `sweep` (its name, empty without one), `pattern` (the first and last byte of the group &pattern
-!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `tolerance` (0: none), `start`
-!> (virgin, or the group initial or state that gives another start, with its `separation`, `statev` and `work`), `props`
-!> (PROPS) and `steps`, of which a replay has none.
+!> in the file, from 1) and `runs`. A run has `value` (that of the sweep, null without one), `tolerance` (0: none),
+!> `start` (virgin, or the group initial or state that gives another start, with its `separation`, `statev` and `work`),
+!> `props` (PROPS) and `steps`, of which a replay has none.
 !>
 !> A step has the entries of &step that give the same path: lists with all cycles, `increments` and `time` of each
 !> target, and k_N, k_Tx, k_Ty wherever the traction is prescribed.

@@ -201,7 +201,8 @@ contains
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
     refines = case%refines .and. len(message) == earlier
-    if (refines) call explain_tolerance(case%tolerance, case%steps, group_where(text, group_index(text, "case")), message)
+    if (refines) call explain_tolerance(case%tolerance, case%steps, group_where(text, group_index(text, "case")), &
+      message)
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return

@@ -189,7 +189,8 @@ contains
       at%s(equations%free(:n)) = seeds(:n, i)
       call newton_solve(law, equations, 0.0_wp, huge(1.0_wp), at, result)
       x = free_part(equations, at%s)
-      if (.not. (result%converged .and. .not. unstable(n, result%last, law%stiffness)) .or. maxval(abs(x)) > scan%upper) cycle
+      if (.not. result%converged .or. maxval(abs(x)) > scan%upper) cycle
+      if (unstable(n, result%last, law%stiffness)) cycle
       call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
       if (maxval(abs(r)) > closer*here) cycle
       scan%found = .true.

@@ -34,6 +34,7 @@ module asperity_point_law
     !> tested.
     pure subroutine update_procedure(law, s_old, s, state_old, state, traction, tangent, dt, share)
       import :: point_law, wp
+      implicit none
       class(point_law), intent(in) :: law                !! the law
       real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
       real(wp), intent(in) :: s(3)                       !! separation at the end, length
@@ -48,6 +49,7 @@ module asperity_point_law
     !> Energies of a state: stored, and dissipated so far, stress*length.
     pure function energies_procedure(state) result(energies)
       import :: wp
+      implicit none
       real(wp), intent(in) :: state(:)      !! state
       real(wp) :: energies(2)
     end function energies_procedure
@@ -55,6 +57,7 @@ module asperity_point_law
     !> Whether a state has a property.
     pure function state_test(law, state) result(yes)
       import :: point_law, wp
+      implicit none
       class(point_law), intent(in) :: law   !! the law
       real(wp), intent(in) :: state(:)      !! state
       logical :: yes
@@ -63,6 +66,7 @@ module asperity_point_law
     !> Size of the terms whose sum is the traction, stress. Rounding errors are proportional to it.
     pure function magnitude_procedure(law, s, state) result(size)
       import :: point_law, wp
+      implicit none
       class(point_law), intent(in) :: law   !! the law
       real(wp), intent(in) :: s(3)          !! separation (N, Tx, Ty), length
       real(wp), intent(in) :: state(:)      !! state
@@ -72,6 +76,7 @@ module asperity_point_law
     !> Smallest separation N, not below zero, at which no part of the joint is in contact, length.
     pure function touch_procedure(law, s, state) result(opening)
       import :: point_law, wp
+      implicit none
       class(point_law), intent(in) :: law   !! the law
       real(wp), intent(in) :: s(3)          !! separation, of which Tx and Ty are used, length
       real(wp), intent(in) :: state(:)      !! state

@@ -5,7 +5,7 @@
 !> may decrease: at a fold they turn back, where the stable path would snap.
 module asperity_branch
   use asperity_control_point, only: control_type, equations_type, evaluate, farthest_equilibrium, free_matrix, &
-    free_part, move_point, new_equations, point_type, predict, values_at
+    free_part, is_unstiff, move_point, new_equations, point_type, predict, values_at
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, ended_complete, ended_endless, ended_lost, ended_rejected, report_type
@@ -28,6 +28,7 @@ module asperity_branch
     real(wp) :: factor = 0.0_wp         !! load factor, 1: the prescribed values are reached
     real(wp) :: last(4) = 0.0_wp        !! direction of the last step; zero: there was none
     logical :: back = .false.           !! whether the prescribed values go back
+    logical :: searched = .false.       !! whether the last step was found by a search
     logical :: turned = .false.         !! whether their sense changed in the last step
   end type branch_type
 
@@ -86,6 +87,7 @@ contains
     type(equations_type) :: equations
     type(step_type) :: step
     integer :: n
+    logical :: turns
 
     branch%turned = .false.
     call new_equations(law, control, from, to, equations)
@@ -94,7 +96,7 @@ contains
     if (step%unit > most_branch_steps*branch%longest) then
       report%ended = ended_rejected
       return
-    else if (.not. step%unit > 0.0_wp .or. n == 0 .or. law%cannot_soften(point%state)) then
+    else if (.not. step%unit > 0.0_wp .or. n == 0 .or. is_unstiff(point) .or. law%cannot_soften(point%state)) then
       call advance_factor(law, equations, step%unit, branch, point, report)
       return
     else if (branch%travelled > endless*law%reach + step%unit + spring_length(equations)) then
@@ -111,8 +113,15 @@ contains
       if (step%good) exit
       step%length = 0.5_wp*step%length
     end do
-    if (.not. step%good) call search(law, equations, branch%last, step)
-    if (step%good .and. step%direction(n + 1)*step%ending(n + 1) < 0.0_wp) call find_fold(law, equations, step)
+    if (step%good) then
+      branch%searched = .false.
+    else
+      call search(law, equations, branch, step)
+      branch%searched = .true.
+    end if
+    turns = .false.
+    if (step%good) turns = step%direction(n + 1)*step%ending(n + 1) < 0.0_wp
+    if (turns) call find_fold(law, equations, step)
     report%parts = 1
     report%updates = equations%updates
     report%iterations = equations%iterations
@@ -122,8 +131,9 @@ contains
       return
     end if
     call move_point(step%point, point)
-    branch%turned = (step%to(n + 1) < step%from(n + 1)) .neqv. branch%back
-    branch%back = step%to(n + 1) < step%from(n + 1)
+    ! the row at a fold is the one where the prescribed values turn, and after a kink the first one that goes back
+    branch%turned = turns .or. ((step%to(n + 1) < step%from(n + 1)) .neqv. branch%back)
+    branch%back = (step%to(n + 1) < step%from(n + 1)) .neqv. turns
     branch%factor = step%to(n + 1)/step%unit
     if (step%to(n + 1) >= step%unit) branch%factor = 1.0_wp
     branch%last = step%to - step%from
@@ -131,7 +141,8 @@ contains
     branch%length = min(branch%longest, 2.0_wp*step%length)
   end subroutine branch_step
 
-  !> Where nothing can soften, the branch is the stable path: the prescribed values advance by a step.
+  !> Where nothing can soften, or an open joint carries nothing, the branch is the stable path: the prescribed values
+  !> advance by a step in which the separations change by a few s0.
   pure subroutine advance_factor(law, equations, unit, branch, point, report)
     class(point_law), intent(in) :: law               !! the law
     type(equations_type), intent(in) :: equations     !! the prescribed values
@@ -139,15 +150,30 @@ contains
     type(branch_type), intent(inout) :: branch        !! progress
     type(point_type), intent(inout) :: point          !! the point, start -> end
     type(report_type), intent(out) :: report          !! report
-    real(wp) :: next, reached
-    next = 1.0_wp
-    if (unit > 0.0_wp) next = min(1.0_wp, branch%factor + branch%longest/unit)
-    call advance(law, equations%control, values_at(equations, branch%factor), values_at(equations, next), point, &
-      reached, report)
-    if (reached < 1.0_wp) return
+    integer, parameter :: most_halvings = 30
+    real(wp), parameter :: longest_push = 4.0_wp
+    type(point_type) :: trial
+    real(wp) :: next, reached, step
+    integer :: i
+    step = 1.0_wp
+    if (unit > 0.0_wp) step = branch%longest/unit
+    do i = 1, most_halvings
+      next = min(1.0_wp, branch%factor + step)
+      trial = point
+      call advance(law, equations%control, values_at(equations, branch%factor), values_at(equations, next), trial, &
+        reached, report)
+      if (maxval(abs(trial%s - point%s)) <= longest_push*law%length .or. .not. unit > 0.0_wp) exit
+      step = 0.5_wp*step
+    end do
+    call move_point(trial, point)
+    if (reached < 1.0_wp) then
+      report%ended = ended_endless
+      return
+    end if
     branch%turned = branch%back
     branch%back = .false.
     branch%factor = next
+    branch%last = 0.0_wp
   end subroutine advance_factor
 
   !> Length of a unit of the load factor: of the change of the prescribed separations, or of an elastic plane under the
@@ -314,29 +340,32 @@ contains
 
   !> Find a short step where the directions at its ends do not explain it, at a kink of the branch: each unknown in turn
   !> is prescribed on both sides of the point. Of the equilibria that do not lead back, the one that continues the last
-  !> step best is taken.
-  pure subroutine search(law, equations, last, step)
+  !> step best is taken. The first search at a kink takes the shortest step, so that a fold there has a row; if that leads
+  !> to another search, the step is long enough to leave the kink.
+  pure subroutine search(law, equations, branch, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
-    real(wp), intent(in) :: last(4)                     !! the last step; zero: there was none
+    type(branch_type), intent(in) :: branch             !! progress
     type(step_type), intent(inout) :: step              !! unknowns at the start -> the step
     type(step_type) :: trial
-    real(wp) :: best, cosine
+    real(wp) :: best, cosine, distances(size(search_steps))
     integer :: fixed, i, side
     trial = step
     best = backwards
-    do i = 1, size(search_steps)
+    distances = search_steps*law%length
+    if (branch%searched) distances = distances(size(distances):1:-1)
+    do i = 1, size(distances)
       do fixed = 1, equations%n + 1
         do side = -1, 1, 2
           trial%to = step%from
-          trial%to(fixed) = step%from(fixed) + real(side, wp)*search_steps(i)*law%length
+          trial%to(fixed) = step%from(fixed) + real(side, wp)*distances(i)
           call correct(law, equations, fixed, trial)
           if (.not. trial%good) cycle
           trial%direction = trial%to - step%from
           trial%length = sqrt(sum(trial%direction**2))
           trial%direction = trial%direction/trial%length
-          cosine = dot_product(trial%direction, sense_of(equations%n, last))
-          if (cosine <= best .or. trial%length > 3.0_wp*search_steps(i)*law%length) cycle
+          cosine = dot_product(trial%direction, sense_of(equations%n, branch%last))
+          if (cosine <= best .or. trial%length > 3.0_wp*distances(i)) cycle
           call stop_at_end(law, equations, trial)
           if (.not. trial%good) cycle
           best = cosine

@@ -46,8 +46,8 @@ module asperity_control_point
 
 contains
 
-  !> A virgin point, or a point with the given state and separation; its traction and tangent are those of an update without increment,
-  !> in which delayed damage may grow. Its work so far is the sum of its energies.
+  !> A virgin point, or a point with the given state and separation; its traction and tangent are those of an update
+  !> without increment, in which delayed damage may grow. Its work so far is the sum of its energies.
   pure function new_point(law, state, separation) result(point)
     class(point_law), intent(in) :: law                  !! the law
     real(wp), intent(in), optional :: state(:)           !! STATEV to start from; absent: virgin

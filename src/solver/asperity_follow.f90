@@ -38,8 +38,8 @@ contains
     step = 1.0_wp
     do while (share < 1.0_wp .and. step >= smallest_share .and. equations%updates < most_updates)
       next = min(1.0_wp, share + step)
-      call take_step(law, equations, step_type(share, next, 0.0_wp, next - share < 2.0_wp*smallest_share), here, trial, &
-        good)
+      call take_step(law, equations, step_type(share, next, 0.0_wp, next - share < 2.0_wp*smallest_share), here, &
+        trial, good)
       if (good) then
         call move_point(trial, here)
         share = next
@@ -156,8 +156,8 @@ contains
       max(unexplained*extent, unexplained_share*prescribed)
   end subroutine judge
 
-  !> Whether two derivatives of the residual differ by so little that the curve between them has no fold: their difference
-  !> is at most half of the first one (half of Kantorovich's bound).
+  !> Whether two derivatives of the residual differ by so little that the curve between them has no fold: their
+  !> difference is at most half of the first one (half of Kantorovich's bound).
   pure function alike(n, first, last) result(yes)
     integer, intent(in) :: n                           !! unknowns
     real(wp), intent(in) :: first(3, 3), last(3, 3)    !! derivatives, stress/length

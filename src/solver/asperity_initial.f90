@@ -82,8 +82,8 @@ contains
       old = equations%old%state
       equations%old = new_point(law, old, equations%old%s)
       repeats = repeats + 1
-      if (.not. joint%material%guard .or. repeats > most_repeats) exit
-      if (.not. any(grown(joint, old, equations%old%state))) exit
+      if (.not. joint%material%guard .or. repeats > most_repeats) exit load
+      if (.not. any(grown(joint, old, equations%old%state))) exit load
     end do load
     if (present(carried)) carried = start + (real(min(i, initial_increments) - 1, wp) + equations%done)/ &
       real(initial_increments, wp)*(target - start)

@@ -40,7 +40,7 @@ module asperity_load_path
     type(control_type) :: control                    !! of the last increment
     real(wp) :: given(3) = 0.0_wp                    !! prescribed values at its end: separation, or traction +
                                                      !! spring*separation
-    integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), and of all steps
+    integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), of all steps
     integer, private :: step = 0, target = 0         !! where the run is
     integer, private :: n = 0                        !! increments to this target so far
     integer, private :: rows = 0                     !! increments of all steps so far
@@ -246,8 +246,8 @@ contains
     call append(message, text)
   end subroutine explain_loss
 
-  !> Append what an interface carries at most in a direction, and what the step asks for, to a text; six digits, or all of
-  !> them if six do not differ.
+  !> Append what an interface carries at most in a direction, and what the step asks for, to a text; six digits, or all
+  !> of them if six do not differ.
   pure subroutine append_capacity(direction, most, given, text)
     real(wp), intent(in) :: direction(3)                   !! unit vector (N, Tx, Ty)
     real(wp), intent(in) :: most                           !! traction in this direction, stress

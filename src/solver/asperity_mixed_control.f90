@@ -38,8 +38,8 @@ contains
   !> Take a point from the prescribed values `start` to `target`.
   !>
   !> As long as the curve of equilibria continues, the increment is one update from the state at its start. Where it
-  !> ends, the point moves under constant values to the first stable equilibrium, from which a further curve is followed.
-  !> If there is none, the point stays at the last equilibrium, and `reached` is below 1.
+  !> ends, the point moves under constant values to the first stable equilibrium, from which a further curve is
+  !> followed. If there is none, the point stays at the last equilibrium, and `reached` is below 1.
   pure subroutine advance(law, control, start, target, point, reached, report)
     class(point_law), intent(in) :: law             !! the law
     type(control_type), intent(in) :: control       !! what is prescribed

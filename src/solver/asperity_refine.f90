@@ -49,8 +49,8 @@ contains
     if (good) good = tolerance >= least_tolerance
     if (.not. good) call append(message, place // "tolerance = " // to_text(tolerance) // ": expected " // &
       to_text(least_tolerance) // " to " // to_text(largest_tolerance))
-    if (any(steps%arc > 0.0_wp)) call append(message, place // "tolerance with follow = 'branch': expected arc, the " // &
-      "longest step along the branch")
+    if (any(steps%arc > 0.0_wp)) call append(message, place // "tolerance with follow = 'branch': expected arc, " // &
+      "the longest step along the branch")
   end subroutine explain_tolerance
 
   !> Run a path to a tolerance.
@@ -109,7 +109,7 @@ contains
   !> Positions of the rows of the first level.
   pure subroutine first_mesh(steps, mesh)
     type(step_type), intent(in) :: steps(:)            !! the load path
-    real(wp), allocatable, intent(out) :: mesh(:)      !! ends of the increments: targets before, and share of the next one
+    real(wp), allocatable, intent(out) :: mesh(:)      !! ends of the increments: targets before, and share of the next
     integer :: i, j, k, n, parts, passed
     n = 0
     do i = 1, size(steps)
@@ -221,8 +221,8 @@ contains
     real(wp), intent(in) :: mesh(:)                           !! ends of the increments
     real(wp), intent(in) :: scales(n_values)                  !! of the distance
     real(wp), allocatable, intent(out) :: distances(:)        !! of every increment of the mesh, relative
-    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of its own rows,
-                                                              !! or to that of all rows after it
+    real(wp), allocatable, intent(out) :: sources(:)          !! what each increment adds to the distance of its own
+                                                              !! rows, or to that of all rows after it
     real(wp), allocatable :: ends(:, :), places(:)
     logical, allocatable :: jumps(:)
     real(wp), dimension(n_values) :: before, delta, line, values

@@ -72,8 +72,9 @@ contains
     equations%damping = 0.0_wp
   end subroutine snap
 
-  !> Whether the work of a step equals the energy that it stores and dissipates within `unbalanced`, so that the energies
-  !> of a row that contains a snap balance, or the step is very short. The error is that of the trapezoidal rule.
+  !> Whether the work of a step equals the energy that it stores and dissipates within `unbalanced`, so that the
+  !> energies of a row that contains a snap balance, or the step is very short. The error is that of the trapezoidal
+  !> rule.
   pure function balances(law, old, new, length) result(yes)
     class(point_law), intent(in) :: law        !! the law
     type(point_type), intent(in) :: old, new   !! the point before and after the step

@@ -49,7 +49,8 @@ module asperity_tolerances
   ! --- snap ----------------------------------------------------------------------------------------------------------
   !> Smallest jump of a free separation that counts as a snap, relative to s0.
   real(wp), parameter, public :: snap_resolution = 0.01_wp
-  !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken before.
+  !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken
+  !> before.
   real(wp), parameter, public :: least_rupture = 1.0e-9_wp
   !> First step of the motion, relative to s0; two equilibria that are nearer may be taken for one.
   real(wp), parameter, public :: first_motion = 0.005_wp
@@ -84,7 +85,7 @@ module asperity_tolerances
   real(wp), parameter, public :: look_ahead = 1.0e-6_wp
   !> Lengths of the steps that are tried at a kink, relative to s0, and cosine of the angle to the last step of a step
   !> that leads back.
-  real(wp), parameter, public :: search_steps(3) = [1.0e-3_wp, 1.0e-5_wp, 1.0e-7_wp], backwards = -0.95_wp
+  real(wp), parameter, public :: search_steps(3) = [1.0e-7_wp, 1.0e-5_wp, 1.0e-3_wp], backwards = -0.95_wp
 
   ! --- load paths ----------------------------------------------------------------------------------------------------
   !> Largest prescribed traction, so that the difference of two is finite.

@@ -13,7 +13,7 @@ import asperity
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, case_files, contract, plots, results, style, Step
+from asperity import Interface, Material, Pattern, Step, case_files, contract, plots, results, style
 from asperity.cli import main
 from asperity.installed import cases, driver
 

@@ -139,8 +139,10 @@ def test_python_signatures() -> None:
             function = getattr(function, part)
         names = [parameter for parameter in inspect.signature(function).parameters if parameter != "self"]
         listed = [argument.split("=")[0] for argument in arguments.split(", ") if argument]
-        if listed[-1:] == ["..."]:
-            listed, names = listed[:-1], names[: len(listed) - 1]
+        if "..." in listed:
+            i = listed.index("...")
+            after = len(listed) - i - 1
+            names[i : len(names) - after] = ["..."]
         assert listed == names, name
 
 

@@ -72,9 +72,9 @@ def test_plain_fit_is_right(command: Command) -> None:
     """Without options every constant is free, and the case that is written has the fitted ones."""
     record()
     code, out = command(["fit", "record.csv", "--case", "joint.nml"])
-    assert code == 0 and f"PROPS({contract.N_FIXED_PROPS})" in out
+    assert code == 0
     holds(out)
-    line = re.search(r"^PROPS\(19\)   (.*)$", out, re.MULTILINE)
+    line = re.search(rf"^PROPS\({contract.N_FIXED_PROPS}\)   (.*)$", out, re.MULTILINE)
     assert line
     props = read_case(Path("joint.nml")).runs[0].interface.props()
     assert [float(text) for text in line[1].split(",")] == pytest.approx(props.tolist(), rel=1e-5)

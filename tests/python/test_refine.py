@@ -1,4 +1,4 @@
-"""Load paths to a tolerance in driver and Python: errors compared with fine increments, and number of rows."""
+"""Load paths to a tolerance in driver and Python: errors against fine increments, and number of rows."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_turning_points_are_rows():
 
 
 def test_unreached_tolerance():
-    """A tolerance below what the limit of increments allows is an error with the difference that was found."""
+    """A tolerance below what the limit of increments allows is an error with the difference found."""
     interface, direction, turns, sigma_N = random_slip_test(4)
     with pytest.raises(
         ValueError, match=r"tolerance = 1e-8: the rows of .* increments differ by .*: expected a larger"

@@ -22,8 +22,8 @@ from asperity.fit import covariance
 from asperity.fit import synthetic as study
 from asperity.fit.fitting import Fit, fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.results import drive
+from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
 
@@ -237,7 +237,7 @@ REFUSED = [
     ),
     (ROUGH + "&step t_Tx = 1.0 /\n", ["--sd", "mu=0.1"], "expected &step with a prescribed slip or opening"),
     (ROUGH + "&initial damage = 1.0 /\n" + CYCLE, ["--sd", "mu=0.1"], "&initial: expected &step from a"),
-    ("&case tolerance = 1e-3 /\n" + ROUGH + "&step slip = 0.1 /\n", ["--sd", "mu=0.1"], "expected increments"),
+    ("&case tolerance = 1e-3 /\n" + ROUGH + "&step slip = 1.0 /\n", ["--sd", "mu=.1"], "expected increments"),
     (
         ROUGH.replace("0.5", "x") + "&sweep name = 'x', values = 0.4, 0.5 /\n" + CYCLE,
         ["--sd", "mu=0.1"],

@@ -308,7 +308,8 @@ def stiffness() -> list[Trial]:
         worst = max(errors[:-1])
         found = f"error of t_N up to {worst:.0e} sigma0"
         trials.append(Trial(f"solver, {name} from 1e-9 to 1e6", True, worst < 1e-6, found))
-        found = f"error of t_N {errors[-1]:.0e} sigma0: some hundred rounding errors of K s"
+        found = f"error of t_N {errors[-1]:.0e} sigma0" if errors[-1] < np.inf else "no equilibrium is found"
+        found += ": some hundred rounding errors of K s"
         trials.append(Trial(f"solver, {name} = 1e9", False, errors[-1] < 1e-9, found))
     return trials
 
