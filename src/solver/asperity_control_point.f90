@@ -244,7 +244,7 @@ contains
     far = huge(far)
     if (equations%n == 0) return
     values = max(abs(equations%start), abs(equations%target))
-    elastic = maxval(merge(values/law%softest, values, equations%control%traction))
+    elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
     moved = maxval(abs(equations%old%s))
     far = share*farthest*(law%reach + elastic)
     far = max(far, merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))

@@ -52,7 +52,7 @@ contains
       call newton_step(equations, law%stiffness, result%last, r, step, good)
       if (.not. good) return
       if (i == 0) result%step = step
-      if (maxval(abs(x + step - x_0)) > 4.0_wp*reach) return
+      if (0.25_wp*maxval(abs(x + step - x_0)) > reach) return
       equations%iterations = equations%iterations + 1
       length = 1.0_wp
       do

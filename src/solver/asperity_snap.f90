@@ -42,9 +42,9 @@ contains
       call newton_solve(law, equations, equations%done, limit, trial, result)
       move = maxval(abs(trial%s - equations%old%s), mask=equations%control%traction)
       found = result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far
-      if (found .and. .not. balances(law, equations%old, trial, move)) then
-        limit = 0.5_wp*move
-        found = .false.
+      if (found) then
+        found = balances(law, equations%old, trial, move)
+        if (.not. found) limit = 0.5_wp*move
       end if
       if (found) then
         call move_point(trial, equations%old)
@@ -65,8 +65,8 @@ contains
       drift = trial%s - equations%old%s
       call move_point(trial, equations%old)
       damping = max(less_damping*damping, least_damping*law%stiffness)
-      limit = limit*merge(fast_growth, slow_growth, law%cannot_soften(equations%old%state) .or. &
-        is_unstiff(equations%old))
+      limit = min(law%bound, limit*merge(fast_growth, slow_growth, law%cannot_soften(equations%old%state) .or. &
+        is_unstiff(equations%old)))
       if (maxval(abs(equations%old%s)) > far) exit
     end do
     equations%damping = 0.0_wp
