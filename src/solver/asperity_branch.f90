@@ -134,8 +134,9 @@ contains
     end if
     call move_point(step%point, point)
     ! the row at a fold is the one where the prescribed values turn, and after a kink the first one that goes back
-    branch%turned = turns .or. ((step%to(n + 1) < step%from(n + 1)) .neqv. branch%back)
-    branch%back = (step%to(n + 1) < step%from(n + 1)) .neqv. turns
+    turns = (step%to(n + 1) < step%from(n + 1)) .neqv. turns
+    branch%turned = turns .neqv. branch%back
+    branch%back = turns
     branch%factor = step%to(n + 1)/step%unit
     if (step%to(n + 1) >= step%unit) branch%factor = 1.0_wp
     branch%last = step%to - step%from
