@@ -2,8 +2,8 @@
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: divisor_props, integral_props, n_fixed_props, n_listed_values, n_required_props, &
-    p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_height, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, &
-    p_turn, prop_table
+    p_closure, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_height, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, &
+    p_theta, p_turn, prop_table
   use asperity_kinds, only: wp
   use random_numbers, only: chance, log_uniform, pick, random_bits, uniform
   implicit none
@@ -46,7 +46,7 @@ contains
     integer(int64), intent(inout) :: stream   !! 1..largest_seed
     real(wp), intent(out) :: props(:)         !! (most_props) constants
     integer, intent(out) :: n                 !! how many
-    integer, parameter :: sides(10) = [0, 2, 3, 4, 5, 6, 12, 32, 63, 64]
+    integer, parameter :: sides(10) = [0, 2, 3, 4, 5, 6, 12, 32, 63, 64], lengths(2) = [p_height, p_closure]
     real(wp) :: total
     logical :: far
     integer :: i, j, k
@@ -77,12 +77,13 @@ contains
     props(p_gc2) = merge(0.3_wp, 0.0_wp, chance(stream, 0.2_wp))*props(p_gc)
     where (props([p_sigma02, p_gc2]) > 0.0_wp) props([p_sigma02, p_gc2]) = &
       min(max(props([p_sigma02, p_gc2]), 1.0e-50_wp), 1.0e50_wp)
-    ! so may height and s_f
-    if (props(p_height) > 0.0_wp) then
-      props(p_height) = log_uniform(stream, merge(-9.9_wp, -2.0_wp, far), merge(9.9_wp, 2.0_wp, far))* &
+    ! so may height, closure and s_f
+    do i = 1, size(lengths)
+      if (.not. props(lengths(i)) > 0.0_wp) cycle
+      props(lengths(i)) = log_uniform(stream, merge(-9.9_wp, -2.0_wp, far), merge(9.9_wp, 2.0_wp, far))* &
         (2.0_wp*props(p_gc)/props(p_sigma0))
-      if (abs(log10(props(p_height))) > 50.0_wp) props(p_height) = 0.0_wp
-    end if
+      if (abs(log10(props(lengths(i)))) > 50.0_wp) props(lengths(i)) = 0.0_wp
+    end do
     if (chance(stream, 0.3_wp)) props(p_dalpha) = uniform(stream)
     if (chance(stream, 0.3_wp)) props(p_r) = uniform(stream)
     props(p_kc) = log_uniform(stream, merge(-10.0_wp, -2.0_wp, far), merge(9.9_wp, 4.0_wp, far))

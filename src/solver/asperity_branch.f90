@@ -166,7 +166,7 @@ contains
       trial = point
       call advance(law, equations%control, values_at(equations, branch%factor), values_at(equations, next), trial, &
         reached, report)
-      if (maxval(abs(trial%s - point%s)) <= longest_push*law%length .or. .not. unit > 0.0_wp) exit
+      if (sqrt(sum((trial%s - point%s)**2)) <= longest_push*law%length .or. .not. unit > 0.0_wp) exit
       step = 0.5_wp*step
     end do
     call move_point(trial, point)

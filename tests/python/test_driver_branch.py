@@ -130,18 +130,6 @@ def test_soft_springs_beside_a_crack(run) -> None:
     np.testing.assert_allclose(energies, result["work"], rtol=0, atol=5e-3 * GC)
 
 
-def test_branch_longer_than_the_limit(run, tmp_path) -> None:
-    """A branch may reach its target beyond the longest length, so the message does not exclude it."""
-    case = (
-        f"&material sigma0 = {SIGMA0}, Gc = {GC}, eta = 0.3, mu = 0.9, kc = 10, height = 0.5 /\n"
-        "&pattern sides = 3, theta = 5.642287937, flat = 0, turn = 134.444615461 /\n"
-        "&step t_N = -1, increments = 1 /\n"
-        "&step s_N = 0.3, t_Tx = 0.673808966, t_Ty = 0.0, follow = 'branch', arc = 0.2 /\n"
-    )
-    assert "within a length of 20 s_f" in run(case, code=2).messages
-    assert run((tmp_path / "case.failed.nml").read_text())["s_N"][-1] == 0.3
-
-
 @pytest.mark.parametrize(
     ("material", "step", "message"),
     [
