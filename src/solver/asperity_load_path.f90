@@ -223,8 +223,6 @@ contains
       call explain_end(row%report%ended, text)
     else if (row%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
-    else if (.not. any(run%control%traction)) then
-      text = "the separation is out of range"
     else
       text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
         to_text(farthest) // " s_f"
