@@ -50,10 +50,11 @@ contains
     call new_interface(props, joint, status)
     if (status /= status_ok) return
     associate (material => joint%material, n => joint%pattern%n)
-      inclined = joint%pattern%sin_theta > 0.0_wp
-      inclined(n + 1:) = .false.
+      ! the frames beyond the planes are not defined
+      inclined = .false.
+      inclined(:n) = joint%pattern%sin_theta(:n) > 0.0_wp
       if (.not. any(inclined)) inclined(:n) = .true.
-      stress = pressure/minval(joint%pattern%gamma, mask=inclined)
+      stress = pressure/minval(joint%pattern%gamma(:n), mask=inclined(:n))
       closure = stress/(material%k_c + stress*material%inv_vm)
       values(m_steep) = closure*material%inv_vm
       s_f = 0.0_wp
