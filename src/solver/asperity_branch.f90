@@ -155,7 +155,7 @@ contains
     type(point_type), intent(inout) :: point          !! the point, start -> end
     type(report_type), intent(out) :: report          !! report
     integer, parameter :: most_halvings = 30
-    real(wp), parameter :: longest_push = 4.0_wp
+    real(wp), parameter :: longest_push = 2.0_wp
     type(point_type) :: trial
     real(wp) :: next, reached, step
     integer :: i

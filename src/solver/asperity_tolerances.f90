@@ -80,7 +80,7 @@ module asperity_tolerances
   real(wp), parameter, public :: shortest_branch_step = 2.0_wp**(-16)
   !> Largest difference between the direction of a step and the mean of the directions at its ends; steps that are
   !> shorter than this, relative to s0, may pass a kink, where they differ by any amount.
-  real(wp), parameter, public :: largest_turn = 0.15_wp, straight_step = 1.0e-3_wp
+  real(wp), parameter, public :: largest_turn = 0.15_wp, straight_step = 1.0e-6_wp
   !> Distance from a point at which the direction of the branch is computed, relative to s0.
   real(wp), parameter, public :: look_ahead = 1.0e-6_wp
   !> Lengths of the steps that are tried at a kink, relative to s0, and cosine of the angle to the last step of a step
