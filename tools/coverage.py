@@ -14,8 +14,8 @@ from pathlib import Path
 
 # Share of the lines of every file of src/ that the suites must run.
 REQUIRED = 0.95
-# gcovr counts a procedure once where a file is compiled in two precisions. The one of the range of single precision
-# is called in the copy of that precision alone, as gcov shows.
+# gcovr counts a procedure once where a file is compiled in two precisions. The one of the range of
+# single precision is called in the copy of that precision alone, as gcov shows.
 EXCEPTIONS = {"asperity_block.inc": 0.94}
 
 
