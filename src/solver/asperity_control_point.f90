@@ -32,6 +32,7 @@ module asperity_control_point
     real(wp) :: start(3) = 0.0_wp, target(3) = 0.0_wp   !! prescribed values at the shares 0 and 1
     type(point_type) :: old            !! the point at the share `done`
     real(wp) :: done = 0.0_wp          !! share of the increment that was reached
+    real(wp) :: moved = 0.0_wp         !! largest separation at the start of the increment, length
     integer :: n = 0                   !! number of free separations
     integer :: free(3) = 0             !! their components, in the first n
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the point at `done`, stress/length
@@ -85,6 +86,7 @@ contains
     equations%start = start
     equations%target = target
     equations%done = 0.0_wp
+    equations%moved = 0.0_wp
     equations%n = 0
     do i = 1, 3
       if (.not. control%traction(i)) cycle
@@ -233,21 +235,22 @@ contains
   end function is_unstiff
 
   !> Separation beyond which an equilibrium counts as one without bound, length: a multiple of s_f plus the elastic
-  !> separation of the prescribed values, or the separation at the start. With viscous damage the bond decreases with
-  !> time, but never to zero; without it a joint that is far away may move elastically.
+  !> separation of the prescribed values, or the separation at the start of the increment. With viscous damage the bond
+  !> decreases with time, but never to zero; without it a joint that is far away may move elastically.
   pure function farthest_equilibrium(law, equations, share) result(far)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
     real(wp), intent(in) :: share                   !! of `farthest`
     real(wp) :: far
-    real(wp) :: elastic, moved, values(3)
+    real(wp) :: elastic, values(3)
     far = huge(far)
     if (equations%n == 0) return
     values = max(abs(equations%start), abs(equations%target))
     elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
-    moved = maxval(abs(equations%old%s))
     far = share*farthest*(law%reach + elastic)
-    far = max(far, merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))
+    associate (moved => equations%moved)
+      far = max(far, merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))
+    end associate
     far = min(far, 0.5_wp*law%bound)
   end function farthest_equilibrium
 

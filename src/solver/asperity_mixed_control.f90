@@ -69,6 +69,7 @@ contains
     type(point_type) :: before, here
     real(wp) :: share, spent(2)
     logical :: found
+    equations%moved = maxval(abs(equations%old%s))
     do
       here%s = equations%old%s
       spent = law%energies(equations%old%state)

@@ -7,15 +7,16 @@ module asperity_snap
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: fast_growth, first_motion, least_damping, less_damping, more_damping, most_updates, &
-    shortest_motion, slow_growth, unbalanced
+  use asperity_tolerances, only: fast_growth, first_motion, least_damping, less_damping, more_damping, most_tries, &
+    most_updates, shortest_motion, slow_growth, unbalanced
   implicit none
   private
   public :: snap
 
 contains
 
-  !> Move to the first stable equilibrium; the steps are at most s0/200, and grow.
+  !> Move to the first stable equilibrium; the steps are at most s0/200, and grow. A motion that stops without an
+  !> equilibrium has met a discontinuity of the law.
   pure subroutine snap(law, equations, found)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! prescribed values at the share `done`, the point at the end
@@ -23,7 +24,8 @@ contains
     logical, intent(out) :: found                       !! whether there is an equilibrium
     type(newton_type) :: result
     type(point_type) :: trial
-    real(wp) :: damping, drift(3), far, limit, move, residual(3), scale
+    real(wp) :: anchor(3), damping, drift(3), far, limit, move, residual(3), scale
+    integer :: tries
     logical :: good
 
     limit = first_motion*law%length
@@ -35,7 +37,9 @@ contains
     call evaluate(law, equations, free_part(equations, equations%old%s), equations%done, trial, residual, scale, found)
     if (found) call move_point(trial, equations%old)
     found = .false.
-    do while (damping < law%stiffness/least_damping .and. equations%updates < most_updates)
+    anchor = equations%old%s
+    tries = 0
+    do while (tries < most_tries .and. equations%updates < most_updates)
       ! is there an equilibrium near the point?
       equations%damping = 0.0_wp
       trial%s = equations%old%s
@@ -55,6 +59,7 @@ contains
       trial%s = equations%old%s + drift
       call newton_solve(law, equations, equations%done, limit, trial, result)
       move = maxval(abs(trial%s - equations%old%s), mask=equations%control%traction)
+      tries = tries + 1
       good = result%converged .and. result%stable .and. move <= limit
       if (good) good = balances(law, equations%old, trial, move)
       if (.not. good) then
@@ -64,6 +69,10 @@ contains
       end if
       drift = trial%s - equations%old%s
       call move_point(trial, equations%old)
+      if (maxval(abs(equations%old%s - anchor)) > shortest_motion*law%length) then
+        anchor = equations%old%s
+        tries = 0
+      end if
       damping = max(less_damping*damping, least_damping*law%stiffness)
       limit = min(law%bound, limit*merge(fast_growth, slow_growth, law%cannot_soften(equations%old%state) .or. &
         is_unstiff(equations%old)))

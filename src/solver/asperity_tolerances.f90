@@ -62,10 +62,13 @@ module asperity_tolerances
   real(wp), parameter, public :: unbalanced = 3.0e-4_wp
   !> Growth of the longest step of the motion: slow where the joint may soften, else fast.
   real(wp), parameter, public :: slow_growth = 1.02_wp, fast_growth = 2.0_wp
-  !> Smallest damping of the motion, relative to the elastic stiffness; the largest is its inverse.
+  !> Smallest damping of the motion, relative to the elastic stiffness.
   real(wp), parameter, public :: least_damping = 1.0e-13_wp
   !> Change of the damping after a step that converged, and after one that did not.
   real(wp), parameter, public :: less_damping = 0.5_wp, more_damping = 4.0_wp
+  !> Number of steps tried over which a motion that does not move by `shortest_motion` has stopped: the damping falls
+  !> from the elastic stiffness to its least value, or rises to its inverse, in fewer.
+  integer, parameter, public :: most_tries = 100
   !> Separation at which a motion counts as endless, relative to s_f and to the elastic separation of the prescribed
   !> values.
   real(wp), parameter, public :: farthest = 1000.0_wp
