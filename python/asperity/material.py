@@ -93,6 +93,7 @@ class Material(_Constants):
         GfII: float,
         tan_phi: float,
         tan_psi: float = 0.0,
+        delta: float = 0.0,
     ) -> Material:
         """Material of a mortar joint from the constants of interface models of masonry (Lourenço 1996).
 
@@ -109,8 +110,10 @@ class Material(_Constants):
             Cohesion, stress, and energy of mode II, stress*length.
         tan_phi
             Slope of the residual strength.
-        tan_psi
-            Dilatancy. A pattern of planes with this slope needs mu = tan(phi - psi).
+        tan_psi, delta
+            Dilatancy tan_psi exp(-delta u) at the slip u; delta: 1/length.  It is that of planes of the slope
+            tan_psi, `Pattern.regular(2, degrees(arctan(tan_psi)), flat=0.0)` for a slip along Tx, with the
+            friction mu = tan(phi - psi) and the height tan_psi/delta, or without an end if delta = 0.
 
         Raises
         ------
@@ -124,18 +127,21 @@ class Material(_Constants):
         (0.97883, 82.0)
         """
         bad: list[str] = []
-        for name, value in (("tan_phi", tan_phi), ("tan_psi", tan_psi)):
+        for name, value in (("tan_phi", tan_phi), ("tan_psi", tan_psi), ("delta", delta)):
             if not 0.0 <= contract.number(name, value) < np.inf:
                 bad.append(f"{name} = {contract.shown(value)}: expected >= 0")
         if tan_psi > tan_phi:
             bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
+        if delta > 0.0 and not tan_psi > 0.0:
+            bad.append(f"delta = {contract.shown(delta)}: expected with tan_psi > 0, which decays")
         _positive(bad, kn=kn, ks=ks, ft=ft, GfI=GfI, c=c, GfII=GfII)
         if not 2.0 * kn * GfI > ft**2:
             least = ft**2 / (2.0 * GfI)
             raise ValueError(f"kn = {contract.shown(kn)}: expected more than ft^2/(2 GfI) = {least:g}")
         eta = 1.0 - ft**2 / (2.0 * kn * GfI)
         mu = (tan_phi - tan_psi) / (1.0 + tan_phi * tan_psi)
-        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII)
+        height = tan_psi / delta if delta > 0.0 else 0.0
+        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII, height=height)
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""

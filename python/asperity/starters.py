@@ -23,7 +23,8 @@ TEXT = """! Slip under a constant normal traction; units here: mm, MPa. Run it b
 &case title = 'Slip under pressure' /
 
 ! sigma0: strength of the bond, Gc: its fracture energy, eta: 1 - s0/sf, mu: friction,
-! kc: normal stiffness of the closed joint over that of the bond (10 to 1e4 for most joints)
+! kc: normal stiffness of the closed joint over that of the bond: 1 for a lumped mortar joint, 10 and more
+! for a crack or an unmated rock joint, or closure, the largest closure, instead
 &material {material} /
 
 ! sides: inclined planes (0: a flat joint), theta: their inclination, flat: share of the flat plane

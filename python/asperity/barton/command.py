@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from .. import contract
-from ..fit.fitting import DEFAULT_FIXED
 from ..fit.search import add_search, check_search, search, write
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
@@ -14,10 +13,10 @@ from .joint import SAMPLE, Joint
 UNITS = ("mm", "MPa")
 """Units of the constants that are found."""
 
-FREE = ("sigma0", "Gc", "mu", "theta", "height")
+FREE = ("ks", "mu", "theta", "height")
 
-FIXED = DEFAULT_FIXED | {"kc": 20.0}
-"""Values that are not identified: the contact of a rock joint is much stiffer than its bond."""
+FIXED = {"flat": contract.default("flat"), "kc": 20.0}
+"""Values that are not identified: the curves hardly depend on kc = kn/ks, as they begin under pressure."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,5 +68,6 @@ def _run(options: argparse.Namespace) -> int:
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")
     print(f"\n{props_line(found)}")
-    write(options, found, lambda path: draw(joint, found, path))
+    # the curves have no scatter, so that there is no covariance
+    write(options, found, lambda path: draw(joint, found, path), scatter=False)
     return 0
