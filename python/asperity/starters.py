@@ -78,7 +78,8 @@ def _new(options: argparse.Namespace) -> int:
     pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
     if pattern["sides"].strip() == "0":
         pattern = {"sides": "0"}
-    material = MATERIAL | values
+    # a joint without bond has none of the constants that kn and ks give
+    material = ({"mu": MATERIAL["mu"]} if {"kn", "ks"} & set(values) else MATERIAL) | values
     groups = [_entries(material), _entries({name: text for name, text in pattern.items() if text})]
     text = TEXT.format(name=options.output, material=groups[0], pattern=groups[1], **taken)
     _write(options.output, text.encode())
