@@ -170,6 +170,22 @@ def test_wear_runs_away_only_beyond_the_limit() -> None:
         assert (-np.diff(tau).min() > 0.1 * tau.max()) == jumps
 
 
+def test_shared_pressure_wears_in_jumps() -> None:
+    """Two facets that a slip climbs at once wear in jumps where the warning says so; opposite ones never do."""
+    cases = ((4, 45.0, 20.0, False), (4, 45.0, 3.75, True), (2, 0.0, 0.94, False))
+    for sides, direction, W0, jumps in cases:
+        pattern = Pattern.regular(sides, 30.0)
+        joint = Interface(replace(STIFF, height=0.5, W0=W0), pattern)
+        found = doubts(joint.material, pattern, -1.0, slip=0.6)
+        slips = np.linspace(0.0, 0.6, 601)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)
+            test = joint.confined_slip(direction, slips, -1.0)
+        tau = np.hypot(*test.traction[:, 1:].T)
+        assert (-np.diff(tau).min() > 0.05 * tau.max()) == jumps
+        assert any("share the pressure" in text for text in found) == jumps
+
+
 def test_height_against_the_bond() -> None:
     """A height below s_f is a warning, not for a flat joint or an infinite height."""
     low = replace(STIFF, height=0.5 * TABLE_2.s_f)
