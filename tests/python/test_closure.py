@@ -134,6 +134,19 @@ def test_random_load_paths() -> None:
     assert fine < coarse / 6.0 and fine < 1e-3
 
 
+@pytest.mark.parametrize("ks", [50.0, 1e5])
+def test_tolerance_of_a_stiff_joint(ks: float) -> None:
+    """A joint without bond has no strength: the tolerance of a load path is relative to its tractions."""
+    joint = Interface(Material.from_joint(kn=10.0 * ks, ks=ks, mu=0.5, height=0.2), Pattern.regular(2, 30.0))
+    path = [Step(t_N=-1.0, increments=4), Step(slip=0.4, increments=2)]
+    found = joint.run(path, tolerance=1e-3)
+    fine = joint.confined_slip(0.0, np.linspace(0.0, 0.4, 2001), -1.0)
+    slips = np.linspace(0.02, 0.4, 200)
+    tau, wanted = (np.interp(slips, one.separation[:, 1], one.traction[:, 1]) for one in (found, fine))
+    # rows on which straight lines stay within the tolerance are left out
+    np.testing.assert_allclose(tau, wanted, rtol=0.0, atol=2e-3 * wanted.max())
+
+
 def test_damage_of_a_broken_joint_is_1() -> None:
     """The weighted sum of the damage of the planes is not above 1, whatever the weights round to."""
     for sides in range(2, 65):

@@ -157,7 +157,7 @@ def test_driver_and_python_print_the_same_sentences(tmp_path: Path) -> None:
         read_case(path).runs[0].history()
     assert printed == [str(one.message) for one in caught]
     assert [text for text in printed if "0.995025 of the largest closure Vm, expected at most 0.99" in text]
-    assert "increment of slip in an FE code: expected at most W0/(mu z kc Kn)" in done.stderr
+    assert "increment of slip in an FE code: expected at most W0/(mu z dp/dc)" in done.stderr
 
 
 def test_wear_runs_away_only_beyond_the_limit() -> None:
@@ -171,7 +171,7 @@ def test_wear_runs_away_only_beyond_the_limit() -> None:
 
 
 def test_shared_pressure_wears_in_jumps() -> None:
-    """Two facets that a slip climbs at once wear in jumps where the warning says so; opposite ones never do."""
+    """Two facets that a slip climbs at once wear in jumps where a warning says so; opposite ones do not."""
     cases = ((4, 45.0, 20.0, False), (4, 45.0, 3.75, True), (2, 0.0, 0.94, False))
     for sides, direction, W0, jumps in cases:
         pattern = Pattern.regular(sides, 30.0)

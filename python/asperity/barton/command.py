@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from .. import contract
-from ..fit.search import add_search, check_search, search, write
+from ..fit.model import BOND, KS
+from ..fit.search import add_search, check_search, numbers, search, write
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
@@ -57,6 +58,11 @@ def _run(options: argparse.Namespace) -> int:
     """Compute the curves of the joint, find the closest RIE, report both."""
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
+    names = {*options.free.split(","), *numbers("--set", options.set, 1)}
+    of_bond = [name for name in BOND if name in names]
+    if of_bond or KS not in names:
+        wrong = ", ".join(of_bond) or f"{KS} is missing"
+        raise ValueError(f"--free {options.free}: {wrong}: expected {KS}, as a joint of Barton has no bond")
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     tests = curves(joint, stresses, options.reach)
     found = search(options, tests, FIXED)
