@@ -269,6 +269,43 @@ def test_fit_finds_the_wear() -> None:
     assert "W0 = " in case_text(found)
 
 
+@pytest.mark.slow
+def test_fit_finds_joints_without_bond(tmp_path: Path) -> None:
+    """Stiffness, closure and damage from the start are identified; the case has the same constants."""
+    slips = np.linspace(0.0, 0.4, 161)
+    joint = Material.from_joint(kn=40.0, ks=20.0, mu=0.5, closure=0.02, height=0.3)
+    found = fit(
+        slip_tests_of(joint, slips),
+        free=("ks", "mu", "closure"),
+        fixed={"kc": 2.0, "theta": 25.0, "height": 0.3},
+        start={"ks": 30.0, "mu": 0.6, "closure": 0.05},
+        starts=1,
+    )
+    for name, value in (("ks", 20.0), ("mu", 0.5), ("closure", 0.02)):
+        assert found.values[name] == pytest.approx(value, rel=1e-3), name
+    path = tmp_path / "joint.nml"
+    path.write_text(case_text(found))
+    written = read_case(path).runs[0].material
+    for name in ("K", "mu", "kc", "height", "damage0", "closure"):
+        assert getattr(written, name) == pytest.approx(getattr(joint, name), rel=1e-3), name
+    cracked = Material(3.0, 0.3, 0.9, 0.5, kc=20.0, damage0=0.3)
+    found = fit(
+        slip_tests_of(cracked, slips),
+        free=("damage0",),
+        fixed={"sigma0": 3.0, "Gc": 0.3, "mu": 0.5, "kc": 20.0, "theta": 25.0},
+        start={"damage0": 0.6},
+        starts=1,
+    )
+    assert found.values["damage0"] == pytest.approx(0.3, rel=1e-3)
+    for free, fixed, message in (
+        (("ks", "sigma0"), {}, "sigma0: expected without ks"),
+        (("mu",), {"ks": 3.0, "Gc": 1.0, "damage0": 0.5, "theta": 2.0}, "Gc, damage0: expected without ks"),
+        (("mu",), {"sigma0": 3.0, "Gc": 0.3, "theta": 2.0, "damage0": 1.2}, "damage0 = 1.2: expected 0 to 1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit(slip_tests_of(joint, slips), free=free, fixed=fixed, starts=1)
+
+
 # --- select -------------------------------------------------------------------------------------------------
 
 
