@@ -130,7 +130,7 @@ subroutine interface_warnings(nprops, props, pressure, tension, slip, warnings, 
   end do
   call put_text(lines, warnings)
   call new_interface(props, joint, status)
-  if (status == status_ok) increment = increment_text(joint, slip)
+  if (status == status_ok) increment = increment_text(joint, pressure, slip)
 end subroutine interface_warnings
 
 !> Normals and weights of the planes of admissible PROPS.

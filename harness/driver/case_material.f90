@@ -28,6 +28,8 @@ contains
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
     real(wp) :: stiffness(2)
+    !> Of a joint without bond: sigma0 and Gc of set_joint are in their ranges.
+    real(wp), parameter :: least_stiffness = 1.0e-44_wp
     integer :: of_joint(2)   ! entries kn and ks, 0: none
     character(len=:), allocatable :: known
     integer :: e, g, i, k, sides
@@ -53,8 +55,8 @@ contains
           i = findloc(joint_entries, text%entries(e)%name, dim=1)
           of_joint(i) = e
           call get_real(text, e, stiffness(i), message)
-          if (.not. (stiffness(i) >= prop_table(p_sigma0)%lower .and. stiffness(i) <= prop_table(p_sigma0)%upper)) then
-            call append(message, entry_where(text, e) // ": expected " // trim(prop_table(p_sigma0)%admissible))
+          if (.not. (stiffness(i) >= least_stiffness .and. stiffness(i) <= prop_table(p_sigma0)%upper)) then
+            call append(message, entry_where(text, e) // ": expected > 0 (1e-44 to 1e50)")
           end if
         else if (groups(k) == "pattern" .and. text%entries(e)%name == "sides") then
           given(p_m) = .true.

@@ -3,7 +3,7 @@ module asperity_rie_law
   use asperity_call_checks, only: state_status
   use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_elimination, only: eliminate
-  use asperity_interface, only: interface_type, separation_bound
+  use asperity_interface, only: interface_type, separation_bound, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics, update_point
   use asperity_point_law, only: point_law
@@ -29,6 +29,8 @@ contains
   pure function new_rie_law(joint) result(law)
     type(interface_type), intent(in) :: joint   !! material and pattern
     type(rie_law) :: law
+    !> Without a bond its strength is no scale of the tractions: this part only stands for a traction of zero.
+    real(wp), parameter :: unbonded = 1.0e-9_wp
     law%joint = joint
     law%n_state = joint%n_statev
     associate (m => joint%material)
@@ -37,6 +39,7 @@ contains
       law%stiffness = max(m%k_n, m%k_t)
       law%softest = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
       law%stress = m%k_n*m%s0
+      if (start_damage(joint, 0.0_wp) >= 1.0_wp) law%stress = unbonded*law%stress
       law%relaxes = m%tau_v > 0.0_wp
       law%wears = m%wears
       law%jumps = m%curved .or. m%guard
@@ -93,7 +96,7 @@ contains
     associate (joint => law%joint)
       yes = .not. joint%material%curved
       do k = 1, joint%pattern%n
-        yes = yes .and. max(state(plane_statev(k)), joint%material%damage0) >= 1.0_wp .and. &
+        yes = yes .and. start_damage(joint, state(plane_statev(k))) >= 1.0_wp .and. &
           joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
       end do
     end associate
