@@ -56,8 +56,8 @@ $(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed
 $(passed)/coverage: $(passed)/debug
 	@$(step) "Coverage of src/ by these suites" $(log) $(venv)/python tools/coverage.py build/debug
 	$(done)
-$(passed)/pytest: selection := --junitxml=build/pytest/junit.xml
-$(passed)/fast: selection := -m "not slow"
+$(passed)/pytest: selection := -m "not long" --junitxml=build/pytest/junit.xml
+$(passed)/fast: selection := -m "not slow and not long"
 $(passed)/pytest $(passed)/fast: $(tree) build/options .venv/installed
 	@$(step) "Python tests" $(log) env PYTHONDONTWRITEBYTECODE= $(venv)/python -m pytest --numprocesses $(JOBS) --dist worksteal $(selection)
 	$(done)

@@ -70,7 +70,7 @@ def test_reference_is_isotropic_and_odd_patterns_cancel_in_loops() -> None:
     assert np.isnan(none.loop) and none.work == pytest.approx(0.0030, abs=2e-4)  # docs/theory.md, RP-6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("study", accuracy.STUDIES)
 def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command draws the pictures of a study and writes its tables between the markers of a page."""

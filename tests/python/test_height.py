@@ -64,16 +64,16 @@ def random_history(rng: np.random.Generator, length: float) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("constants", [("height",), ("W0",), ("height", "W0")], ids="-".join)
 def test_random_histories(constants: tuple[str, ...]) -> None:
-    """Tractions, states and tangents agree on 24,000 updates; every branch occurs 500 times."""
+    """Tractions, states and tangents agree on 7,200 updates; every branch occurs 150 times."""
     rng = np.random.default_rng([SEED, len(constants), len(constants[0])])
     counts = dict.fromkeys(
         itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)), 0
     )
-    for _ in range(200):
+    for _ in range(60):
         drawn = {name: 10 ** rng.uniform(-1.5, 1.5) for name in constants}
         material, pattern, planes = random_interface(rng, **drawn)
         compare(material, pattern, planes, random_history(rng, material.s_0), counts)
-    assert min(counts.values()) > 500, counts
+    assert min(counts.values()) > 150, counts
 
 
 def compare(

@@ -21,6 +21,8 @@ from harness.studies.stability.explicit import Vumat
 from harness.studies.stability.law_modes import clamped_reversal, facing_angle
 from harness.studies.stability.modes import TABLE_2, drive
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 NAMES = [mode.name for mode in MODES]
 

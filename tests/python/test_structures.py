@@ -14,7 +14,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 CSV, PAGE = DOCS / "images" / "structures.csv", DOCS / "results" / "structures.md"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_tolerance_of_select_in_structures() -> None:
     """What select finds for the load case of a structure keeps its tolerance; the page has these rows."""
     rows = structures.read_rows(CSV)
