@@ -153,31 +153,6 @@ def test_initial_state_of_a_climbed_joint(height: float) -> None:
     np.testing.assert_allclose(at_rest.traction[0], test.traction[-1], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("case", range(10))
-def test_turn_and_units(case: int) -> None:
-    """A rotation about N rotates the traction; in m, Pa and N/m the results are those of mm, MPa and N/mm."""
-    rng = np.random.default_rng([SEED, 100 + case])
-    material, pattern, _ = random_interface(rng, height=10 ** rng.uniform(-1, 1), W0=10 ** rng.uniform(-1, 1))
-    S = random_history(rng, material.s_0)[:, 0]
-    ours = Interface(material, pattern).replay(S)
-    angle = rng.uniform(-360, 360)
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-    turned = Interface(material, replace(pattern, turn=pattern.turn + angle)).replay(S @ rotation.T)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        factors = {"sigma0": 1e6, "Gc": 1e3, "height": 1e-3, "W0": 1e3}
-        metres = replace(material, **{name: f * getattr(material, name) for name, f in factors.items()})
-    other = Interface(metres, pattern).replay(1e-3 * S)
-    largest = np.linalg.norm(S, axis=1).max()
-    size = material.K * max(1.0, material.kc) * largest
-    for traction in (turned.traction @ rotation, 1e-6 * other.traction):
-        np.testing.assert_allclose(traction, ours.traction, rtol=0, atol=ROUNDING * size)
-    energies = ROUNDING * size * largest * len(S)
-    for state in (turned.state[:, 1:4], 1e-3 * other.state[:, 1:4]):
-        np.testing.assert_allclose(state, ours.state[:, 1:4], rtol=0, atol=energies)
-
-
 def test_height_is_compared_with_the_constants_of_the_case(run) -> None:
     """The ratio of height and s_f is that of the case, and an error names it."""
     case = "&material sigma0 = {}, Gc = {}, eta = 0.9, mu = 0.5, height = {} /\n"
