@@ -48,22 +48,3 @@ def test_chart(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     text = page.read_text(encoding="utf-8")
     assert text.startswith("before\n<!-- accuracy-") and text.endswith("-->\nafter\n")
     assert "old" not in text and "| --- |" in text and "nan" not in text
-
-
-def test_chart_without_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without a page the tables are printed; with --pdf the pictures are vector graphics."""
-    options = ["--only", "increments", "--quick", "--pdf", "--folder", str(tmp_path)]
-    assert accuracy.main(options) == 0
-    assert "| monotonic | 0 |" in capsys.readouterr().out
-    assert (tmp_path / "accuracy_increments.pdf").read_bytes().startswith(b"%PDF")
-
-
-def test_page_of_the_docs_is_filled() -> None:
-    """The page in docs has the tables and pictures of every study."""
-    text = (DOCS / "results" / "accuracy.md").read_text(encoding="utf-8")
-    for study in accuracy.STUDIES:
-        inside = text.split(f"<!-- accuracy-{study} -->")[1].split(f"<!-- /accuracy-{study} -->")[0]
-        assert inside.count("\n|") > 3
-        for stem in PICTURES[study]:
-            assert f"(../images/accuracy_{stem}.png)" in text
-            assert (DOCS / "images" / f"accuracy_{stem}.png").is_file()

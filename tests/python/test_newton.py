@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -75,16 +74,3 @@ def test_snap_stops_it() -> None:
         if not study.converged:
             assert study.separation[-1, 1] == pytest.approx(0.1737, abs=1e-4)
     assert ends == {100: ENDS[0], 1500: ENDS[1]}
-
-
-def test_bad_input() -> None:
-    """The message names the argument and the expectation."""
-    with pytest.raises(ValueError, match=r"tangent = 'best': expected one of consistent, "):
-        newton_path(RP_4, np.zeros((1, 3)), tangent="best")
-    with pytest.raises(ValueError, match=r"targets have shape \(3,\): expected \(T, 3\)"):
-        newton_path(RP_4, np.zeros(3))
-    with pytest.raises(ValueError, match="tolerance = 0"):
-        newton_path(RP_4, np.zeros((1, 3)), tolerance=0.0)
-    with pytest.raises(ValueError, match=r"dt is missing: expected for viscous damage, tau_v = 0\.1"):
-        newton_path(Interface(replace(TABLE_2, tau_v=0.1), RP_4.pattern), np.zeros((1, 3)))
-    assert len(newton_path(RP_4, np.zeros((0, 3))).iterations) == 0

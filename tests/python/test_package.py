@@ -15,7 +15,6 @@ import threading
 import time
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, fields, replace
 from importlib import metadata
 from importlib.resources import files
@@ -586,17 +585,6 @@ def test_restart(tmp_path: Path) -> None:
     for s, expected in zip(path[25:], straight, strict=True):
         state, s_old = again.update(s, state, s_old).state, s
         assert np.array_equal(state, expected)
-
-
-def test_two_threads() -> None:
-    """Two simultaneous threads give the results of one thread bit for bit."""
-    paths = [random_path(seed, 400) for seed in range(60)]
-    serial = [RP_4.replay(path) for path in paths]
-    with ThreadPoolExecutor(2) as pool:
-        parallel = list(pool.map(RP_4.replay, paths))
-    for one, two in zip(serial, parallel, strict=True):
-        assert np.array_equal(one.traction, two.traction)
-        assert np.array_equal(one.state, two.state)
 
 
 @pytest.mark.slow

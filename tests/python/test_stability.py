@@ -105,15 +105,3 @@ def test_run(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "unheard-of"]) == 1
     assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
     assert main(["run", "single-precision", "--check"]) == 1
-
-
-def test_fill(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Markers are filled; a filled page is up to date; a stale page is reported."""
-    page = tmp_path / "page.md"
-    page.write_text("<!-- stability -->\nold\n<!-- /stability -->\n", encoding="utf-8")
-    command = ["run", "single-precision", "--fill", str(page)]
-    assert main([*command, "--check"]) == 1
-    assert main(command) == 0
-    assert "- *Fails:* single precision, slip of 100 mm" in page.read_text(encoding="utf-8")
-    assert main([*command, "--check"]) == 0
-    assert "the table is not up to date" in capsys.readouterr().out
