@@ -92,7 +92,7 @@ contains
       trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
       table%last%report%ended /= ended_rejected)) // " " // text // &
       ", written to " // output)
-    text = trim(increment_text(case%joint, table%largest_slip))
+    text = trim(increment_text(case%joint, max(0.0_wp, -table%least_traction), table%largest_slip))
     if (len(text) > 0) call say(label // ": " // text)
   end subroutine run_case
 

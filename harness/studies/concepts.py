@@ -15,7 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from asperity import contract
+from asperity import contract, masonry
 from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION
 from asperity.interface import History, Interface
@@ -59,11 +59,11 @@ def plane_column(history: History, interface: Interface, name: str, plane: int =
     return history.state[:, contract.statev_names(interface.n_planes).index(f"{name}_{plane}")]
 
 
-def parts(history: History, interface: Interface) -> tuple[Floats, Floats]:
-    """Shear traction along Tx of the bond and of the contact of a flat interface, (22)."""
+def parts(history: History, interface: Interface, stiffness: float = K) -> tuple[Floats, Floats]:
+    """Shear traction along Tx of bond and contact of a flat interface, (22); stiffness: in shear."""
     alpha, slipped = (plane_column(history, interface, name) for name in ("alpha", "s_dit"))
     slip = history.separation[:, 1]
-    return (1.0 - alpha) * K * slip, alpha * K * (slip - slipped)
+    return (1.0 - alpha) * stiffness * slip, alpha * stiffness * (slip - slipped)
 
 
 def plane() -> Figure:
@@ -290,11 +290,55 @@ def snap() -> Figure:
     return figure
 
 
+MORTAR = Material.from_masonry(kn=82.0, ks=36.0, ft=0.25, GfI=0.018, c=0.35, GfII=0.125, tan_phi=0.75)
+"""A mortar joint of docs/reference/typical-values.md."""
+
+MET = -0.3
+"""Normal traction at which another sigma02 meets c + mu p."""
+
+
+def envelope() -> Figure:
+    """Draw the peak of a flat joint over the pressure beside c + mu p, and the parts of the traction."""
+    figure, (peaks, shares) = new_figure(TWO, 2.7, ncols=2)
+    flat, c, mu = Pattern.regular(0, 0.0), MORTAR.sigma02, MORTAR.mu
+    pressures = np.linspace(0.0, 2.2, 23)
+    better = masonry.strength_for_peak(MORTAR, flat, MET, c - mu * MET)
+    for sigma02, colour, style in ((c, BLUE, "-"), (better, GREEN, "-.")):
+        joint = replace(MORTAR, sigma02=sigma02)
+        found = [masonry.peak(joint, flat, -p) for p in pressures]
+        peaks.plot(pressures, found, style, color=colour, label=rf"peak, $\sigma_{{02}}$ = {sigma02:.3g} MPa")
+    peaks.plot(pressures, c + mu * pressures, "--", color=BLACK, label=r"$c + \mu p$")
+    peaks.plot(pressures, mu * pressures, ":", color=BLACK, label=r"$\mu p$, residual strength")
+    peaks.legend()
+    peaks.set_xlabel("pressure p [MPa]")
+    peaks.set_ylabel("shear strength [MPa]")
+    peaks.set_title("(a) peak over pressure", **NOTE)
+
+    joint = Interface(MORTAR, flat)
+    slips = np.linspace(0.0, 0.6, 1201)
+    history = joint.confined_slip(0.0, slips, MET)
+    bond, contact = parts(history, joint, c**2 / (2.0 * MORTAR.Gc2 * (1.0 - MORTAR.eta)))
+    shares.stackplot(slips, contact, bond, colors=(ORANGE, BLUE), alpha=0.25)
+    shares.plot(slips, history.traction[:, 1], color=BLACK)
+    shares.axhline(c - mu * MET, linestyle="--", color=BLACK)
+    shares.text(0.6, c - mu * MET - 0.01, r"$c + \mu p$", ha="right", va="top")
+    shares.text(0.3, 0.08, "contact", color=ORANGE)
+    shares.text(0.06, 0.22, "bond", color=BLUE)
+    shares.set_ylim(0.0, 0.65)
+    shares.set_xlabel(SLIP)
+    shares.set_ylabel(TRACTION)
+    shares.set_title(rf"(b) slip test, $\sigma_N$ = {MET:g} MPa", **NOTE)
+    for ax in (peaks, shares):
+        ax.grid(alpha=0.3)
+    return figure
+
+
 PICTURES: Mapping[str, Callable[[], Figure]] = {
     "concepts_joint": joint,
     "concepts_patterns": patterns,
     "concepts_plane": plane,
     "concepts_test": slip_test_with_names,
+    "concepts_envelope": envelope,
     "concepts_constants": constants,
     "concepts_dilation": dilation,
     "solver_snap": snap,

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict, replace
+import re
+import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from . import contract
 from .interface import Interface
-from .material import Material
+from .material import Material, ModelWarning
 from .pattern import Pattern
 from .starters import assigned
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
+OPTIONAL = ("tan_psi", "delta")
 
 PRESSURES = "-0.05,-0.3,-1.21"
 """Normal tractions of the peaks, as in tests of mortar joints in MPa."""
@@ -22,76 +25,124 @@ PRESSURES = "-0.05,-0.3,-1.21"
 INCREMENTS = 2000
 """Of the slip in which a peak is found."""
 
+SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height")
+"""Constants in the group &material; others have their default."""
+
+LOST = """\
+kc = 1: kn acts in compression, too, because it is that of a mortar joint as a whole.
+The shear stiffness is c^2/(2 GfII (1 - eta)) = {Kt:.3g} and not ks = {ks:g}: one eta serves both modes.
+The peak is below c + tan_phi |sigma_N|, because only the damaged share of the joint rubs. A sigma02 in place
+of c meets it at one pressure:
+"""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    text = f"{', '.join(REQUIRED)}, and tan_psi: constants of the joint"
-    parser.add_argument("values", nargs="+", metavar="NAME=VALUE", help=text)
+    parser.add_argument(
+        "values",
+        nargs="*",
+        metavar="NAME=VALUE",
+        help=f"constants of the joint: {', '.join(REQUIRED)}; and for a dilatancy tan_psi exp(-delta slip): "
+        f"{', '.join(OPTIONAL)} (delta = 0: it never ends)",
+    )
     parser.add_argument(
         "--sigma-N",
         dest="sigma_N",
-        default=PRESSURES,
+        nargs="+",
+        default=[PRESSURES],
         metavar="SIGMA_N,...",
-        help="normal tractions of the peaks, <= 0 (default: %(default)s)",
+        help=f"normal tractions of the peaks, <= 0 (default: {PRESSURES})",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE.nml", help="write &material to a new file")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE.nml", help="write the groups, a new file")
+    # a list that begins with a minus sign is a value, as a number is
+    parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.set_defaults(action=_run)
 
 
-def peak(material: Material, sigma_N: float) -> float:
-    """Largest shear traction of the flat joint in a slip test."""
+def pattern_of(tan_psi: float) -> Pattern:
+    """Pattern of a joint with a dilatancy in both directions along Tx: two planes without a flat one."""
+    theta = float(np.degrees(np.arctan(tan_psi)))
+    return Pattern.regular(2, theta, 0.0) if tan_psi > 0.0 else Pattern.regular(0, 0.0)
+
+
+def peak(material: Material, pattern: Pattern, sigma_N: float) -> float:
+    """Largest shear traction of the joint in a slip test."""
     reach = 2.0 * (material.Gc2 / material.sigma02)
     slips = np.linspace(0.0, reach, INCREMENTS + 1)[1:]
-    return float(
-        Interface(material, Pattern.regular(0, 0.0)).confined_slip(0.0, slips, sigma_N).traction[:, 1].max()
-    )
+    return float(Interface(material, pattern).confined_slip(0.0, slips, sigma_N).traction[:, 1].max())
 
 
-def strength_for_peak(material: Material, sigma_N: float, wanted: float) -> float:
+def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, wanted: float) -> float:
     """Return the sigma02 with which the peak is the wanted one, larger than that of the material."""
     from scipy.optimize import brentq
 
     def missing(sigma02: float) -> float:
-        return peak(replace(material, sigma02=sigma02), sigma_N) - wanted
+        return peak(replace(material, sigma02=sigma02), pattern, sigma_N) - wanted
 
-    return float(brentq(missing, material.sigma02, wanted, rtol=1e-6))
+    most = wanted
+    while missing(most) < 0.0:
+        most *= 2.0
+    return float(brentq(missing, material.sigma02, most, rtol=1e-6))
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Print the constants and the losses, and write the group of a case."""
-    import warnings
-
-    texts = assigned(options.values)
-    bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in texts]
-    unknown = [name for name in texts if name not in (*REQUIRED, "tan_psi")]
-    bad += [
-        f"{name} = {texts[name]}: unknown name, expected one of {', '.join(REQUIRED)}, tan_psi"
-        for name in unknown
-    ]
-    if bad:
-        raise ValueError("\n".join(bad))
-    values = {name: contract.number(name, text) for name, text in texts.items()}
+    """Print the constants and the losses, and write the groups of a case."""
+    values, stresses = _checked(options)
     material = Material.from_masonry(**values)
-    stresses = [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
-    for sigma_N in stresses:
-        if not -np.inf < sigma_N <= 0.0:
-            raise ValueError(f"--sigma-N {sigma_N:g}: expected a normal traction <= 0")
-    shown = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2")
-    group = ", ".join(f"{name} = {asdict(material)[name]:.10g}" for name in shown)
-    print(f"&material {group} /\n")
+    tan_psi = values.get("tan_psi", 0.0)
+    pattern = pattern_of(tan_psi)
+    given = {name: getattr(material, name) for name in SHOWN}
+    entries = ", ".join(f"{name} = {value:.10g}" for name, value in given.items() if value)
+    group = f"&material {entries} /\n&pattern sides = {pattern.m}"
+    if tan_psi > 0.0:
+        group += f", theta = {pattern.theta:.10g}, flat = 0.0"
+    group += " /\n"
+    print(group)
+    if tan_psi > 0.0:
+        print(f"theta = arctan(tan_psi), mu = tan(phi - psi): {material.mu:.4g} on planes of that slope.")
+        height = f"{material.height:.4g}" if material.height else "infinite"
+        print(f"The dilation along Tx ends at the height tan_psi/delta: {height}.")
     Kt = material.sigma02**2 / (2.0 * material.Gc2 * (1.0 - material.eta))
-    print(f"shear stiffness c^2/(2 GfII (1 - eta)) = {Kt:.3g}, and not ks = {values['ks']:g}")
-    print("the peak is below c + mu |sigma_N|, because only the damaged share of the joint rubs:\n")
-    print(f"{'sigma_N':>10}{'peak':>10}{'c + mu p':>10}{'sigma02 that meets it':>24}")
+    print(LOST.format(Kt=Kt, ks=values["ks"]))
+    print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 that meets it':>24}")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", ModelWarning)
         for sigma_N in stresses:
-            wanted = values["c"] - material.mu * sigma_N
-            found = peak(material, sigma_N)
-            better = strength_for_peak(material, sigma_N, wanted) if found < wanted else material.sigma02
-            print(f"{sigma_N:>10g}{found:>10.3f}{wanted:>10.3f}{better:>24.3f}")
+            wanted = values["c"] - values["tan_phi"] * sigma_N
+            found = peak(material, pattern, sigma_N)
+            better = material.sigma02
+            if found < wanted:
+                better = strength_for_peak(material, pattern, sigma_N, wanted)
+            print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
         with options.output.open("x", encoding="utf-8") as file:
-            file.write(f"&material {group} /\n")
+            file.write(group)
         print(f"\n{options.output}")
     return 0
+
+
+def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:
+    """Constants by name and normal tractions; raises ValueError with a line for every bad one."""
+    stresses = " ".join(text for text in options.sigma_N if "=" not in text).replace(",", " ").split()
+    texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
+    bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in texts]
+    values, tractions = {}, []
+    for name, text in texts.items():
+        if name not in (*REQUIRED, *OPTIONAL):
+            bad.append(f"{name} = {text}: expected one of {', '.join((*REQUIRED, *OPTIONAL))}")
+            continue
+        try:
+            values[name] = contract.number(name, text)
+        except ValueError as error:
+            bad.append(str(error))
+    for text in stresses:
+        try:
+            tractions.append(contract.number("--sigma-N", text))
+        except ValueError as error:
+            bad.append(str(error))
+            continue
+        if not -np.inf < tractions[-1] <= 0.0:
+            bad.append(f"--sigma-N = {text}: expected a normal traction <= 0")
+    if bad:
+        raise ValueError("\n".join(bad))
+    return values, tractions

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import contract
+from . import _core, contract
 
 
 class ModelWarning(UserWarning):
@@ -44,8 +44,7 @@ class Material(_Constants):
     def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
         """Material of a joint without bond, such as a rock joint: damage0 = 1.
 
-        Its bond only gives the stiffness: K = ks, kc = kn/ks, with eta = 0.5 and a separation at the onset of
-        damage of 0.001, which has no effect but on the tolerances of a load path.
+        Its bond only gives the stiffness: K = ks, kc = kn/ks.
 
         Parameters
         ----------
@@ -77,10 +76,12 @@ class Material(_Constants):
             cls(1.0, 1.0, 0.5, mu, **others)
         except ValueError as error:
             bad.append(str(error))
-        _positive(bad, kn=kn, ks=ks)
-        scale = 1e-3
-        bond = {"sigma0": scale * ks, "Gc": scale**2 * ks, "eta": 0.5, "kc": kn / ks, "damage0": 1.0}
-        return cls(mu=mu, **others | bond)
+        if _in_range(bad, "> 0 (1e-44 to 1e50)", 1e-44, 1e50, kn=kn, ks=ks) and not kn <= 1e10 * ks:
+            bad.append(f"kn = {contract.shown(kn)}: expected at most 1e10 ks")
+        if bad:
+            raise ValueError("\n".join(bad))
+        bond = dict(zip(("sigma0", "Gc", "eta", "kc"), _core.contract_joint(kn, ks), strict=True))
+        return cls(mu=mu, **others | bond | {"damage0": 1.0})
 
     @classmethod
     def from_masonry(
@@ -93,6 +94,7 @@ class Material(_Constants):
         GfII: float,
         tan_phi: float,
         tan_psi: float = 0.0,
+        delta: float = 0.0,
     ) -> Material:
         """Material of a mortar joint from the constants of interface models of masonry (Lourenço 1996).
 
@@ -109,8 +111,10 @@ class Material(_Constants):
             Cohesion, stress, and energy of mode II, stress*length.
         tan_phi
             Slope of the residual strength.
-        tan_psi
-            Dilatancy. A pattern of planes with this slope needs mu = tan(phi - psi).
+        tan_psi, delta
+            Dilatancy tan_psi exp(-delta u) at the slip u; delta: 1/length.  It is that of planes of the slope
+            tan_psi, `Pattern.regular(2, degrees(arctan(tan_psi)), flat=0.0)` for a slip along Tx, with the
+            friction mu = tan(phi - psi) and the height tan_psi/delta, or without an end if delta = 0.
 
         Raises
         ------
@@ -124,18 +128,23 @@ class Material(_Constants):
         (0.97883, 82.0)
         """
         bad: list[str] = []
-        for name, value in (("tan_phi", tan_phi), ("tan_psi", tan_psi)):
-            if not 0.0 <= contract.number(name, value) < np.inf:
-                bad.append(f"{name} = {contract.shown(value)}: expected >= 0")
-        if tan_psi > tan_phi:
-            bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
-        _positive(bad, kn=kn, ks=ks, ft=ft, GfI=GfI, c=c, GfII=GfII)
+        tangents = {"tan_phi": tan_phi, "tan_psi": tan_psi, "delta": delta}
+        if _in_range(bad, ">= 0 (at most 1e10)", 0.0, 1e10, **tangents):
+            if tan_psi > tan_phi:
+                bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
+            if delta > 0.0 and not tan_psi > 0.0:
+                bad.append(f"delta = {contract.shown(delta)}: expected with tan_psi > 0, which decays")
+        others = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
+        _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **others)
+        if bad:
+            raise ValueError("\n".join(bad))
         if not 2.0 * kn * GfI > ft**2:
             least = ft**2 / (2.0 * GfI)
             raise ValueError(f"kn = {contract.shown(kn)}: expected more than ft^2/(2 GfI) = {least:g}")
         eta = 1.0 - ft**2 / (2.0 * kn * GfI)
         mu = (tan_phi - tan_psi) / (1.0 + tan_phi * tan_psi)
-        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII)
+        height = tan_psi / delta if delta > 0.0 else 0.0
+        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII, height=height)
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""
@@ -175,14 +184,17 @@ class Material(_Constants):
         return np.divide(np.sin(angle) * c + self.mu / w, below, out=locked, where=below > 0.0)[()]
 
 
-def _positive(bad: list[str], **values: float) -> None:
-    """Raise ValueError with the lines in bad and one for each value that is not positive."""
-    expected = "> 0 (1e-50 to 1e50)"
+def _in_range(bad: list[str], expected: str, low: float, high: float, **values: float) -> bool:
+    """Whether all values are in a range; a line is added to bad for each that is not."""
+    before = len(bad)
     for name, value in values.items():
-        if not 1e-50 <= contract.number(name, value, expected) <= 1e50:
+        try:
+            good = low <= contract.number(name, value, expected) <= high
+        except ValueError:
+            good = False
+        if not good:
             bad.append(f"{name} = {contract.shown(value)}: expected {expected}")
-    if bad:
-        raise ValueError("\n".join(bad))
+    return len(bad) == before
 
 
 Material.__doc__ = f"{Material.__doc__}\n" + "".join(

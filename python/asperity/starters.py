@@ -23,7 +23,8 @@ TEXT = """! Slip under a constant normal traction; units here: mm, MPa. Run it b
 &case title = 'Slip under pressure' /
 
 ! sigma0: strength of the bond, Gc: its fracture energy, eta: 1 - s0/sf, mu: friction,
-! kc: normal stiffness of the closed joint over that of the bond (10 to 1e4 for most joints)
+! kc: normal stiffness of the closed joint over that of the bond: 1 for a lumped mortar joint, 10 and more
+! for a crack or an unmated rock joint, or closure, the largest closure, instead
 &material {material} /
 
 ! sides: inclined planes (0: a flat joint), theta: their inclination, flat: share of the flat plane
@@ -77,7 +78,8 @@ def _new(options: argparse.Namespace) -> int:
     pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
     if pattern["sides"].strip() == "0":
         pattern = {"sides": "0"}
-    material = MATERIAL | values
+    # a joint without bond has none of the constants that kn and ks give
+    material = ({"mu": MATERIAL["mu"]} if {"kn", "ks"} & set(values) else MATERIAL) | values
     groups = [_entries(material), _entries({name: text for name, text in pattern.items() if text})]
     text = TEXT.format(name=options.output, material=groups[0], pattern=groups[1], **taken)
     _write(options.output, text.encode())

@@ -2,7 +2,7 @@
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: plane_statev
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   implicit none
   private
@@ -65,7 +65,7 @@ contains
     real(wp), intent(inout), optional :: pnewdt             !! the host's increment factor
     real(wp) :: growth
     integer :: k
-    growth = maxval(new([(plane_statev(k), k=1, joint%pattern%n)]) - max(old, joint%material%damage0))
+    growth = maxval(new([(plane_statev(k), k=1, joint%pattern%n)]) - start_damage(joint, old))
     if (growth > joint%dalpha) then
       call request_cut(max(least_pnewdt, min(largest_pnewdt, joint%dalpha/growth)), pnewdt)
     end if

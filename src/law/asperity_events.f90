@@ -6,7 +6,7 @@
 !>   slip      a damaged plane in contact begins to slide
 module asperity_events
   use asperity_contract, only: plane_statev, v_offset
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics
   implicit none
@@ -57,9 +57,9 @@ contains
       apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)
       slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
       damaged(k) = new(i) >= 1.0_wp
-      was_damaged(k) = max(old(i), joint%material%damage0) >= 1.0_wp
-      grown(k) = new(i) > joint%material%damage0
-      was_grown(k) = old(i) > joint%material%damage0
+      was_damaged(k) = start_damage(joint, old(i)) >= 1.0_wp
+      grown(k) = new(i) > start_damage(joint, 0.0_wp)
+      was_grown(k) = old(i) > start_damage(joint, 0.0_wp)
     end do
     event = ""
     call name_event(event, "onset", any(grown) .and. .not. any(was_grown))

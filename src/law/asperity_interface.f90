@@ -8,7 +8,7 @@ module asperity_interface
   use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
   implicit none
   private
-  public :: interface_type, new_interface, separation_bound, slip_bound
+  public :: interface_type, new_interface, separation_bound, slip_bound, start_damage
 
   !> Values of PROPS and what is derived from them.
   type :: interface_type
@@ -50,6 +50,14 @@ contains
     joint%r = p(p_r)
     joint%dalpha = p(p_dalpha)
   end subroutine new_interface
+
+  !> Damage of a plane at the start of an update: no plane has less than damage0.
+  elemental function start_damage(joint, alpha) result(start)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: alpha               !! damage in STATEV
+    real(wp) :: start
+    start = max(alpha, joint%material%damage0)
+  end function start_damage
 
   !> Largest admissible separation, length; the square of a larger one would leave the range of a double.
   pure function separation_bound(joint) result(bound)

@@ -121,7 +121,8 @@ contains
         state(facet_statev(joint%pattern%n, k) + 1) = lanes%wear_work(k)
       end do
     end if
-    state(v_damage) = sums%damage
+    ! weights whose sum is rounded up
+    state(v_damage) = min(sums%damage, 1.0_wp)
     state(v_stored) = sums%stored
     state(v_rupture) = state(v_rupture) + sums%rupture
     state(v_friction) = state(v_friction) + sums%friction

@@ -3,7 +3,7 @@ module asperity_rie_law
   use asperity_call_checks, only: state_status
   use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_elimination, only: eliminate
-  use asperity_interface, only: interface_type, separation_bound
+  use asperity_interface, only: interface_type, separation_bound, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics, update_point
   use asperity_point_law, only: point_law
@@ -93,7 +93,7 @@ contains
     associate (joint => law%joint)
       yes = .not. joint%material%curved
       do k = 1, joint%pattern%n
-        yes = yes .and. max(state(plane_statev(k)), joint%material%damage0) >= 1.0_wp .and. &
+        yes = yes .and. start_damage(joint, state(plane_statev(k))) >= 1.0_wp .and. &
           joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
       end do
     end associate

@@ -6,7 +6,7 @@
 !> them.
 module asperity_strength
   use asperity_contract, only: plane_statev
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
   implicit none
@@ -94,7 +94,7 @@ contains
     strength = 0.0_wp
     associate (m => joint%material)
       do k = 1, joint%pattern%n
-        alpha = max(state(plane_statev(k)), m%damage0)
+        alpha = start_damage(joint, state(plane_statev(k)))
         normal = dot_product(d, plane_normal(joint%pattern, k))
         strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha)/(1.0_wp - m%eta*alpha)* &
           sqrt(m%k_n**2/m%inv_s01_2*normal**2 + m%k_t**2/m%inv_s02_2*max(0.0_wp, 1.0_wp - normal**2))

@@ -20,7 +20,7 @@ module asperity_warnings
     m_soft = 6, &          !! closure over s_f
     m_deep = 7, &          !! closure over the asperity height
     m_runaway = 8, &       !! elastic energy of the friction over W0
-    m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure
+    m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure, where planes share it
     m_steep = 10, &        !! closure over the largest closure Vm
     n_measures = 10
 
@@ -43,18 +43,13 @@ contains
     real(wp) :: values(n_measures)
     type(interface_type) :: joint
     real(wp) :: closure, s_f, stress
-    logical :: inclined(size(joint%pattern%gamma))
     integer :: status
 
     values = 0.0_wp
     call new_interface(props, joint, status)
     if (status /= status_ok) return
     associate (material => joint%material, n => joint%pattern%n)
-      ! the frames beyond the planes are not defined
-      inclined = .false.
-      inclined(:n) = joint%pattern%sin_theta(:n) > 0.0_wp
-      if (.not. any(inclined)) inclined(:n) = .true.
-      stress = pressure/minval(joint%pattern%gamma(:n), mask=inclined(:n))
+      stress = stress_alone(joint, pressure)
       closure = stress/(material%k_c + stress*material%inv_vm)
       values(m_steep) = closure*material%inv_vm
       s_f = 0.0_wp
@@ -74,9 +69,43 @@ contains
       if (s_f > 0.0_wp) values(m_soft) = closure/s_f
       values(m_deep) = closure*material%inv_height
       values(m_runaway) = (material%mu*stress)**2/(2.0_wp*material%k_t)*material%inv_w0
-      if (closure > 0.0_wp) values(m_let_go) = values(m_runaway)*(climbed_height(joint, slip)/closure)
+      if (closure > 0.0_wp .and. shares_pressure(joint)) values(m_let_go) = values(m_runaway)* &
+        (climbed_height(joint, slip)/closure)
     end associate
   end function measures
+
+  !> Pressure of the inclined plane of the smallest weight if it carries the whole pressure.
+  pure function stress_alone(joint, pressure) result(stress)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: pressure            !! of the joint, >= 0, stress
+    real(wp) :: stress
+    logical :: inclined(joint%pattern%n)
+    associate (n => joint%pattern%n)
+      ! the frames beyond the planes are not defined
+      inclined = joint%pattern%sin_theta(:n) > 0.0_wp
+      if (.not. any(inclined)) inclined = .true.
+      stress = pressure/minval(joint%pattern%gamma(:n), mask=inclined)
+    end associate
+  end function stress_alone
+
+  !> Whether a slip climbs two planes at once, whose worn facets can pass pressure to each other: all but a single
+  !> inclined plane and two opposite ones.
+  pure function shares_pressure(joint) result(yes)
+    type(interface_type), intent(in) :: joint   !! the interface
+    logical :: yes
+    !> Cosine of opposite directions, but for rounding.
+    real(wp), parameter :: opposite = -1.0_wp + sqrt(epsilon(1.0_wp))
+    integer :: k, l
+    yes = .false.
+    associate (p => joint%pattern)
+      do k = 1, p%n
+        do l = k + 1, p%n
+          if (.not. min(p%sin_theta(k), p%sin_theta(l)) > 0.0_wp) cycle
+          if (p%e_x(k)*p%e_x(l) + p%e_y(k)*p%e_y(l) > opposite) yes = .true.
+        end do
+      end do
+    end associate
+  end function shares_pressure
 
   !> Whether the user should be warned of each measure.
   pure function warned(values) result(yes)
@@ -108,10 +137,10 @@ contains
         "expected less, because beyond it there is no equilibrium"
     case (m_soft)
       text = alone // " closes by " // short(value) // " s_f, " // expected(which) // &
-        ": the contact is soft, a larger kc makes it stiffer"
+        ": the contact is soft, a larger kc or a largest closure makes it stiffer"
     case (m_deep)
       text = alone // " closes by " // short(value) // " height, " // expected(which) // &
-        ": a larger kc makes the contact stiffer"
+        ": a larger kc or a largest closure makes the contact stiffer"
     case (m_runaway)
       text = "the friction on " // alone // " stores " // short(value) // " W0, " // expected(which) // &
         ": beyond it a facet may wear off in a jump"
@@ -120,7 +149,7 @@ contains
         ": beyond it the contact follows the tangent of the hyperbola"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
-        expected(which) // ": beyond it the result may depend on the increments"
+        expected(which) // ": planes that share the pressure may then wear off in jumps"
     end select
   end function warning_text
 
@@ -133,28 +162,37 @@ contains
 
   !> Sentence with the largest increment of slip of an FE code; empty without wear. Where the slip is 0, because it is
   !> not known, the climbed height is that of the asperities, or 1 where they are infinitely high.
-  pure function increment_text(joint, slip) result(text)
+  pure function increment_text(joint, pressure, slip) result(text)
     type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: pressure            !! largest pressure, >= 0, stress
     real(wp), intent(in) :: slip                !! largest slip, >= 0, length
     character(len=text_size) :: text
+    character(len=:), allocatable :: stiffness
     real(wp) :: z
     text = ""
     if (.not. (joint%material%inv_w0 > 0.0_wp .and. steepest(joint) > 0.0_wp)) return
     z = climbed_height(joint, slip)
     if (.not. z > 0.0_wp) z = merge(joint%material%height, 1.0_wp, joint%material%height > 0.0_wp)
-    text = "increment of slip in an FE code: expected at most W0/(mu z kc Kn) = " // &
-      short(largest_slip_increment(joint, z)) // " at the climbed height z = " // short(z) // &
+    stiffness = "kc Kn"
+    if (joint%material%bends) stiffness = "dp/dc"
+    text = "increment of slip in an FE code: expected at most W0/(mu z " // stiffness // ") = " // &
+      short(largest_slip_increment(joint, pressure, z)) // " at the climbed height z = " // short(z) // &
       ", because a facet loses its contact in longer ones"
   end function increment_text
 
-  !> Largest increment of slip whose wear takes no more than the closure of a facet: W0/(mu z kc Kn) at the climbed
-  !> height z; huge without wear. In longer increments of an FE code a facet loses its contact.
-  pure function largest_slip_increment(joint, z) result(slip)
+  !> Largest increment of slip whose wear takes no more than the closure of a facet: W0/(mu z dp/dc) at the climbed
+  !> height z; huge without wear. In longer increments of an FE code a facet loses its contact. The stiffness dp/dc is
+  !> kc Kn, or kc Kn/(1 - c/Vm)^2 with 1/(1 - c/Vm) = 1 + p/(kc Kn Vm) for a plane that carries the pressure alone.
+  pure function largest_slip_increment(joint, pressure, z) result(slip)
     type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: pressure            !! largest pressure, >= 0, stress
     real(wp), intent(in) :: z                   !! climbed height, >= 0, length
     real(wp) :: slip
-    real(wp) :: per_slip
-    per_slip = joint%material%mu*z*joint%material%k_c*joint%material%inv_w0
+    real(wp) :: per_slip, steeper
+    associate (m => joint%material)
+      steeper = min(1.0_wp + stress_alone(joint, pressure)*m%inv_vm/m%k_c, 1.0_wp/(1.0_wp - largest_share))
+      per_slip = m%mu*z*(m%k_c*steeper**2)*m%inv_w0
+    end associate
     slip = huge(slip)
     if (per_slip > 1.0_wp/huge(slip)) slip = 1.0_wp/per_slip
   end function largest_slip_increment

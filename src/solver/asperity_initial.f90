@@ -7,7 +7,7 @@ module asperity_initial
   use asperity_contract, only: n_statev, plane_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
   use asperity_control_point, only: control_type, equations_type, new_equations, new_point
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance_equations, ended_lost, report_type
   use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
@@ -127,7 +127,7 @@ contains
     logical :: yes(joint%pattern%n)
     integer :: k
     do k = 1, joint%pattern%n
-      yes(k) = new(plane_statev(k)) > max(old(plane_statev(k)), joint%material%damage0)
+      yes(k) = new(plane_statev(k)) > start_damage(joint, old(plane_statev(k)))
     end do
   end function grown
 

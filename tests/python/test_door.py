@@ -27,7 +27,7 @@ DOOR = {
 }
 #: Names of constants in messages, and numbers of planes in the array of a state.
 CONSTANTS = {
-    "asperity_initial.f90": {"pattern%n", "material%guard", "material%damage0"},
+    "asperity_initial.f90": {"pattern%n", "material%guard"},
     "asperity_steps.f90": {"material%tau_v", "material%wears", "material%inv_w0", "material%guard"},
 }
 

@@ -157,7 +157,7 @@ def test_driver_and_python_print_the_same_sentences(tmp_path: Path) -> None:
         read_case(path).runs[0].history()
     assert printed == [str(one.message) for one in caught]
     assert [text for text in printed if "0.995025 of the largest closure Vm, expected at most 0.99" in text]
-    assert "increment of slip in an FE code: expected at most W0/(mu z kc Kn)" in done.stderr
+    assert "increment of slip in an FE code: expected at most W0/(mu z dp/dc)" in done.stderr
 
 
 def test_wear_runs_away_only_beyond_the_limit() -> None:
@@ -168,6 +168,22 @@ def test_wear_runs_away_only_beyond_the_limit() -> None:
             warnings.simplefilter("ignore", ModelWarning)
             tau = joint.confined_slip(0.0, path(0.4, step=0.0005), PRESSURE).traction[:, 1]
         assert (-np.diff(tau).min() > 0.1 * tau.max()) == jumps
+
+
+def test_shared_pressure_wears_in_jumps() -> None:
+    """Two facets that a slip climbs at once wear in jumps where a warning says so; opposite ones do not."""
+    cases = ((4, 45.0, 20.0, False), (4, 45.0, 3.75, True), (2, 0.0, 0.94, False))
+    for sides, direction, W0, jumps in cases:
+        pattern = Pattern.regular(sides, 30.0)
+        joint = Interface(replace(STIFF, height=0.5, W0=W0), pattern)
+        found = doubts(joint.material, pattern, -1.0, slip=0.6)
+        slips = np.linspace(0.0, 0.6, 601)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)
+            test = joint.confined_slip(direction, slips, -1.0)
+        tau = np.hypot(*test.traction[:, 1:].T)
+        assert (-np.diff(tau).min() > 0.05 * tau.max()) == jumps
+        assert any("share the pressure" in text for text in found) == jumps
 
 
 def test_height_against_the_bond() -> None:
@@ -251,6 +267,43 @@ def test_fit_finds_the_wear() -> None:
     # the fit refines its increments, and wear is of first order in them
     assert found.values["W0"] == pytest.approx(4.0, rel=0.01)
     assert "W0 = " in case_text(found)
+
+
+@pytest.mark.slow
+def test_fit_finds_joints_without_bond(tmp_path: Path) -> None:
+    """Stiffness, closure and damage from the start are identified; the case has the same constants."""
+    slips = np.linspace(0.0, 0.4, 161)
+    joint = Material.from_joint(kn=40.0, ks=20.0, mu=0.5, closure=0.02, height=0.3)
+    found = fit(
+        slip_tests_of(joint, slips),
+        free=("ks", "mu", "closure"),
+        fixed={"kc": 2.0, "theta": 25.0, "height": 0.3},
+        start={"ks": 30.0, "mu": 0.6, "closure": 0.05},
+        starts=1,
+    )
+    for name, value in (("ks", 20.0), ("mu", 0.5), ("closure", 0.02)):
+        assert found.values[name] == pytest.approx(value, rel=1e-3), name
+    path = tmp_path / "joint.nml"
+    path.write_text(case_text(found))
+    written = read_case(path).runs[0].material
+    for name in ("K", "mu", "kc", "height", "damage0", "closure"):
+        assert getattr(written, name) == pytest.approx(getattr(joint, name), rel=1e-3), name
+    cracked = Material(3.0, 0.3, 0.9, 0.5, kc=20.0, damage0=0.3)
+    found = fit(
+        slip_tests_of(cracked, slips),
+        free=("damage0",),
+        fixed={"sigma0": 3.0, "Gc": 0.3, "mu": 0.5, "kc": 20.0, "theta": 25.0},
+        start={"damage0": 0.6},
+        starts=1,
+    )
+    assert found.values["damage0"] == pytest.approx(0.3, rel=1e-3)
+    for free, fixed, message in (
+        (("ks", "sigma0"), {}, "sigma0: expected without ks"),
+        (("mu",), {"ks": 3.0, "Gc": 1.0, "damage0": 0.5, "theta": 2.0}, "Gc, damage0: expected without ks"),
+        (("mu",), {"sigma0": 3.0, "Gc": 0.3, "theta": 2.0, "damage0": 1.2}, "damage0 = 1.2: expected 0 to 1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit(slip_tests_of(joint, slips), free=free, fixed=fixed, starts=1)
 
 
 # --- select -------------------------------------------------------------------------------------------------

@@ -319,7 +319,7 @@ STIFFNESS = FailureMode(
     "Stiffness ratios",
     "A separation has 16 digits. With a contact 1e9 times as stiff as the bond, the traction has seven "
     "digits. An elastic tangent diverges as soon as the contact is more than twice as stiff as the bond.",
-    "Choose kc between 10 and 1e4, which makes the contact stiff enough, and use the consistent tangent.",
+    "Keep kc at most 1e4, or give the largest closure instead of a large kc, and use the consistent tangent.",
     stiffness,
 )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 
 from .. import contract
-from ..fit.fitting import DEFAULT_FIXED
-from ..fit.search import add_search, check_search, search, write
+from ..fit.model import BOND, KS
+from ..fit.search import add_search, check_search, numbers, search, write
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
@@ -14,10 +14,10 @@ from .joint import SAMPLE, Joint
 UNITS = ("mm", "MPa")
 """Units of the constants that are found."""
 
-FREE = ("sigma0", "Gc", "mu", "theta", "height")
+FREE = ("ks", "mu", "theta", "height")
 
-FIXED = DEFAULT_FIXED | {"kc": 20.0}
-"""Values that are not identified: the contact of a rock joint is much stiffer than its bond."""
+FIXED = {"flat": contract.default("flat"), "kc": 20.0}
+"""Values that are not identified: the curves hardly depend on kc = kn/ks, as they begin under pressure."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,6 +58,11 @@ def _run(options: argparse.Namespace) -> int:
     """Compute the curves of the joint, find the closest RIE, report both."""
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
+    names = {*options.free.split(","), *numbers("--set", options.set, 1)}
+    of_bond = [name for name in BOND if name in names]
+    if of_bond or KS not in names:
+        wrong = ", ".join(of_bond) or f"{KS} is missing"
+        raise ValueError(f"--free {options.free}: {wrong}: expected {KS}, as a joint of Barton has no bond")
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     tests = curves(joint, stresses, options.reach)
     found = search(options, tests, FIXED)
@@ -69,5 +74,6 @@ def _run(options: argparse.Namespace) -> int:
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")
     print(f"\n{props_line(found)}")
-    write(options, found, lambda path: draw(joint, found, path))
+    # the curves have no scatter, so that there is no covariance
+    write(options, found, lambda path: draw(joint, found, path), scatter=False)
     return 0

@@ -26,17 +26,16 @@ REACH = 10.0
 """Default end of the curves, in slips at the peak."""
 
 BY_NATURE = (
-    "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0, and a bond of the RIE stands "
-    "for the curvature of the envelope and for the stiffness before the peak. sigma0 and Gc found here are "
-    "no properties of the rock.",
+    "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0. The RIE has damage0 = 1: ks "
+    "stands for the stiffness before the peak, mu, theta and height for strength and dilation.",
     "The dilation angle of Barton falls with sigma_n, because JRC log10(JCS/sigma_n)/M does. The slope theta "
     "of the RIE does not depend on the stress: one theta stands for the whole range of stresses.",
     "The slip at the peak of Barton does not depend on sigma_n. That of the RIE grows with it, because its "
     "contact is elastic up to friction.",
     "The strength of Barton falls to sigma_n tan(phi_r) only at 100 slips at the peak, and his dilation ends "
     "there.",
-    "The curves have no scatter: the intervals below say how sharply the closest constants are defined, not "
-    "how well the rock is known.",
+    "The curves have no scatter: the intervals below say which constants the curves determine, and how "
+    "sharply, not how well the rock is known. There is no covariance for asperity uncertainty.",
 )
 """Where the two laws differ whatever the constants are, and what the intervals mean."""
 

@@ -67,9 +67,11 @@ class Joint:
             ("sample", self.sample, 0.0 < self.sample < np.inf, "a length in m, > 0"),
             ("length", self.length, self.sample <= self.length < np.inf, f"m, >= sample = {self.sample:g}"),
         )
-        for name, value, holds, expected in rules:
-            if not holds:
-                raise ValueError(f"{name} = {value:g}: expected {expected}")
+        bad = [
+            f"{name} = {value:g}: expected {expected}" for name, value, good, expected in rules if not good
+        ]
+        if bad:
+            raise ValueError("\n".join(bad))
 
     @property
     def jrc_n(self) -> float:

@@ -16,9 +16,6 @@ from ..interface import EquilibriumLost, Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern, direction_vector, unit_vector
 
-MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0")
-"""Constants of the material that the page varies."""
-
 VALUES = {
     "sigma0": 3.0,
     "Gc": 0.3,
@@ -27,6 +24,8 @@ VALUES = {
     "kc": 20.0,
     "height": 0.0,
     "W0": 0.0,
+    "damage0": 0.0,
+    "closure": 0.0,
     "sides": 8.0,
     "theta": 30.0,
     "flat": contract.default("flat"),
@@ -35,6 +34,9 @@ VALUES = {
     "slip": 0.4,
 }
 """Values at the start."""
+
+MATERIAL = tuple(row.name for row in contract.owned("law") if row.name in VALUES)
+"""Constants of the material that the page varies."""
 
 CYCLES: dict[str, tuple[float, ...]] = {
     "one way": (1.0,),

@@ -25,7 +25,7 @@ from bokeh.models import (
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
-from .model import CYCLES, TEXTS, Answer, Choice, answer, in_contact, plan, section
+from .model import CYCLES, MATERIAL, TEXTS, Answer, Choice, answer, in_contact, plan, section
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
 
@@ -37,6 +37,8 @@ SLIDERS: dict[str, tuple[str, float, float, float]] = {
     "kc": ("contact stiffness kc [-]", 0.0, 4.0, 0.05),
     "height": ("asperity height [mm], 0: no end", 0.0, 1.0, 0.01),
     "W0": ("work of wear W0 [N/mm], 0: no wear", 0.0, 5.0, 0.05),
+    "damage0": ("damage from the start [-], 1: no bond", 0.0, 1.0, 0.01),
+    "closure": ("largest closure [mm], 0: linear", 0.0, 0.5, 0.005),
     "sides": ("inclined planes", 0, 16, 1),
     "theta": ("inclination theta [°]", 0.0, 75.0, 0.5),
     "flat": ("weight of the flat plane [-]", 0.0, 1.0, 0.01),
@@ -49,7 +51,7 @@ SLIDERS: dict[str, tuple[str, float, float, float]] = {
 LOGARITHMIC = ("kc",)
 
 GROUPS = {
-    "Material": ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0"),
+    "Material": MATERIAL,
     "Pattern": ("sides", "theta", "flat"),
     "Load path": ("direction", "sigma_N", "slip"),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,19 @@ from ..contract import Floats
 from ..interface import Interface
 from ..parallel import map_in_order
 from .checks import LARGEST_RATIO
-from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem, Scale, material_of
+from .model import (
+    BOND,
+    FINER,
+    INCREMENTS,
+    KS,
+    SCALES,
+    SIDES,
+    STEP,
+    TIMELESS,
+    Problem,
+    Scale,
+    material_of,
+)
 from .shear_test import ShearTest
 
 if TYPE_CHECKING:
@@ -28,7 +40,16 @@ DEFAULT_FREE = ("sigma0", "Gc", "eta", "mu", "theta", "flat", "kc")
 FLAT_FREE = ("sigma0", "Gc", "eta", "mu")
 """The same for a flat joint: its closing stiffness shows in no shear-box test."""
 
-DEFAULT_FIXED = {"eta": 0.9} | {name: contract.default(name) for name in ("flat", "kc", "height", "W0")}
+
+def needed(sides: int | None, given: Container[str]) -> list[str]:
+    """Parameters that are free or set in a fit in which these are given."""
+    names = FLAT_FREE if sides == 0 else DEFAULT_FREE
+    return [KS, *(name for name in names if name not in BOND)] if KS in given else list(names)
+
+
+DEFAULT_FIXED = {"eta": 0.9} | {
+    row.name: row.default for row in TIMELESS if row.default is not None and row.name != "theta"
+}
 """Values of parameters that a given list of free ones leaves out."""
 
 STARTS_TRIED = 5
@@ -95,13 +116,21 @@ BOUNDS = {
     "theta": (0.5, 75.0),
     "flat": (0.005, 0.95),
     "kc": (0.1, 1e3),
+    "damage0": (0.01, 0.99),
 }
-"""Bounds of the parameters; those of sigma0, Gc, height and W0 depend on the tests."""
+"""Bounds of the parameters; those with the unit of a stress or a length depend on the tests."""
 
 DEGREES = " in degrees"
 """Remark after bounds of theta in messages."""
 
-STARTS = {"eta": (0.4, 0.97), "mu": (0.15, 1.0), "theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+STARTS = {
+    "eta": (0.4, 0.97),
+    "mu": (0.15, 1.0),
+    "theta": (5.0, 45.0),
+    "flat": (0.1, 0.6),
+    "kc": (0.5, 50.0),
+    "damage0": (0.05, 0.95),
+}
 """Ranges from which starts are drawn."""
 
 
@@ -262,9 +291,9 @@ def fit(
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of sigma0, Gc, eta, mu, theta (degrees), flat, kc, height, W0.  Without
-    `free` DEFAULT_FREE are free as far as they are not fixed; a parameter that neither of them has takes its
-    value in DEFAULT_FIXED.
+    free, fixed: names and values of SCALES, theta in degrees.  Without `free` DEFAULT_FREE are free as far as
+    they are not fixed; a parameter that neither of them has takes its value in DEFAULT_FIXED.  With ks in one
+    of them the joint has no bond, and neither may have a parameter of BOND.
     start: additional start besides the best points of a Latin hypercube; `starts` is the number of all
     starts, `seed` that of the hypercube; if fewer than AGREEING of them reach the smallest sum of squares,
     up to MORE_STARTS times as many are tried.  bounds: (low, high) by name.  increments: smallest number
@@ -281,7 +310,7 @@ def fit(
         if not 1 <= value <= most:
             raise ValueError(f"{name} = {value}: expected 1 to {most}")
     if free is None:
-        free = [name for name in (FLAT_FREE if sides == 0 else DEFAULT_FREE) if name not in (fixed or {})]
+        free = [name for name in needed(sides, fixed or {}) if name not in (fixed or {})]
     if not 0.0 <= model_error < 1.0:
         raise ValueError(f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
     problem = _problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
@@ -417,8 +446,14 @@ def _problem(
         raise ValueError(f"sides = {sides}: expected 0, or 2 to {MOST_SIDES}")
     if not np.isfinite(direction):
         raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
+    unbonded = KS in free or KS in fixed
+    of_bond = [name for name in BOND if unbonded and (name in free or name in fixed)]
+    if of_bond:
+        raise ValueError(f"{', '.join(of_bond)}: expected without ks, which is that of a joint without bond")
     known = DEFAULT_FIXED | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
-    missing = [name for name in SCALES if name not in free and name not in known]
+    needed = [name for name in SCALES if name not in (BOND if unbonded else (KS,))]
+    known = {name: value for name, value in known.items() if name in needed}
+    missing = [name for name in needed if name not in free and name not in known]
     if missing:
         raise ValueError(f"{missing[0]}: expected it among the free ones, or a value set")
     inclined = [name for name in ("theta", "flat", "height", "W0") if name in free]
@@ -438,7 +473,10 @@ def _problem(
         "Gc": (1e-6 * largest * length, 150.0 * largest * length),
         "height": (1e-3 * length, 1e3 * length),
         "W0": (1e-3 * largest * length, 1e3 * largest * length),
+        "closure": (1e-5 * length, 1e2 * length),
+        KS: (1e-2 * largest / length, 1e5 * largest / length),
     }
+    within |= {"sigma02": within["sigma0"], "Gc2": within["Gc"]}
     for name, (low, high) in bounds.items():
         if not 0.0 < low < high < SCALES[name].top:
             raise ValueError(
@@ -468,6 +506,8 @@ def _problem(
 
 def _check_lengths(problem: Problem, length: float) -> None:
     """Raise ValueError where the slips cannot have the unit of 2 Gc/sigma0, if that is known."""
+    if KS in problem.free or KS in problem.fixed:
+        return
     ends = [
         [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
         for name in ("Gc", "sigma0")
@@ -512,7 +552,10 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
         "s_f": (0.02 * length, 1.5 * length),
         "height": (0.03 * length, 3.0 * length),
         "W0": (0.05 * largest * length, 5.0 * largest * length),
+        "closure": (1e-3 * length, 0.3 * length),
+        KS: (largest / length, 1e3 * largest / length),
     }
+    ranges |= {"sigma02": ranges["sigma0"], "Gc2": (0.01 * largest * length, 1.5 * largest * length)}
     rng = np.random.default_rng(seed)
     strata = rng.permuted(np.tile(np.arange(SAMPLES), (len(problem.free), 1)), axis=1).T
     points = []

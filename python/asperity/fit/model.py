@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import contract
 from ..contract import Floats
 from ..interface import Interface, slip_path
 from ..material import Material
@@ -22,8 +23,21 @@ SIDES = 8
 INCREMENTS = 200
 """Smallest number of increments along a test, with which a fit begins."""
 
-MATERIAL = ("sigma0", "Gc", "eta", "mu", "kc", "height", "W0")
+TIMELESS = tuple(
+    row
+    for row in contract.owned("law", "pattern")
+    if not row.integral and row.lower >= 0.0 and row.name != "tau_v"
+)
+"""Constants that can be identified: numbers >= 0 that matter in tests without a time."""
+
+MATERIAL = tuple(row.name for row in TIMELESS if row.owner == "law")
 """Parameters of the material; the others are those of the pattern."""
+
+KS = "ks"
+"""Shear stiffness of a joint without bond, a parameter in place of those of the bond."""
+
+BOND = ("sigma0", "Gc", "eta", "sigma02", "Gc2", "damage0")
+"""Parameters of the material that a joint without bond does not have."""
 
 PRELOAD = 50
 """Increments in which sigma_N is applied before the slip."""
@@ -68,17 +82,12 @@ class Scale:
         return float(np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x)))
 
 
+LARGEST_TOP = 90.0
+"""Largest upper end of a range (theta in degrees, fractions) that does not only keep products finite."""
+
 SCALES = {
-    "sigma0": Scale(),
-    "Gc": Scale(),
-    "eta": Scale(1.0),
-    "mu": Scale(),
-    "theta": Scale(90.0),
-    "flat": Scale(1.0),
-    "kc": Scale(),
-    "height": Scale(),
-    "W0": Scale(),
-}
+    row.name: Scale(float(np.ceil(row.upper)) if row.upper <= LARGEST_TOP else np.inf) for row in TIMELESS
+} | {KS: Scale()}
 """Transforms of the parameters that can be identified."""
 
 
@@ -184,8 +193,11 @@ class Problem:
 
 
 def material_of(values: Mapping[str, float]) -> Material:
-    """Material of parameters by name; height and W0 have their defaults where they are missing."""
-    return Material(**{name: values[name] for name in MATERIAL if name in values})
+    """Material of parameters by name, or their defaults; with ks that of a joint without bond."""
+    given = {name: values[name] for name in MATERIAL if name in values}
+    if KS not in values:
+        return Material(**given)
+    return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
 
 
 def _path(slip: Floats, increments: int, refinement: int) -> _Path:

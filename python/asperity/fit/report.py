@@ -11,7 +11,7 @@ import numpy as np
 
 from ..contract import Floats
 from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
-from .model import FINER, MATERIAL, STEP, transformed
+from .model import FINER, KS, MATERIAL, STEP, TIMELESS, transformed
 from .shear_test import ShearTest
 from .units import NONE
 
@@ -30,8 +30,8 @@ WIDTH = 110
 MOST_TURNS = 20
 """Largest number of reversals that a case file repeats; noise on the slip makes more."""
 
-ABSENT = ("height", "W0")
-"""Parameters that are left out where they are 0, which stands for a law without them."""
+ABSENT = tuple(row.name for row in TIMELESS if row.default == 0.0)
+"""Parameters that are left out where they are 0, their default."""
 
 CASE_INCREMENTS = 100
 """Increments of a step in the case file."""
@@ -42,7 +42,8 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     problem = found.problem
     length, stress = units
     of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
-    of |= {"s_f": length, "s0": length, "height": length, "W0": f"{stress} {length}"}
+    of |= {"s_f": length, "s0": length, "height": length, "W0": f"{stress} {length}", "closure": length}
+    of |= {"sigma02": stress, "Gc2": f"{stress} {length}", KS: f"{stress}/{length}"}
     lines = []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
@@ -317,7 +318,14 @@ def case_text(found: Fit) -> str:
     turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
     held = sorted({float(f"{test.sigma_N:.4g}") for test in problem.tests}, reverse=True)
     several = len(held) > 1
-    there = [name for name in MATERIAL if found.values[name] or name not in ABSENT]
+    if KS in values:
+        values["kn"] = f"{found.values[KS] * found.values['kc']:.6g}"
+    there = ["kn", KS] if KS in values else []
+    there += [
+        name
+        for name in MATERIAL
+        if name in values and (found.values[name] or name not in ABSENT) and not (there and name == "kc")
+    ]
     material = ", ".join(f"{name} = {values[name]}" for name in there)
     pattern = f"sides = {problem.sides}"
     if problem.sides > 0:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..parallel import add_workers, progress_bar, workers
 from .covariance import covariance_text, file_of
-from .fitting import DEFAULT_FREE, FLAT_FREE, STARTS_TRIED, Fit, fit
+from .fitting import DEFAULT_FREE, STARTS_TRIED, Fit, fit, needed
 from .model import INCREMENTS, SCALES, SIDES
 from .shear_test import ShearTest
 from .verdict import Change
@@ -120,9 +120,16 @@ def search(
 
 
 def write(
-    options: argparse.Namespace, found: Fit, draw: Callable[[Path], None], drawing_only: bool = False
+    options: argparse.Namespace,
+    found: Fit,
+    draw: Callable[[Path], None],
+    drawing_only: bool = False,
+    scatter: bool = True,
 ) -> None:
-    """Print the card and write picture and case file, as far as the options ask for them."""
+    """Print the card and write picture, case file and covariance, as far as the options ask for them.
+
+    scatter: whether the tests have one; without it there is no covariance.
+    """
     from .report import case_text
 
     if options.card is not None and not drawing_only:
@@ -131,7 +138,9 @@ def write(
         draw(options.plot)
         print(options.plot)
     if options.case is not None and not drawing_only:
-        files = {options.case: case_text(found), file_of(options.case): covariance_text(found)}
+        files = {options.case: case_text(found)}
+        if scatter:
+            files[file_of(options.case)] = covariance_text(found)
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
             print(path)
@@ -159,8 +168,8 @@ class Search:
         self.free: list[str] | None = None
         if options.free is not None:
             self.free = [name.strip() for name in options.free.split(",") if name.strip()]
-            needed = FLAT_FREE if options.sides == 0 else DEFAULT_FREE
-            missing = [name for name in needed if name not in {*self.free, *self.fixed}]
+            given = {*self.free, *self.fixed}
+            missing = [name for name in needed(options.sides, given) if name not in given]
             if missing and strict:
                 raise ValueError(
                     f"--free {options.free}: {', '.join(missing)}: expected each parameter free or set, as "

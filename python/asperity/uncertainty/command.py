@@ -195,6 +195,11 @@ def _distribution(options: argparse.Namespace, case: Case) -> tuple[Distribution
                 "or --sd NAME=VALUE"
             )
         known = covariance.read(path)
+        for name in known.names:
+            if name not in CONSTANTS:
+                raise ValueError(
+                    f"{path}: {name} is no constant of PROPS: expected --sd with {', '.join(CONSTANTS)}"
+                )
         for name, value in zip(known.names, known.values, strict=True):
             of_case = props[contract.index(name)]
             if abs(of_case - value) > DIGITS * abs(value):

@@ -10,9 +10,9 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..fit.covariance import Covariance
-from ..fit.model import LARGEST_EXPONENT, SCALES
+from ..fit.model import LARGEST_EXPONENT, SCALES, TIMELESS
 
-CONSTANTS = tuple(SCALES)
+CONSTANTS = tuple(row.name for row in TIMELESS)
 """Constants that may be uncertain."""
 
 LEAST_EIGENVALUE = -1.0e-9
