@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
+from .options import add_workers, progress_bar, units_of, workers
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
 BAD_INPUT = 1
@@ -121,8 +122,6 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         metavar="LENGTH,STRESS",
         help="units for the labels of the plot (default: mm,MPa)",
     )
-    from .parallel import add_workers
-
     add_workers(run, "one driver runs all values of a sweep")
     run.set_defaults(action=_run)
 
@@ -156,9 +155,7 @@ def _run(options: argparse.Namespace) -> int:
     """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
     if options.units is not None and options.plot is None:
         raise ValueError(f"--units {options.units}: expected with --plot, whose labels have units")
-    units = (options.units or "mm,MPa").split(",")
-    if len(units) != 2:
-        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
+    units = units_of(options.units or "mm,MPa")
     if options.plot not in (None, Path()):
         from .style import check
 
@@ -172,14 +169,15 @@ def _run(options: argparse.Namespace) -> int:
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
-        from .plots import draw
+        from .plots import figure_of
+        from .style import save
 
         png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
         case = read_case(path)
         joints = {(run.material, run.pattern): run.interface for run in case.runs}
         joint = next(iter(joints.values())) if len(joints) == 1 else None
-        draw(results, png, case.title, case.sweep, *units, joint)
+        save(figure_of(results, case.title, case.sweep, *units, joint), png)
         print(png)
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
@@ -190,7 +188,6 @@ def _driven(path: Path, output: Path, passed_on: Sequence[str], options: argpars
     """Run the driver, or with --jobs one for each value of a sweep; return the exit code."""
     if options.jobs is None:
         return subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
-    from .parallel import progress_bar, workers
     from .sweeps import number_of_runs, run_sweep
 
     with workers(options) as executor, progress_bar(number_of_runs(path), "run") as bar:

@@ -72,7 +72,7 @@ NEAR_FRAME = 0.75
 
 @contextmanager
 def printed() -> Iterator[None]:
-    """Use the settings of this style inside the block; those of the caller are restored after it."""
+    """Use the settings of this style in a block or, as a decorator, in a function; then restore others."""
     with matplotlib.rc_context(_SETTINGS):
         yield
 
@@ -89,6 +89,7 @@ def check(path: Path) -> None:
         raise ValueError(f"{path}: expected a name that ends in {' or '.join(FORMATS)}")
 
 
+@printed()
 def save(figure: Figure, path: Path) -> None:
     """Write a figure to a file whose name ends in one of FORMATS."""
     check(path)

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
-from asperity.parallel import map_in_order, progress_bar
+from asperity.options import progress_bar
+from asperity.parallel import map_in_order
 from asperity.pattern import Pattern
 from asperity.plots import COLOURS, plt
 from matplotlib.colors import BoundaryNorm, TwoSlopeNorm

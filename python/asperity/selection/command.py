@@ -16,7 +16,8 @@ import numpy as np
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
-from ..parallel import add_workers, map_in_order, progress_bar, workers
+from ..options import add_workers, progress_bar, workers
+from ..parallel import map_in_order
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
 from .search import (

@@ -14,7 +14,7 @@ from .. import contract
 from ..case_files import read_case
 from ..contract import Floats
 from ..interface import Interface
-from ..parallel import progress_bar
+from ..options import progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report

@@ -30,6 +30,7 @@ LONGEST = 12.0
 """Length of the drawn part of a profile over its height: the picture is to scale."""
 
 
+@printed()
 def draw(
     scan: Scan,
     found: Facets,
@@ -46,21 +47,6 @@ def draw(
     patterns: listed and regular; label: plane of the chosen pattern for every facet; scales (n, 3 or more):
     sampling length, mean and rms slope.
     """
-    with printed():
-        save(_figure(scan, found, patterns, chosen, label, slips, scales, title), png)
-
-
-def _figure(
-    scan: Scan,
-    found: Facets,
-    patterns: tuple[Pattern, Pattern],
-    chosen: Pattern,
-    label: np.ndarray,
-    slips: Slips,
-    scales: Floats,
-    title: str,
-) -> Figure:
-    """Figure of `draw`."""
     planes = Planes.of(chosen)
     listed, regular = map(Planes.of, patterns)
     name = "list" if chosen == patterns[0] else "nearest regular pattern"
@@ -77,7 +63,7 @@ def _figure(
         _scales(figure.add_subplot(grid[1, 0]), scan, scales)
         _strengths(figure.add_subplot(grid[1, 1]), listed, regular, slips)
     figure.suptitle(title)
-    return figure
+    save(figure, png)
 
 
 def _colours(planes: Planes) -> Floats:

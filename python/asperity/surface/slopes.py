@@ -83,7 +83,7 @@ class Planes:
         found: Floats = self.gradients.T @ (self.nominal[:, None] * self.gradients)
         return found
 
-    def uphill(self, angles: Floats, tick: Tick | None = None) -> tuple[Floats, Floats]:
+    def uphill(self, angles: Floats, tick: Tick = lambda: None) -> tuple[Floats, Floats]:
         """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
         mean, square = np.empty(len(angles)), np.empty(len(angles))
         for i, angle in enumerate(angles):  # one angle at a time saves memory: a map has millions of facets
@@ -91,11 +91,10 @@ class Planes:
             mean[i] = self.nominal @ up
             up *= up
             square[i] = self.nominal @ up
-            if tick is not None:
-                tick()
+            tick()
         return mean, np.sqrt(square)
 
-    def residual(self, angles: Floats, mu: float, tick: Tick | None = None) -> Floats:
+    def residual(self, angles: Floats, mu: float, tick: Tick = lambda: None) -> Floats:
         """Residual strength over |sigma_N| for slip along each angle (radians); inf: the joint locks.
 
         Only the planes that are steepest along the slip are in contact.  The closure of each is n_N times a
@@ -112,8 +111,7 @@ class Planes:
             w = np.hypot(1.0, top)
             pressed = load @ (n_N - mu * top / w)
             found[i] = load @ (n_N * along[touching] + mu / w) / pressed if pressed > 0.0 else np.inf
-            if tick is not None:
-                tick()
+            tick()
         return found
 
 
@@ -144,7 +142,7 @@ class Slips:
     residual: Floats
 
     @classmethod
-    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick | None = None) -> Slips:
+    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick = lambda: None) -> Slips:
         """Compute the slips of facets or planes; tick is called twice for each angle."""
         return cls(angles, mu, found.uphill(angles, tick), found.residual(angles, mu, tick))
 
