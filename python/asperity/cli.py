@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
-from .options import add_workers, progress_bar, units_of, workers
+from .options import add_workers, check_picture, progress_bar, units_of, workers
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
 BAD_INPUT = 1
@@ -157,9 +157,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--units {options.units}: expected with --plot, whose labels have units")
     units = units_of(options.units or "mm,MPa")
     if options.plot not in (None, Path()):
-        from .style import check
-
-        check(options.plot)
+        check_picture(options.plot)
     path = Path(options.case)
     path = path if path.is_file() or path.suffix else named_case(options.case)
     output = options.output or Path(path.stem + ".csv")

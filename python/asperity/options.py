@@ -1,4 +1,4 @@
-"""What several commands have in common: --jobs, --units, and a progress bar."""
+"""What several commands have in common: --jobs, --units, names of pictures, and a progress bar."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import signal
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 
@@ -43,3 +44,9 @@ def units_of(text: str) -> tuple[str, str]:
     if not comma or "," in stress:
         raise ValueError(f"--units {text}: expected LENGTH,STRESS")
     return length, stress
+
+
+def check_picture(path: Path) -> None:
+    """Raise ValueError unless the name of a picture ends in .png or .pdf."""
+    if path.suffix not in (".png", ".pdf"):
+        raise ValueError(f"{path}: expected a name that ends in .png or .pdf")

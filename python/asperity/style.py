@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .contract import Floats
+from .options import check_picture
 
 ONE, TWO = 3.5, 7.2
 """Widths of a picture for one column and for two columns of a journal, inches.
@@ -29,9 +30,6 @@ LINES = ("-", "--", "-.", ":")
 
 DPI = 200
 """Resolution of PNG files, dots per inch."""
-
-FORMATS = (".png", ".pdf")
-"""Endings of the names of pictures."""
 
 TYPE = 8.0
 """Size of the type, points."""
@@ -83,16 +81,10 @@ def new_figure(width: float, height: float, **subplots: object) -> tuple[Figure,
     return figure, figure.subplots(squeeze=False, **subplots).ravel()
 
 
-def check(path: Path) -> None:
-    """Raise ValueError unless the name of a picture ends in one of FORMATS."""
-    if path.suffix not in FORMATS:
-        raise ValueError(f"{path}: expected a name that ends in {' or '.join(FORMATS)}")
-
-
 @printed()
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure to a file whose name ends in one of FORMATS."""
-    check(path)
+    """Write a figure to a file whose name ends in .png or .pdf."""
+    check_picture(path)
     path.write_bytes(encoded(figure, path.suffix))
 
 
