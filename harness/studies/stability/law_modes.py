@@ -9,11 +9,12 @@ from itertools import pairwise
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
-from asperity.interface import EquilibriumLost, Interface, work_along
+from asperity.interface import EquilibriumLost, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
 from numpy.typing import ArrayLike, NDArray
 
+from ..driven import work_along
 from ..extensions import locked
 from ..newton import NewtonStudy, newton_paths, newton_study, slip_targets
 from .explicit import Flight, Vumat, fly

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.installed import stability_case
+from asperity.installed import named_case
 from asperity.material import Material
-from asperity.results import driven
 
+from ..driven import driven
 from ..newton import NewtonStudy
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Driven:
 
 def drive(case: str | Path) -> Driven:
     """Run a case of the catalogue, or a case file, by the driver."""
-    path = case if isinstance(case, Path) else stability_case(case)
+    path = case if isinstance(case, Path) else named_case(f"stability/{case}")
     with driven(path) as (done, output):
         if not output.is_file():
             raise ValueError(done.stderr.strip())

@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.interface import Interface, work_along
+from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern, direction_vector
 
+from ..driven import work_along
 from ..newton import NewtonStudy, newton_path, newton_study
 from .branches import draw as draw_branches
 from .branches import steep_snap

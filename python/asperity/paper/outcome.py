@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.integrate import trapezoid
 
-from ..case_files import SlipTest, read_case, slip_tests
+from ..case_files import Run, SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..curve_pictures import SLIP, TRACTION, curves, merged
-from ..installed import cases
+from ..installed import named_case
 from ..pattern import Pattern, direction_vector
-from ..results import Rows, drive
 from ..style import ONE, new_figure
 from .fracture_energy import Energies
 
@@ -28,11 +28,10 @@ MOST_ROWS = 101
 class Curve:
     """Computed slip test from s_L = 0 on; lost: whether it ends because no equilibrium is left.
 
-    s_L, s_N (T,), mm; tau_L along and tau_across left of the direction, MPa; damage (T,).
+    traction (T, 3), MPa; s_L, s_N (T,), mm; tau_L along and tau_across left of the direction; damage (T,).
     """
 
     test: SlipTest
-    separation: Floats
     traction: Floats
     s_L: Floats
     s_N: Floats
@@ -44,7 +43,7 @@ class Curve:
     @property
     def energy(self) -> float:
         """Area under the curve (40) by the trapezoid rule over its rows, N/mm."""
-        return float(np.sum(0.5 * (self.tau_L[1:] + self.tau_L[:-1]) * np.diff(self.s_L)))
+        return float(trapezoid(self.tau_L, self.s_L))
 
 
 @dataclass(frozen=True)
@@ -90,28 +89,26 @@ class Entry:
         return f"figure{int(digits):02d}{self.number[len(digits) :]}"
 
     def run(self) -> Outcome:
-        """Run the cases by the driver, compute and draw."""
+        """Run the cases, compute and draw."""
         return self.make(*(run_case(stem) for stem in self.cases))
 
 
 def run_case(stem: str) -> Case:
-    """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
-    path = next(path for path in cases() if path.stem == stem)
-    results = drive(path)
-    case = read_case(path)
-    return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
+    """Run a case of the paper."""
+    case = read_case(named_case(stem))
+    return Case(case.title, case.sweep, tuple(map(_curve, slip_tests(case), case.runs)))
 
 
-def _curve(test: SlipTest, rows: Rows) -> Curve:
+def _curve(test: SlipTest, run: Run) -> Curve:
     """Curve of a test from the end of its preload on; without a preload it starts at the virgin point."""
-    first = test.preload - 1
-    s, t, damage = (column[max(first, 0) :] for column in (rows.separation, rows.traction, rows.damage))
-    if first < 0:
+    rows, lost = run.interface.rows(run.steps)
+    columns = (rows.separation, rows.traction, rows.damage)
+    s, t, damage = (column[max(test.preload - 1, 0) :] for column in columns)
+    if test.preload == 0:
         s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
     e = direction_vector(test.direction)
     across = np.array([-e[1], e[0]])
-    lost = "lost" in rows.events[-1]
-    return Curve(test, s, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
+    return Curve(test, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, bool(lost))
 
 
 ROUNDING = 1.0e-12
@@ -175,8 +172,7 @@ def ends_of_strokes(curve: Curve) -> list[int]:
 def loop_work(curve: Curve) -> float:
     """Area of the closed loop of the last two strokes, stress*length."""
     first = ends_of_strokes(curve)[-3]
-    tau, s = curve.tau_L[first:], curve.s_L[first:]
-    return float(np.sum(0.5 * (tau[1:] + tau[:-1]) * np.diff(s)))
+    return float(trapezoid(curve.tau_L[first:], curve.s_L[first:]))
 
 
 def family(case: Case, labels: str) -> tuple[Figure, tuple[str, tuple[str, ...]]]:

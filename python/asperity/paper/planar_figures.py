@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ..curve_pictures import DILATION, SLIP, TRACTION, curves
 from ..style import COLOURS, ONE, TWO, new_figure
@@ -27,7 +28,7 @@ def figure_2(case: Case) -> Outcome:
     s_f, s_0 = m.s_f, m.s_0
     s, t = curve.s_N, curve.traction[:, 0]
     triangle = np.interp(s, [0.0, s_0, s_f, s[-1]], [0.0, m.sigma0, 0.0, 0.0])
-    area = float(np.sum(0.5 * (t[1:] + t[:-1]) * np.diff(s)))
+    area = float(trapezoid(t, s))
     figure, (ax,) = new_figure(ONE, 2.3)
     curves(ax, [("", s, t, False)], "opening $s_N$ [mm]", r"traction $\sigma_N$ [MPa]")
     ax.plot([s_0, s_f], [m.sigma0, 0.0], "o", color=COLOURS[1], markersize=5)
