@@ -26,6 +26,16 @@ subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_fac
   n_inclined = max_inclined
 end subroutine contract_sizes
 
+!> Constants of a joint without bond.
+subroutine contract_unbonded(kn, ks, props)
+  use asperity_contract, only: unbonded_props
+  implicit none
+  double precision, intent(in) :: kn          !! stiffness in closing, stress/length
+  double precision, intent(in) :: ks          !! stiffness in shear, stress/length
+  double precision, intent(out) :: props(4)   !! sigma0, Gc, eta, kc
+  props = unbonded_props(kn, ks)
+end subroutine contract_unbonded
+
 !> Entry i of PROPS.
 subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper, default_value, whole)
   use asperity_contract, only: integral_props, prop_table

@@ -2,7 +2,8 @@
 module case_material
   use asperity_checks, only: review_props
   use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_damage0, &
-    p_eta, p_flat, p_gc, p_gc2, p_height, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
+    p_eta, p_flat, p_gc, p_gc2, p_height, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok, &
+    unbonded_props
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, to_text
   use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
@@ -176,8 +177,6 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     !> Constants that kn and ks give.
     integer, parameter :: derived(6) = [p_sigma0, p_gc, p_eta, p_sigma02, p_gc2, p_kc]
-    !> Separation at the onset of the damage that the bond would have, length; it only scales tolerances.
-    real(wp), parameter :: s0 = 1.0e-3_wp
     integer :: e, i
     do i = 1, 2
       if (of_joint(i) == 0) call append(message, entry_where(text, of_joint(3 - i)) // ": expected " // &
@@ -192,11 +191,8 @@ contains
       end if
     end do
     given(derived) = .true.
-    props(p_sigma0) = stiffness(2)*s0
-    props(p_gc) = stiffness(2)*s0**2
-    props(p_eta) = 0.5_wp
+    props([p_sigma0, p_gc, p_eta, p_kc]) = unbonded_props(stiffness(1), stiffness(2))
     props(p_damage0) = 1.0_wp
-    props(p_kc) = stiffness(1)/stiffness(2)
     props([p_sigma02, p_gc2]) = 0.0_wp
     if (props(p_kc) > prop_table(p_kc)%upper) call append(message, entry_where(text, of_joint(1)) // &
       ": expected at most 1e10 ks")

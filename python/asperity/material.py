@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import contract
+from . import _core, contract
 
 
 class ModelWarning(UserWarning):
@@ -44,8 +44,8 @@ class Material(_Constants):
     def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
         """Material of a joint without bond, such as a rock joint: damage0 = 1.
 
-        Its bond only gives the stiffness: K = ks, kc = kn/ks, with eta = 0.5 and a separation at the onset of
-        damage of 0.001, which has no effect but on the tolerances of a load path.
+        Its bond only gives the stiffness: K = ks, kc = kn/ks. The separation at the onset of the damage that
+        it would have has no effect but on the tolerances of a load path.
 
         Parameters
         ----------
@@ -78,9 +78,8 @@ class Material(_Constants):
         except ValueError as error:
             bad.append(str(error))
         _positive(bad, kn=kn, ks=ks)
-        scale = 1e-3
-        bond = {"sigma0": scale * ks, "Gc": scale**2 * ks, "eta": 0.5, "kc": kn / ks, "damage0": 1.0}
-        return cls(mu=mu, **others | bond)
+        sigma0, Gc, eta, kc = _core.contract_unbonded(kn, ks).tolist()
+        return cls(sigma0, Gc, eta, mu, **others | {"kc": kc, "damage0": 1.0})
 
     @classmethod
     def from_masonry(

@@ -12,6 +12,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.optimize import isotonic_regression
 
 from .contract import Floats
 from .options import check_picture
@@ -159,16 +160,7 @@ def label_ends(ax: Axes, title: str = "") -> None:
 def _apart(levels: Sequence[float], height: float) -> list[float]:
     """Levels moved apart to at least the height of a text, in their order, as little as possible."""
     order = np.argsort(levels, kind="stable")
-    wanted = np.array(levels)[order] - height * np.arange(len(levels))
-    # isotonic regression: neighbours in the wrong order share their mean
-    blocks: list[list[float]] = []
-    for value in wanted:
-        blocks.append([value, 1.0])
-        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
-            value_2, count_2 = blocks.pop()
-            value_1, count_1 = blocks.pop()
-            blocks.append([(value_1 * count_1 + value_2 * count_2) / (count_1 + count_2), count_1 + count_2])
-    spread = np.concatenate([np.full(int(count), value) for value, count in blocks]) if blocks else wanted
+    steps = height * np.arange(len(levels))
     found = np.empty(len(levels))
-    found[order] = spread + height * np.arange(len(levels))
+    found[order] = isotonic_regression(np.array(levels)[order] - steps).x + steps
     return [float(level) for level in found]

@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, plane_statev, facet_statev, statev_row
+  public :: prop_type, statev_type, n_statev, plane_statev, facet_statev, statev_row, unbonded_props
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -181,5 +181,15 @@ contains
     if (i > n_point_statev) row = damage_row + modulo(i - damage_row, n_plane_statev)
     if (i > n_statev(n)) row = worn_row + modulo(i - n_statev(n) - 1, n_facet_statev)
   end function statev_row
+
+  !> sigma0, Gc, eta and kc of a joint without bond: the bond gives the stiffness alone.
+  pure function unbonded_props(kn, ks) result(props)
+    real(wp), intent(in) :: kn   !! stiffness in closing, stress/length
+    real(wp), intent(in) :: ks   !! stiffness in shear, stress/length
+    real(wp) :: props(4)
+    !> Separation at the onset of the damage that the bond would have, length; it only scales tolerances.
+    real(wp), parameter :: s0 = 1.0e-3_wp
+    props = [ks*s0, ks*s0**2, 0.5_wp, kn/ks]
+  end function unbonded_props
 
 end module asperity_contract

@@ -18,7 +18,6 @@ from asperity.cli import main
 from asperity.installed import cases, driver
 
 from harness.studies import compare, tables
-from harness.studies.driven import drive
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 CASE = """&case title = 'Slip and back' /
@@ -232,7 +231,9 @@ def test_picture_shows_the_rows() -> None:
     """Curves show columns over the slip, with units, labels of a sweep, a cross at a lost equilibrium."""
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
-    figure = plots.figure_of({1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, "Title", "theta", "m", "Pa")
+    figure = plots.figure_of(
+        {1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, "Title", "theta", "m", "Pa"
+    )
     shown = [[line.get_xydata().tolist() for line in ax.lines] for ax in figure.axes]
     assert shown[0] == [[[0, 0], [1, 4], [2, 7]], [[0, 0], [1, 8], [2, 14]], [[2, 14]]]
     assert shown[1][0] == [[0, 0], [1, 0.1], [2, 0.3]]
@@ -377,7 +378,7 @@ def test_compare_judges_every_column(
     path = Path(write("case.nml", CASE))
 
     def wrong(case: Path) -> dict[float | None, results.Rows]:
-        rows = drive(case)[None]
+        rows = results.drive(case)[None]
         i = results.COLUMNS.index(column)
         fields = np.column_stack([rows.separation, rows.traction, rows.damage, rows.energies])
         fields[-1, i] += value
