@@ -16,6 +16,7 @@ from scipy.optimize import isotonic_regression
 
 from .contract import Floats
 from .options import check_picture
+from .steps import turns_of
 
 ONE, TWO = 3.5, 7.2
 """Widths of a picture for one column and for two columns of a journal, inches.
@@ -108,12 +109,10 @@ def encoded(figure: Figure, ending: str) -> bytes:
 
 def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: object) -> None:
     """Draw an arrow on each branch of a path with reversals; a path without a reversal gets none."""
-    ways = np.sign(np.diff(x))
-    moving = np.flatnonzero(ways)
-    turns = moving[1:][np.diff(ways[moving]) != 0]
-    if turns.size == 0 or turns.size > MOST_TURNS:
+    turns = turns_of(x).tolist()
+    if not 2 < len(turns) <= MOST_TURNS + 2:
         return
-    for first, last in pairwise([int(moving[0]), *turns.tolist(), len(x) - 1]):
+    for first, last in pairwise(turns):
         wanted = x[first] + PLACE * (x[last] - x[first])
         at = max(first + int(np.argmin(np.abs(x[first : last + 1] - wanted))), 1)
         style = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11, "color": colour}

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..curve_pictures import DILATION, ENERGY, SLIP, TRACTION, curves, polar
+from ..steps import turns_of
 from ..style import COLOURS, ONE, TWO, label_ends, new_figure
 from .fracture_energy import MATERIAL, fracture_energy
 from .outcome import (
@@ -14,7 +15,6 @@ from .outcome import (
     Case,
     Outcome,
     curves_csv,
-    ends_of_strokes,
     energy_range,
     family,
     listed,
@@ -73,7 +73,7 @@ def figure_9(case_0: Case, case_45: Case) -> Outcome:
     came_out = []
     for direction, case in ((0, case_0), (45, case_45)):
         for c in case.curves[1:]:
-            ends = listed([f"{c.tau_L[i]:.3f}" for i in ends_of_strokes(c)])
+            ends = listed([f"{c.tau_L[i]:.3f}" for i in turns_of(c.s_L)[1:]])
             came_out.append(
                 f"Along {direction}° under $\\sigma_N$ = {signed(c.test.value)} MPa, $\\tau_L$ at the ends "
                 f"of the strokes is {ends} MPa, and the work of the last loop is {loop_work(c):.3f} N/mm."

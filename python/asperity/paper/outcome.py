@@ -15,6 +15,7 @@ from ..curve_pictures import SLIP, TRACTION, curves, merged
 from ..installed import named_case
 from ..pattern import Pattern, direction_vector
 from ..results import Rows, drive
+from ..steps import turns_of
 from ..style import ONE, new_figure
 from .fracture_energy import Energies
 
@@ -166,15 +167,9 @@ def signed(value: float) -> str:
     return f"{value:g}".replace("-", "−")
 
 
-def ends_of_strokes(curve: Curve) -> list[int]:
-    """Rows at which the strokes of a cycle end."""
-    steps = np.sign(np.diff(curve.s_L))
-    return [*(np.flatnonzero(np.diff(steps)) + 1), len(curve.s_L) - 1]
-
-
 def loop_work(curve: Curve) -> float:
     """Area of the closed loop of the last two strokes, stress*length."""
-    first = ends_of_strokes(curve)[-3]
+    first = turns_of(curve.s_L)[-3]
     return float(trapezoid(curve.tau_L[first:], curve.s_L[first:]))
 
 

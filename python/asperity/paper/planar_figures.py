@@ -6,12 +6,12 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from ..curve_pictures import DILATION, SLIP, TRACTION, curves
+from ..steps import turns_of
 from ..style import COLOURS, ONE, TWO, new_figure
 from .outcome import (
     Case,
     Outcome,
     curves_csv,
-    ends_of_strokes,
     family,
     listed,
     loop_work,
@@ -111,7 +111,7 @@ def figure_5b(case: Case) -> Outcome:
     figure, axes = new_figure(TWO, 2.6, ncols=2)
     curves(axes[0], [("", curve.s_L, curve.tau_L, False)], SLIP, TRACTION)
     curves(axes[1], [("", curve.s_L, curve.s_N, False)], SLIP, DILATION)
-    ends = ends_of_strokes(curve)
+    ends = turns_of(curve.s_L)[1:]
     return Outcome(
         figure,
         (

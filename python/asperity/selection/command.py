@@ -20,6 +20,7 @@ from ..options import add_workers, check_picture, progress_bar, workers
 from ..parallel import map_in_order
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
+from ..steps import turns_of
 from .search import (
     REFERENCE_SIDES,
     Errors,
@@ -131,11 +132,8 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
 
 def _turns(test: SlipTest) -> tuple[float, ...]:
     """Slips at the reversals of a path, and its last slip."""
-    path = np.concatenate([[0.0], test.slips])
-    path = path[np.concatenate([[True], np.diff(path) != 0.0])]
-    ways = np.sign(np.diff(path))
-    last = np.append(ways[1:] != ways[:-1], True) if len(ways) else np.array([], dtype=bool)
-    return tuple(path[1:][last].tolist())
+    path = np.append(0.0, test.slips)
+    return tuple(path[turns_of(path)[1:]].tolist()) if path.any() else ()
 
 
 @dataclass(frozen=True)
