@@ -61,6 +61,16 @@ class Planes:
         """Tangent of the inclination, (n,)."""
         return np.hypot(*self.gradients.T)
 
+    @property
+    def azimuth(self) -> Floats:
+        """Direction up the slope, (n,), radians from Tx towards Ty."""
+        return np.arctan2(self.gradients[:, 1], self.gradients[:, 0])
+
+    @property
+    def inclination(self) -> Floats:
+        """Angle between plane and average plane, (n,), degrees."""
+        return np.degrees(np.arctan(self.slopes))
+
     @cached_property
     def nominal(self) -> Floats:
         """Fractions of the area projected on the average plane, (n,), with sum 1."""
@@ -204,21 +214,19 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
 
 
 def bin_facets(
-    found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0, most: int = 0
+    found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0
 ) -> tuple[Pattern, np.ndarray]:
     """Listed planes of facets, a flat plane first, and the plane of every facet (n,).
 
     Facets inclined by at most `flat` (degrees) are the first bin; the others fall into `directions` sectors
     of azimuth, the first one centred at `start` (degrees), and in each into up to `bins` classes of
     inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest one.  The vector area of a
-    plane is that of its facets.  Raises ValueError for more planes than the library accepts, or than `most`.
+    plane is that of its facets.  Raises ValueError for more planes than the library accepts.
     """
-    limit = most or contract.MAX_INCLINED
     if not (directions >= 1 and bins >= 1):
         raise ValueError(f"{directions} directions, {bins} bins: expected at least 1")
     sector = 2.0 * np.pi / directions
-    azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) - np.radians(start)
-    part = np.floor(azimuth / sector + 0.5 + FLATNESS).astype(int) % directions
+    part = np.floor((found.azimuth - np.radians(start)) / sector + 0.5 + FLATNESS).astype(int) % directions
     part[found.slopes <= max(np.tan(np.radians(flat)), FLATNESS)] = -1
     label = np.full(len(part), -1)
     for k in range(directions):
@@ -230,9 +238,10 @@ def bin_facets(
             label[inside] = k * bins + np.floor(ranks * classes).astype(int)
     label = np.unique(label, return_inverse=True)[1].ravel()
     vectors, label = _merged(found, label)
-    n = len(vectors)
-    if n > limit:
-        raise ValueError(f"{n} planes: expected at most {limit}, fewer bins or directions")
+    if len(vectors) > contract.MAX_INCLINED:
+        raise ValueError(
+            f"{len(vectors)} planes: expected at most {contract.MAX_INCLINED}, fewer bins or directions"
+        )
     area = np.linalg.norm(vectors, axis=1)
     normals = vectors / area[:, None]
     normals[np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]] = (1.0, 0.0, 0.0)
