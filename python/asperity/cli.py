@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
-from .options import add_workers, check_picture, progress_bar, units_of, workers
+from .options import add_workers, check_picture, units_of
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
 BAD_INPUT = 1
@@ -163,7 +163,12 @@ def _run(options: argparse.Namespace) -> int:
     output = options.output or Path(path.stem + ".csv")
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
     passed_on = [f"--{name}" for name in ("planes", "quiet") if getattr(options, name)]
-    code = _driven(path, output, passed_on, options)
+    if options.jobs is None:
+        code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+    else:
+        from .sweeps import run_sweep
+
+        code = run_sweep(path, output, passed_on, options)
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
@@ -180,18 +185,6 @@ def _run(options: argparse.Namespace) -> int:
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
     return code if code >= 0 else BAD_INPUT
-
-
-def _driven(path: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
-    """Run the driver, or with --jobs one for each value of a sweep; return the exit code."""
-    if options.jobs is None:
-        return subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
-    from .sweeps import number_of_runs, run_sweep
-
-    with workers(options) as executor, progress_bar(number_of_runs(path), "run") as bar:
-        code, messages = run_sweep(path, output, passed_on, executor, bar.update)
-    sys.stderr.write(messages)
-    return code
 
 
 if __name__ == "__main__":

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -17,7 +17,7 @@ from .pattern_pictures import plan, section
 from .results import Rows
 from .style import COLOURS, LINES, TWO, direction_arrows, label_ends, printed, save
 
-__all__ = ["COLOURS", "LINES", "figure_of", "plot", "plt", "slip_direction"]
+__all__ = ["COLOURS", "LINES", "figure_of", "plot", "slip_direction"]
 
 
 def slip_direction(separation: Floats) -> Floats:
@@ -97,7 +97,7 @@ def figure_of(
         _geometry(axes[0], shown)
         axes = axes[1:]
     for i, (value, rows) in enumerate(results.items()):
-        colour = COLOURS[i] if len(results) <= len(COLOURS) else plt.cm.cividis(i / len(results))
+        colour = COLOURS[i] if len(results) <= len(COLOURS) else colormaps["cividis"](i / len(results))
         style = LINES[i % len(LINES)]
         e = slip_direction(rows.separation)
         opening = rows.separation[:, 0]
