@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import signal
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,9 @@ def workers(options: argparse.Namespace, jobs: int | None = None) -> AbstractCon
         raise ValueError(f"--jobs {count}: expected 1 to {most}, the number of processors")
     if count == 1:
         return ThreadPoolExecutor(1)
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
     # A fork would copy the locks of threads, but not the threads. On Ctrl-C this process ends the others.
     ignore = (signal.SIGINT, signal.SIG_IGN)
     return ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore)
