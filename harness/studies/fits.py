@@ -29,7 +29,8 @@ from asperity.fit.synthetic import (
     write_record,
 )
 from asperity.fit.units import DEFAULT
-from asperity.parallel import add_workers, map_in_order, progress_bar, workers
+from asperity.options import add_workers, progress_bar, workers
+from asperity.parallel import map_in_order
 from asperity.tables import markdown
 
 from .program import run
