@@ -13,7 +13,7 @@ $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif
 export JOBS ?= 2
 
-builds := suites wide debug sanitize flang
+builds := suites wide debug flang
 parts := lint $(builds) coverage pytest
 passed := build/passed
 venv := .venv/bin
@@ -56,8 +56,8 @@ $(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed
 $(passed)/coverage: $(passed)/debug
 	@$(step) "Coverage of src/ by these suites" $(log) $(venv)/python tools/coverage.py build/debug
 	$(done)
-$(passed)/pytest: selection := --junitxml=build/pytest/junit.xml
-$(passed)/fast: selection := -m "not slow"
+$(passed)/pytest: selection := -m "not long" --junitxml=build/pytest/junit.xml
+$(passed)/fast: selection := -m "not slow and not long"
 $(passed)/pytest $(passed)/fast: $(tree) build/options .venv/installed
 	@$(step) "Python tests" $(log) env PYTHONDONTWRITEBYTECODE= $(venv)/python -m pytest --numprocesses $(JOBS) --dist worksteal $(selection)
 	$(done)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# wheel_commands.sh: what a user does first, run by wheel_test.sh in a root without compiler, LAPACK and NumPy.
+# wheel_commands.sh: what a user does first, run by wheel_test.sh in a root without compiler and NumPy.
 set -eux
 export HOME=/root LC_ALL=C.UTF-8
 for program in gfortran gcc cc pip; do

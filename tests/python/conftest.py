@@ -7,11 +7,14 @@ from pathlib import Path
 
 import pytest
 
-# The workers of pytest share the cores already. NumPy reads this when it is imported, which comes later.
+# The workers of pytest share the cores already. NumPy reads this when it is imported, which comes later;
+# commands start as many processes as there are processors.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from asperity import installed
 from support_driver import CASES, Result, call
+
+os.cpu_count = lambda: 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,4 +1,4 @@
-"""Comparison of the library with the independent NumPy reference and with the 2D law; invariance tests.
+"""Comparison of the library with the independent NumPy reference.
 
 The tolerances are multiples of the rounding error 2.2e-16 times the size of the summed terms.  This size is
 K |s| for tractions, |s| for slips and K |s|^2 for energies, with the largest |s| of the history.
@@ -12,12 +12,12 @@ import warnings
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
-from asperity.contract import N_POINT_STATEV, statev_index, statev_names
+from asperity.contract import N_POINT_STATEV
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.studies.compare import compare, find
-from tests.oracle import planar, reference
+from tests.oracle import reference
 
 TRACTION = 1e-12
 """Of K |s|: 4500 rounding errors, for sums over up to 65 planes after up to 20 increments."""
@@ -29,8 +29,6 @@ TANGENT = 1e-13
 """Of K (1 + (|s|/s0)^2/eta) |s|/|s_T - s_di|: growing damage, and the direction of a small trial stress."""
 
 SEED = 20150131
-
-ENERGIES = [statev_index(name) for name in ("stored", "rupture", "friction")]
 
 
 def random_material(rng: np.random.Generator) -> Material:
@@ -110,14 +108,14 @@ def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance
 def test_random_histories() -> None:
     """Tractions, states and tangents agree for random histories, patterns and parameters.
 
-    Every branch of the law occurs more than 1000 times.
+    Every branch of the law occurs more than 500 times.
     """
     rng = np.random.default_rng(SEED)
     counts = dict.fromkeys(
         itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)), 0
     )
     updates = 0
-    for _ in range(400):
+    for _ in range(200):
         material, (pattern, planes) = random_material(rng), random_pattern(rng)
         p, interface = parameters_of(material), Interface(material, pattern)
         shortest = min(p.s0, p.s02)
@@ -148,8 +146,8 @@ def test_random_histories() -> None:
                 )
             updates += len(s)
             state, s_old = ours.state, s
-    assert updates == 48000
-    assert min(counts.values()) > 1000, counts
+    assert updates == 24000
+    assert min(counts.values()) > 500, counts
 
 
 def trial_distance(planes: reference.Pattern, s: np.ndarray, state: np.ndarray) -> np.ndarray:
@@ -163,7 +161,7 @@ hundredths = st.integers(-500, 500).map(lambda i: i / 100)
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None, derandomize=True)
 @given(
     eta=st.integers(1, 99).map(lambda i: i / 100),
     mu=st.integers(0, 150).map(lambda i: i / 100),
@@ -199,95 +197,11 @@ def test_shrinking_histories(
     assert_within("damage", ours.damage, theirs.state[:, 0], STATE * (1.0 + largest[:, 0] / p.s0) / p.eta)
 
 
-def test_planar_law() -> None:
-    """The plane-symmetric pattern follows the 2D law under random histories in its plane of symmetry.
-
-    The traction normal to that plane is zero.
-    """
-    rng = np.random.default_rng(SEED + 1)
-    for theta in (0.0, 15.0, 30.0, 45.0, 60.0):
-        material = Material(3.0, 0.3, 0.9, 0.5)
-        p = parameters_of(material)
-        S = random_history(rng, p.s0, points=1, increments=200)[:, 0] * [1.0, 1.0, 0.0]
-        flat = rng.uniform()
-        ours = Interface(material, Pattern.regular(2, theta, flat)).replay(S)
-        theirs = planar.replay(p, planar.trapezoid(theta, flat), S[:, :2].tolist())
-        largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
-        path = np.cumsum(np.linalg.norm(np.diff(S, axis=0, prepend=0.0), axis=1))[:, None]
-        traction = np.array([response.traction for response in theirs])
-        assert_within("traction", ours.traction[:, :2], traction, TRACTION * p.Kn * largest)
-        assert np.all(ours.traction[:, 2] == 0.0)
-        damage = np.array([response.history.damage for response in theirs])
-        assert_within("damage", ours.damage, damage, STATE * (1.0 + largest[:, 0] / p.s0) / p.eta)
-        energies = np.array([response.history.energies for response in theirs])
-        found = np.column_stack([ours.state[:, ENERGIES], ours.work])
-        assert_within("energies", found, energies, TRACTION * p.Kn * largest * path)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("figure", ["2", "4a", "5b", "7a"])
+@pytest.mark.parametrize("figure", ["2", "5b"])
 def test_figures(figure: str) -> None:
     """Driver and reference find the same equilibria, and the same last one, for a figure."""
     for case in find(figure):
         result = compare(case)
         assert result.rows >= 100
         assert result.agrees, result
-
-
-@pytest.mark.parametrize("case", range(20))
-def test_turn(case: int) -> None:
-    """A rotation of pattern and separation rotates the traction and does not change damage and energies."""
-    rng = np.random.default_rng([SEED, case])
-    material = random_material(rng)
-    p = parameters_of(material)
-    sides, theta, flat = int(rng.integers(2, 10)), rng.uniform(5, 70), rng.uniform(0, 0.9)
-    angle = rng.uniform(-360, 360)
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-    S = random_history(rng, min(p.s0, p.s02), points=1, increments=60)[:, 0]
-    straight = Interface(material, Pattern.regular(sides, theta, flat)).replay(S)
-    turned = Interface(material, Pattern.regular(sides, theta, flat, angle)).replay(S @ rotation.T)
-    assert_same_history(p, S, turned.traction @ rotation, turned.state[:, :4], straight)
-
-
-@pytest.mark.parametrize("case", range(20))
-def test_mirror(case: int) -> None:
-    """A reflection of every normal and the separation in the (N, Tx) plane reflects the traction."""
-    rng = np.random.default_rng([SEED, 100 + case])
-    material = random_material(rng)
-    p = parameters_of(material)
-    normals = np.column_stack([rng.uniform(0.2, 1, 6), rng.uniform(-1, 1, (6, 2))])
-    weights, mirror = rng.dirichlet(np.ones(6)), np.array([1.0, 1.0, -1.0])
-    S = random_history(rng, min(p.s0, p.s02), points=1, increments=60)[:, 0]
-    straight = Interface(material, Pattern.planes(normals, weights)).replay(S)
-    mirrored = Interface(material, Pattern.planes(normals * mirror, weights)).replay(S * mirror)
-    assert_same_history(p, S, mirrored.traction * mirror, mirrored.state[:, :4], straight)
-
-
-@pytest.mark.parametrize("case", range(20))
-def test_units(case: int) -> None:
-    """The results do not depend on the units: mm, MPa, N/mm or m, Pa, N/m."""
-    rng = np.random.default_rng([SEED, 200 + case])
-    m, (pattern, _) = random_material(rng), random_pattern(rng)
-    p = parameters_of(m)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        metres = Material(1e6 * m.sigma0, 1e3 * m.Gc, m.eta, m.mu, 1e6 * m.sigma02, 1e3 * m.Gc2, kc=m.kc)
-    S = random_history(rng, min(p.s0, p.s02), points=1, increments=60)[:, 0]
-    ours, other = Interface(m, pattern).replay(S), Interface(metres, pattern).replay(1e-3 * S)
-    state = other.state[:, :4] * [1.0, 1e-3, 1e-3, 1e-3]
-    assert_same_history(p, S, 1e-6 * other.traction, state, ours)
-
-
-def assert_same_history(
-    p: reference.Parameters, S: np.ndarray, traction: np.ndarray, state: np.ndarray, expected: object
-) -> None:
-    """Assert that tractions, damage and energies of a transformed history are the expected ones."""
-    largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
-    K = stiffness(p)
-    assert_within("traction", traction, expected.traction, TRACTION * K * largest)
-    assert_within("damage", state[:, :1], expected.state[:, :1], STATE * largest / min(p.s0, p.s02) / p.eta)
-    # Energies are accumulated, so that every row adds one rounding error.
-    rows = np.arange(1, len(S) + 1)[:, None]
-    assert_within("energies", state[:, ENERGIES], expected.state[:, ENERGIES], STATE * rows * K * largest**2)
-    assert statev_names(1)[:4] == ("damage", "stored", "rupture", "friction")

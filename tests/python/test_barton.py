@@ -149,7 +149,7 @@ DIGITS = 5.0e-3
 """Relative difference of a fit on another processor."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """The example of docs/how-to/barton.md prints the tables that the page shows."""
     monkeypatch.chdir(tmp_path)

@@ -51,35 +51,6 @@ def test_rows(measured: Path) -> None:
     assert {("RP-4", kernel, double, False) for kernel in ("points", "copy")} <= have
 
 
-def test_ratios_are_those_of_the_times(measured: Path) -> None:
-    """Ratios and times per plane follow from the times per point, to the digits of the CSV."""
-    with measured.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        ns = float(row["ns_per_point"])
-        assert float(row["ns_per_plane"]) == pytest.approx(ns / int(row["planes"]), abs=1e-4)
-        for column, kernel, upside_down in (
-            ("textbook_ratio", "textbook", True),
-            ("stream_ratio", "stream", False),
-            ("roots_ratio", "roots", False),
-        ):
-            if not row[column]:
-                continue
-            tangent = row["tangent"] if kernel == "textbook" else "no"
-            arrays = row["kernel"] == "points" and kernel == "stream"
-            wanted = (row["pattern"], "copy" if arrays else kernel, tangent)
-            other = next(
-                float(r["ns_per_point"])
-                for r in rows
-                if (r["pattern"], r["kernel"], r["tangent"]) == wanted
-                and (kernel == "textbook" or r["precision"] == row["precision"])
-                and (not arrays or (r["points"], r["threads"]) == (row["points"], row["threads"]))
-            )
-            expected = other / ns if upside_down else ns / other
-            # The ratios have three decimals, the times four.
-            assert float(row[column]) == pytest.approx(expected, rel=1e-3, abs=1e-3)
-
-
 @pytest.mark.parametrize("name", ["speed.png", "speed.pdf"])
 def test_chart_of_a_file(
     name: str, measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -132,12 +103,6 @@ def test_wrong_csv(
     path.write_text(text, encoding="utf-8")
     assert charts.main([str(path), "-o", str(tmp_path / "x.png"), *arguments]) == 1
     assert expected in capsys.readouterr().err
-
-
-def test_wrong_picture(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The command rejects a picture that is neither PNG nor PDF."""
-    assert charts.main([str(measured), "-o", str(tmp_path / "speed.txt")]) == 1
-    assert "speed.txt: expected a name that ends in .png or .pdf" in capsys.readouterr().err
 
 
 def test_wrong_argument_of_bench() -> None:

@@ -13,11 +13,11 @@ import asperity
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, Step, case_files, contract, plots, results, style
+from asperity import Interface, Material, Pattern, Step, case_files, plots, results, style
 from asperity.cli import main
 from asperity.installed import cases, driver
 
-from harness.studies import compare, tables
+from harness.studies import compare
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 CASE = """&case title = 'Slip and back' /
@@ -359,38 +359,6 @@ def test_compare(text: str, folder: Path) -> None:
     assert list(result.differences) == ["law/NumPy", "test/NumPy"]
 
 
-def test_compare_sees_a_difference(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A case that runs with another friction than the reference does not agree."""
-    path = Path(write("case.nml", CASE))
-    monkeypatch.setattr(compare, "read_case", lambda _: case_files.read_case(Path("other.nml")))
-    write("other.nml", CASE.replace("mu = 0.5", "mu = 0.500001"))
-    result = compare.compare(path)
-    assert not result.agrees
-    assert min(difference.traction for difference in result.differences.values()) > 1e-9
-
-
-@pytest.mark.parametrize("column", ["s_N", "t_N", "damage", "stored", "rupture", "friction", "work"])
-@pytest.mark.parametrize("value", [1e-8, np.nan])
-def test_compare_judges_every_column(
-    column: str, value: float, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An error in one number of one column of the driver is found by every comparison."""
-    path = Path(write("case.nml", CASE))
-
-    def wrong(case: Path) -> dict[float | None, results.Rows]:
-        rows = results.drive(case)[None]
-        i = results.COLUMNS.index(column)
-        fields = np.column_stack([rows.separation, rows.traction, rows.damage, rows.energies])
-        fields[-1, i] += value
-        return {None: results.Rows(fields[:, :3], fields[:, 3:6], fields[:, 6], rows.events, fields[:, 7:])}
-
-    monkeypatch.setattr(compare, "drive", wrong)
-    result = compare.compare(path)
-    assert not result.agrees
-    for name, difference in result.differences.items():
-        assert not compare.within(name, difference), name
-
-
 def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The command prints one line per case, with exit code 1 for a difference or an unknown figure."""
     assert compare.main(["--figure", "2"]) == 0
@@ -403,61 +371,7 @@ def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest
     assert_one_line(capsys.readouterr().err, "figure 3", "expected one of 2, 4a")
 
 
-@pytest.mark.parametrize(
-    ("figure", "stems"),
-    [
-        ("5b", ["figure05b"]),
-        ("5", ["figure05a", "figure05b"]),
-        ("10b", ["figure09a_10b", "figure09b_10b"]),
-        ("13a", ["figure13a_00", "figure13a_45"]),
-    ],
-)
-def test_cases_of_a_figure(figure: str, stems: list[str]) -> None:
-    """Cases are found by number and letter, or by number."""
-    assert [path.stem for path in compare.find(figure)] == stems
-
-
 # --- tables ----------------------------------------------------------------
-
-
-def test_tables_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    """The tables have a row for every constant and state variable, with as many cells as the head."""
-    assert tables.main([]) == 0
-    props, statev = capsys.readouterr().out.strip().split("\n\n")
-    # the listed planes have a row together
-    for text, columns, n_rows in ((props, 6, contract.N_FIXED_PROPS + 1), (statev, 4, 13)):
-        lines = text.splitlines()
-        assert len(lines) == 2 + n_rows
-        assert {len(line.split(" | ")) for line in lines} == {columns}
-    assert "| 3 | eta | ductility 1 - s0/sf | - | 0 < eta < 1 | required |" in props
-    assert "| 5 | status |" in statev
-
-
-def test_tables_are_filled_and_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Only text between markers changes; --check reports a stale file by exit code 1 and does not write."""
-    text = "before\n<!-- statev -->\nstale\n<!-- /statev -->\nbetween\n<!-- props --><!-- /props -->\nafter\n"
-    path = Path(write("page.md", text))
-    assert tables.main(["page.md", "--check"]) == 1
-    assert capsys.readouterr().out == "page.md: tables are not up to date\n"
-    assert path.read_text() == text
-    assert tables.main(["page.md"]) == 0
-    filled = path.read_text()
-    start, end = "before\n<!-- statev -->\n", "\n<!-- /props -->\nafter\n"
-    middle = "\n<!-- /statev -->\nbetween\n<!-- props -->\n"
-    assert filled == start + tables.statev() + middle + tables.props() + end
-    assert tables.main(["page.md", "--check"]) == 0
-    assert tables.main(["page.md"]) == 0
-    assert path.read_text() == filled
-
-
-def test_tables_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Files without markers, no files to check, and missing files are errors."""
-    assert tables.main([write("page.md", "no markers\n")]) == 1
-    assert_one_line(capsys.readouterr().err, "page.md", "expected markers <!-- props -->")
-    assert tables.main(["--check"]) == 1
-    assert_one_line(capsys.readouterr().err, "--check: expected files")
-    assert tables.main(["missing.md"]) == 1
-    assert_one_line(capsys.readouterr().err, "missing.md: No such file or directory")
 
 
 def test_case_in_another_encoding(folder: Path) -> None:

@@ -14,7 +14,7 @@ from harness.studies import concepts
 DOCS = Path(__file__).parents[2] / "docs"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pictures_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command draws every picture; each is committed and shown on a page."""
     assert concepts.main(["--folder", str(tmp_path)]) == 0

@@ -326,25 +326,3 @@ def test_maths(page: Path) -> None:
         assert re.fullmatch(r"[\s(|]?", before), f"{before}${tex}$"
         assert re.fullmatch(r"[\s.,;:)|]?", after), f"${tex}${after}"
         assert not (line.startswith("|") and "|" in tex), line
-
-
-def test_theory_has_maths() -> None:
-    """The search for pages and formulas finds a page with formulas."""
-    page = ROOT / "docs" / "theory.md"
-    assert len(list(inline(prose(page)))) > 50
-    assert len([block for block in blocks("math") if block.place.startswith("docs/theory.md")]) > 10
-
-
-@pytest.mark.parametrize(
-    "tex", [r"\frac{a}{b", r"a}", r"\left( x", r"\begin{cases} x", r"\lvert x", r"\operatorname{sign} x"]
-)
-def test_unbalanced_is_found(tex: str) -> None:
-    """Each example fails."""
-    assert unbalanced(tex)
-
-
-@pytest.mark.parametrize("tex", [r"\mathbf{s}_n", r"a \, b", r"\{a\}", "a<b", " a", "a*b", r"\_"])
-def test_not_plain_is_found(tex: str) -> None:
-    """Each example fails; what the pages use passes."""
-    assert not_plain(tex)
-    assert not not_plain(r"\langle s_n \rangle_+ < \mathbf s_{di,0}")

@@ -307,7 +307,7 @@ def test_drag_of_a_slider(opened: Opened, tmp_path: Path) -> None:
 @pytest.mark.browser
 def test_redraw_is_fast(opened: Opened) -> None:
     """From a change in the browser to the frame that shows it: the fastest of some keeps the limit."""
-    if os.getloadavg()[0] > BUSY * (os.cpu_count() or 1):
+    if os.getloadavg()[0] > BUSY * len(os.sched_getaffinity(0)):
         pytest.skip(f"time of a redraw: the load average is {os.getloadavg()[0]:.1f}, which leaves no time")
     times: list[float] = []
     for value in np.linspace(0.3, 0.6, 60).round(4).tolist():

@@ -28,36 +28,6 @@ STIFF = replace(TABLE_2, kc=100.0)
 # --- what the height changes --------------------------------------------------------------------------------
 
 
-def test_residual_strength_and_dilation_of_a_height() -> None:
-    """tau/|sigma_N| is that of the mobilised slope, and s_N that of the profile less the closure."""
-    height = 0.5
-    history = Interface(replace(STIFF, height=height), RT).confined_slip(0.0, path(3.0), PRESSURE)
-    slips, tau = history.separation[:, 1], history.traction[:, 1]
-    phi = SLOPE * np.exp(-slips * SLOPE / height)
-    rigid = (STIFF.mu + phi) / (1.0 - STIFF.mu * phi)
-    late = slips > 0.25  # broken
-    # the facing plane closes by p/(kc Kn) with p of several MPa, less than 1e-3 mm
-    assert np.allclose(tau[late], rigid[late], rtol=5e-3)
-    profile = height * (1.0 - np.exp(-slips * SLOPE / height))
-    assert np.allclose(history.separation[late, 0], profile[late], atol=1e-3)
-    assert tau[-1] == pytest.approx(STIFF.mu, rel=0.1) and tau[-1] < tau[late][0]
-
-
-@pytest.mark.parametrize("height", [0.2, 0.5])
-def test_locking_ends(height: float) -> None:
-    """The traction grows up to (H/T) log(mu T) at least, and then falls to that of the mobilised slope."""
-    history = extensions.locked(height)
-    slips, tau = history.separation[:, 1], history.traction[:, 1]
-    slope = np.tan(np.radians(60.0))
-    at = extensions.unlocking_slip(height)
-    assert slips[tau.argmax()] >= at
-    assert np.all(np.diff(tau[slips < at]) > 0.0)
-    phi = slope * np.exp(-slips[-1] * slope / height)
-    assert tau[-1] == pytest.approx((LOCKING.mu + phi) / (1.0 - LOCKING.mu * phi), rel=1e-3)
-    endless = extensions.locked(0.0)
-    assert endless.traction[-1, 1] > 10.0 * tau.max()
-
-
 def test_snap_vanishes() -> None:
     """The jump of RP-16 without pressure shrinks with the height; below 2.5 s_f the branch does not end."""
     sizes = []
@@ -69,18 +39,6 @@ def test_snap_vanishes() -> None:
 
 
 # --- wear ---------------------------------------------------------------------------------------------------
-
-
-def test_dilation_and_strength_fall_with_the_cycles() -> None:
-    """At the reversals both fall from cycle to cycle; in the end the joint is closed and flat."""
-    history = extensions.cycles(extensions.WORN, 6)
-    rows = extensions.turning_rows(history.separation[:, 1])
-    for side in (rows[::2], rows[1::2]):
-        assert np.all(np.diff(history.separation[side, 0]) < 0.0)
-        assert np.all(np.diff(np.abs(history.traction[side, 1])) < 0.0)
-    residual = -extensions.WORN.mu * PRESSURE
-    assert abs(history.traction[rows[-1], 1]) == pytest.approx(residual, rel=0.03)
-    assert history.separation[rows[-1], 0] < 0.1 * history.separation[rows[0], 0]
 
 
 def test_wear_goes_with_the_weight() -> None:
@@ -252,7 +210,7 @@ def test_fit_finds_the_height() -> None:
     assert "\nheight " in report(found) and "W0" not in report(found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fit_finds_the_wear() -> None:
     """W0 of cyclic tests of RT without noise is identified."""
     tests = slip_tests_of(replace(TABLE_2, kc=20.0, W0=4.0), path(0.3, -0.3, 0.3), sides=2)

@@ -112,7 +112,7 @@ def test_record_of_the_reference_model() -> None:
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("noise", NOISES)
 def test_intervals_hold_at_their_rate(noise: float) -> None:
     """95 % intervals of every parameter and of the ratio: at most 4 of 16 miss (odds of 0.1 %)."""

@@ -94,7 +94,7 @@ def test_wrong_pattern(command: Command) -> None:
     holds(out)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_record_of_the_tutorial(command: Command) -> None:
     """The plain fit of the tutorial's record is no result; the proposed one has the true constants."""
     page = (Path(__file__).parents[2] / "docs" / "how-to" / "tutorial.md").read_text(encoding="utf-8")
@@ -110,7 +110,7 @@ def test_record_of_the_tutorial(command: Command) -> None:
         assert found and float(found[1]) <= value <= float(found[2]), name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_wrong_value(command: Command) -> None:
     """A value that contradicts the tests is refused; the proposal frees it; its error can be accepted."""
     record()
@@ -127,7 +127,7 @@ def test_wrong_value(command: Command) -> None:
     assert widths[0] / widths[1] == pytest.approx(factor, rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_the_tests_do_not_contain(command: Command) -> None:
     """Without dilation mu and theta are not separated; with theta set there is a result."""
     record(dilation=False)
@@ -139,7 +139,7 @@ def test_what_the_tests_do_not_contain(command: Command) -> None:
     holds(out)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_flat_joint(command: Command) -> None:
     """Inclined planes on a flat joint are refused; the proposal is a flat pattern, and holds."""
     record(sides=0, dilation=False)

@@ -63,19 +63,6 @@ def test_guard_is_the_reference(sides: int) -> None:
     assert differ >= 5
 
 
-def test_nothing_released_is_no_loss() -> None:
-    """On a pressed plane that never slipped damage grows in every direction, also in the reference."""
-    phi = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
-    pressed = np.tile([-50.0 * S_0, 0.0, 0.0], (2000, 1))
-    s = pressed + 4.0 * S_0 * np.column_stack([np.zeros(2000), np.cos(phi), np.sin(phi)])
-    ours = Interface(GUARDED, Pattern.regular(0, 0.0)).update(s, s_old=pressed)
-    theirs = reference.update(
-        reference.Parameters(**GUARDED.values()), reference.regular_pattern(0, 0.0), s, s_old=pressed
-    )
-    for state in (ours.state, theirs.state):
-        np.testing.assert_allclose(state[:, 0], 0.75 / 0.9, rtol=1e-13)
-
-
 def test_guard_is_part_of_the_material() -> None:
     """Materials with and without guard differ, and PROPS and cards contain the guard."""
     guarded = Interface(GUARDED, RP_4)

@@ -64,16 +64,16 @@ def random_history(rng: np.random.Generator, length: float) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("constants", [("height",), ("W0",), ("height", "W0")], ids="-".join)
 def test_random_histories(constants: tuple[str, ...]) -> None:
-    """Tractions, states and tangents agree on 24,000 updates; every branch occurs 500 times."""
+    """Tractions, states and tangents agree on 7,200 updates; every branch occurs 150 times."""
     rng = np.random.default_rng([SEED, len(constants), len(constants[0])])
     counts = dict.fromkeys(
         itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)), 0
     )
-    for _ in range(200):
+    for _ in range(60):
         drawn = {name: 10 ** rng.uniform(-1.5, 1.5) for name in constants}
         material, pattern, planes = random_interface(rng, **drawn)
         compare(material, pattern, planes, random_history(rng, material.s_0), counts)
-    assert min(counts.values()) > 500, counts
+    assert min(counts.values()) > 150, counts
 
 
 def compare(
@@ -151,31 +151,6 @@ def test_initial_state_of_a_climbed_joint(height: float) -> None:
     np.testing.assert_allclose(state[5:8], test.separation[-1], rtol=0, atol=compliance)
     at_rest = joint.update(np.zeros((1, 3)), state[None])
     np.testing.assert_allclose(at_rest.traction[0], test.traction[-1], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("case", range(10))
-def test_turn_and_units(case: int) -> None:
-    """A rotation about N rotates the traction; in m, Pa and N/m the results are those of mm, MPa and N/mm."""
-    rng = np.random.default_rng([SEED, 100 + case])
-    material, pattern, _ = random_interface(rng, height=10 ** rng.uniform(-1, 1), W0=10 ** rng.uniform(-1, 1))
-    S = random_history(rng, material.s_0)[:, 0]
-    ours = Interface(material, pattern).replay(S)
-    angle = rng.uniform(-360, 360)
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-    turned = Interface(material, replace(pattern, turn=pattern.turn + angle)).replay(S @ rotation.T)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        factors = {"sigma0": 1e6, "Gc": 1e3, "height": 1e-3, "W0": 1e3}
-        metres = replace(material, **{name: f * getattr(material, name) for name, f in factors.items()})
-    other = Interface(metres, pattern).replay(1e-3 * S)
-    largest = np.linalg.norm(S, axis=1).max()
-    size = material.K * max(1.0, material.kc) * largest
-    for traction in (turned.traction @ rotation, 1e-6 * other.traction):
-        np.testing.assert_allclose(traction, ours.traction, rtol=0, atol=ROUNDING * size)
-    energies = ROUNDING * size * largest * len(S)
-    for state in (turned.state[:, 1:4], 1e-3 * other.state[:, 1:4]):
-        np.testing.assert_allclose(state, ours.state[:, 1:4], rtol=0, atol=energies)
 
 
 def test_height_is_compared_with_the_constants_of_the_case(run) -> None:

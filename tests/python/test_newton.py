@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.contract import N_POINT_STATEV
 
-from harness.studies.newton import ENDS, NewtonStudy, newton_path, newton_paths, newton_study, slip_targets
+from harness.studies.newton import ENDS, NewtonStudy, newton_path, newton_study
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
@@ -66,33 +64,6 @@ def test_tangents_that_fail() -> None:
     assert opened.end == ENDS[2] and len(opened.iterations) == 4
 
 
-def test_points_are_independent() -> None:
-    """Points that are followed together have the paths that each has alone, also after one has failed."""
-    slips = np.linspace(0.0, 0.2, 81)[1:]
-    dense = Interface(TABLE_2, Pattern.regular(16, 30.0))
-    targets = np.stack([slip_targets(0.0, slips, sigma_N, 1) for sigma_N in (-1.0, 0.0, -0.2)], axis=1)
-    together = newton_paths(dense, targets)
-    assert [study.end for study in together] == [ENDS[0], ENDS[1], ENDS[0]]
-    for i, study in enumerate(together):
-        alone = newton_path(dense, targets[:, i])
-        assert (alone.end, alone.iterations) == (study.end, study.iterations)
-        assert np.array_equal(alone.separation, study.separation)
-        assert np.array_equal(alone.state, study.state)
-
-
-def test_slip_test_is_that_of_the_solver() -> None:
-    """Tractions and states are those of `confined_slip`, within the tolerance over the stiffness."""
-    slips = np.linspace(0.0, 0.4, 81)[1:]
-    rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(3, 30.0))
-    study = newton_study(rough, 20.0, slips, -1.0, preload=10)
-    history = rough.confined_slip(20.0, slips, -1.0, preload=10)
-    assert study.converged
-    assert np.abs(study.traction[10:] - history.traction).max() < 1e-8 * TABLE_2.sigma0
-    # energies depend on the sub-increments
-    planes = slice(N_POINT_STATEV, None)
-    assert np.abs(study.state[10:, planes] - history.state[:, planes]).max() < 1e-8
-
-
 def test_snap_stops_it() -> None:
     """RP-32 at sigma_N = 0: large steps pass the fold near 0.1737 mm, small ones end there."""
     dense = Interface(TABLE_2, Pattern.regular(32, 30.0))
@@ -103,16 +74,3 @@ def test_snap_stops_it() -> None:
         if not study.converged:
             assert study.separation[-1, 1] == pytest.approx(0.1737, abs=1e-4)
     assert ends == {100: ENDS[0], 1500: ENDS[1]}
-
-
-def test_bad_input() -> None:
-    """The message names the argument and the expectation."""
-    with pytest.raises(ValueError, match=r"tangent = 'best': expected one of consistent, "):
-        newton_path(RP_4, np.zeros((1, 3)), tangent="best")
-    with pytest.raises(ValueError, match=r"targets have shape \(3,\): expected \(T, 3\)"):
-        newton_path(RP_4, np.zeros(3))
-    with pytest.raises(ValueError, match="tolerance = 0"):
-        newton_path(RP_4, np.zeros((1, 3)), tolerance=0.0)
-    with pytest.raises(ValueError, match=r"dt is missing: expected for viscous damage, tau_v = 0\.1"):
-        newton_path(Interface(replace(TABLE_2, tau_v=0.1), RP_4.pattern), np.zeros((1, 3)))
-    assert len(newton_path(RP_4, np.zeros((0, 3))).iterations) == 0

@@ -15,7 +15,6 @@ import threading
 import time
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, fields, replace
 from importlib import metadata
 from importlib.resources import files
@@ -187,13 +186,6 @@ def test_planes_of_a_pattern(pattern: Pattern, n_planes: int) -> None:
     assert np.allclose(np.linalg.norm(pattern.normals, axis=1), 1.0, rtol=0, atol=1e-15)
     assert np.all(pattern.normals[:, 0] > 0)
     assert abs(pattern.weights.sum() - 1.0) < 1e-14
-
-
-def test_normals_of_table_3() -> None:
-    """The normals of the five planes of Table 3 follow from the rotations (41)-(43)."""
-    c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
-    expected = [[1, 0, 0], [c, -s, 0], [c, 0, -s], [c, s, 0], [c, 0, s]]
-    assert np.allclose(Pattern.regular(4, 30.0, flat=1 / 5).normals, expected, rtol=0, atol=1e-15)
 
 
 # --- input ----------------------------------------------------------------
@@ -505,32 +497,6 @@ def test_long_messages_are_whole() -> None:
 # --- behaviour ------------------------------------------------------------
 
 
-def test_residual_friction() -> None:
-    """The residual strength of a flat plane at constant sigma_N < 0 is mu |sigma_N|."""
-    flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
-    for sigma_N in (-1.0, -5.0, -10.0):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelWarning)
-            history = flat.confined_slip(40.0, np.linspace(0.01, 0.6, 60), sigma_N)
-        # accepted residual of the normal traction: 1e-13 of K |s|, K = sigma0/s0
-        tolerance = 1e-13 * 3.0 / 0.02 * 0.6
-        assert abs(np.hypot(*history.traction[-1, 1:]) - TABLE_2.mu * abs(sigma_N)) <= tolerance
-        assert history.damage[-1] == 1.0
-        direction = history.separation[-1, 1:] / np.hypot(*history.separation[-1, 1:])
-        assert np.allclose(direction, [np.cos(np.radians(40)), np.sin(np.radians(40))], rtol=0, atol=1e-15)
-
-
-def test_path_dependent_end() -> None:
-    """The end of a path-dependent test agrees with its known value.
-
-    RP-4, 30 degrees, direction 0, sigma_N = -10 has 10.5781 MPa and s_N = -0.053572 mm at s_L = 0.6 mm.
-    """
-    with pytest.warns(ModelWarning, match="closes by 2 s_f"):
-        history = RP_4.confined_slip(0.0, np.linspace(0, 0.6, 241), -10.0)
-    assert history.traction[-1, 1] == pytest.approx(10.5781, abs=5e-5)
-    assert history.separation[-1, 0] == pytest.approx(-0.053572, abs=5e-7)
-
-
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_lost_equilibrium() -> None:
     """Equilibrium of the flat plane at sigma_N = +2 ends at s_L = 0.031 mm.
@@ -621,17 +587,6 @@ def test_restart(tmp_path: Path) -> None:
         assert np.array_equal(state, expected)
 
 
-def test_two_threads() -> None:
-    """Two simultaneous threads give the results of one thread bit for bit."""
-    paths = [random_path(seed, 400) for seed in range(60)]
-    serial = [RP_4.replay(path) for path in paths]
-    with ThreadPoolExecutor(2) as pool:
-        parallel = list(pool.map(RP_4.replay, paths))
-    for one, two in zip(serial, parallel, strict=True):
-        assert np.array_equal(one.traction, two.traction)
-        assert np.array_equal(one.state, two.state)
-
-
 @pytest.mark.slow
 def test_interpreter_goes_on() -> None:
     """The library releases the lock of the interpreter, so that another thread runs during a call."""
@@ -657,7 +612,7 @@ def resident_bytes() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
 def test_memory_does_not_grow() -> None:
     """Many calls do not increase the memory in use; rejected calls and short histories are among them.
@@ -793,20 +748,6 @@ def test_library_has_the_symbols(library: ctypes.CDLL) -> None:
     assert text.value.decode() == asperity.__version__
 
 
-def test_c_nstatv(library: ctypes.CDLL) -> None:
-    """The C function returns the number of state variables, or 0 and the reasons; the message is optional."""
-    message = ctypes.create_string_buffer(500)
-    props = RP_4.props()
-    assert library.asperity_nstatv(pointer(props), len(props), message, 500) == RP_4.nstatv
-    assert message.value == b""
-    assert library.asperity_nstatv(pointer(props), len(props), None, 0) == RP_4.nstatv
-    assert library.asperity_nstatv(pointer(props), 3, message, 500) == 0
-    assert message.value == b"NPROPS = 3: expected at least 4 (sigma0, Gc, eta, mu)"
-    props[0] = -1.0
-    assert library.asperity_nstatv(pointer(props), len(props), message, 500) == 0
-    assert message.value.startswith(b"PROPS(1) sigma0 = -1: expected > 0")
-
-
 def test_c_update_is_the_package(library: ctypes.CDLL) -> None:
     """The C function gives the traction, state and tangent of the package bit for bit.
 
@@ -826,68 +767,6 @@ def test_c_update_is_the_package(library: ctypes.CDLL) -> None:
     assert status == OK
     assert np.array_equal(traction, expected.traction)
     assert np.array_equal(state, RP_4.update(s, start).state)
-
-
-def test_c_errors(library: ctypes.CDLL) -> None:
-    """Errors give a status code and a message and write nothing else."""
-    props, s = RP_4.props(), random_path(12, 4)
-    bad_props, bad_s, bad_state = props.copy(), s.copy(), np.zeros((4, 23))
-    bad_props[2], bad_s[2, 1], bad_state[3, 8] = 1.0, NAN, 2.0
-    for status, arguments, text in (
-        (BAD_PROPS, (bad_props, s, np.zeros((4, 23))), "PROPS(3) eta = 1: expected 0 < eta < 1"),
-        (FEW_PROPS, (props[:2].copy(), s, np.zeros((4, 23))), "NPROPS = 2: expected at least 4"),
-        (
-            FEW_STATEV,
-            (props, s, np.zeros((4, 22))),
-            "point 1: NSTATV = 22: expected at least 23 for 5 planes",
-        ),
-        (BAD_SEPARATION, (props, bad_s, np.zeros((4, 23))), "point 3: s_Tx = NaN: expected a finite number"),
-        (
-            BAD_STATE,
-            (props, s, bad_state),
-            "point 4: STATEV(9) alpha = 2: expected a finite number from 0 to 1",
-        ),
-    ):
-        state = arguments[2].copy()
-        tangent = np.full((4, 3, 3), 77.0)
-        code, traction, message = c_update(library, arguments[0], arguments[1], state, tangent=tangent)
-        assert code == status
-        assert message.startswith(text)
-        assert np.array_equal(state, arguments[2])
-        assert np.all(traction == 77.0) and np.all(tangent == 77.0)
-    assert c_update(library, props, s, np.zeros((4, 23)), n=-1)[::2] == (
-        BAD_SIZE,
-        "n = -1 points: expected 0 or more",
-    )
-    assert c_update(library, props, s, np.zeros((4, 23)), n=0)[::2] == (OK, "")
-
-
-@pytest.mark.parametrize("size", [0, 1, 2, 10, 30])
-def test_c_message_is_cut(library: ctypes.CDLL, size: int) -> None:
-    """A message does not exceed its buffer and ends with a zero; with size 0 nothing is written."""
-    props = RP_4.props()
-    props[0] = -1.0
-    message = ctypes.create_string_buffer(b"#" * 199, 200)
-    state, traction, s = np.zeros((1, 23)), np.zeros((1, 3)), np.zeros((1, 3))
-    status = library.asperity_update(
-        pointer(props),
-        len(props),
-        ctypes.c_double(0.0),
-        1,
-        None,
-        pointer(s),
-        23,
-        pointer(state),
-        pointer(traction),
-        None,
-        message,
-        size,
-    )
-    assert status == BAD_PROPS
-    full = b"PROPS(1) sigma0 = -1: expected > 0"
-    kept = full[: max(size - 1, 0)] + (b"\0" if size > 0 else b"")
-    assert message.raw[:size] == kept
-    assert message.raw[size:199] == b"#" * (199 - size)
 
 
 def test_history_is_a_plain_record() -> None:

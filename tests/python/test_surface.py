@@ -665,7 +665,7 @@ def test_full_list_of_planes() -> None:
     assert max(map(len, case_lines(listed).splitlines())) < 110
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_page(tmp_path: Path) -> None:
     """docs/how-to/surface.md shows the output of its commands, and the first of the listed planes."""
     page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"

@@ -307,7 +307,7 @@ DEVIATIONS = 5.0
 """Difference of two means that counts as none, in standard errors of the mean of FEW samples."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_page(tmp_path: Path) -> None:
     """The commands of the page give its numbers: those of the case, and the mean within its error."""
     blocks = re.findall(

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import ctypes
 import dataclasses
 import subprocess
 from pathlib import Path
 
-import asperity
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
@@ -96,21 +94,6 @@ def test_replay_and_confined_slip_are_the_reference() -> None:
     assert np.abs(solved.traction - sudden.traction).max() > 1e-3
 
 
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-def test_off_is_bit_equal() -> None:
-    """Without viscous damage times are checked but have no effect, to the last bit."""
-    plain = Interface(dataclasses.replace(VISCOUS, tau_v=0.0), RP_4.pattern)
-    S = random_walk(np.random.default_rng(15), 40)
-    times = np.linspace(0.1, 4.0, 40)
-    assert np.array_equal(plain.update(S).state, plain.update(S, dt=0.5).state)
-    assert np.array_equal(plain.replay(S).state, plain.replay(S, times).state)
-    slips = np.linspace(0.0, 0.3, 40)
-    assert np.array_equal(
-        plain.confined_slip(0.0, slips, -1.0).state,
-        plain.confined_slip(0.0, slips, -1.0, times=times, preload_time=2.0).state,
-    )
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -140,31 +123,6 @@ def test_bad_times(call: object, message: str) -> None:
     """The message names a missing or inadmissible time and the expectation."""
     with pytest.raises(ValueError, match=message):
         call()
-
-
-def test_c_api() -> None:
-    """asperity_update gives the results of the package; the message names an inadmissible time."""
-    library = ctypes.CDLL(str(asperity.library()))
-    props, rng = RP_4.props(), np.random.default_rng(16)
-    s, dt = random_walk(rng, 9), 0.3
-    expected = RP_4.update(s, dt=dt)
-    message = ctypes.create_string_buffer(300)
-
-    def call(time: float) -> tuple[int, np.ndarray, np.ndarray]:
-        state, traction = np.zeros((9, RP_4.nstatv)), np.full((9, 3), 77.0)
-        pointers = [ctypes.c_void_p(array.ctypes.data) for array in (props, s, state, traction)]
-        time = ctypes.c_double(time)
-        arguments = [pointers[0], len(props), time, 9, None, pointers[1], RP_4.nstatv, *pointers[2:]]
-        return library.asperity_update(*arguments, None, message, 300), state, traction
-
-    status, state, traction = call(dt)
-    assert (status, message.value) == (0, b"")
-    assert np.array_equal(state, expected.state) and np.array_equal(traction, expected.traction)
-    bad_time = 8
-    for time, text in ((NAN, b"dt = NaN: expected"), (-1.0, b"dt = -1: expected")):
-        status, state, traction = call(time)
-        assert status == bad_time and message.value.startswith(text)
-        assert not state.any() and np.all(traction == 77.0)
 
 
 def run(folder: Path, case: str, name: str = "case") -> Path:
