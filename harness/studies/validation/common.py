@@ -1,9 +1,10 @@
-"""What the comparisons share: data, joints from constants, least squares, tables of a page and the program."""
+"""What the comparisons share: data, joints, least squares, tables of a page and the program."""
 
 from __future__ import annotations
 
 import argparse
 import csv
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,11 +39,8 @@ BOUNDS = {
 }
 """Bounds of the constants: mm, MPa, degrees."""
 
-STIFFNESSES = {
-    "kn": ("stiffness in closing", "stress/length"),
-    "ks": ("stiffness in shear", "stress/length"),
-}
-"""Meaning and unit of the constants of `Material.from_joint` that are no entries of PROPS."""
+STIFFNESSES = {"kn": "stiffness in closing", "ks": "stiffness in shear"}
+"""Meaning of the constants of `Material.from_joint` that are no entries of PROPS."""
 
 ETA, KC = 0.9, 100.0
 """Shape of the softening and stiffness of the contact of a joint with a bond."""
@@ -61,7 +59,7 @@ def rows(name: str) -> list[dict[str, str]]:
 
 
 def joint(constants: Mapping[str, float]) -> Interface:
-    """Joint of two slopes across the slip, and a flat plane of weight `flat`; without sigma0 it has no bond."""
+    """Joint of two slopes and a flat plane of weight `flat`; without sigma0 it has no bond."""
     values = dict(constants)
     pattern = Pattern.regular(2, values.pop("theta"), flat=values.pop("flat", 0.0))
     if "sigma0" in values:
@@ -104,12 +102,13 @@ def fitted(
 
 @dataclass(frozen=True)
 class Study:
-    """A comparison: its fits by their names, the tables of its page (errors and more) and its picture."""
+    """A comparison: fits by their names, tables and picture of its page; shown: fits with constants there."""
 
     name: str
     fit: Callable[[], dict[str, Constants]]
     tables: Callable[[Mapping[str, Constants]], dict[str, str]]
     draw: Callable[[Mapping[str, Constants]], Figure]
+    shown: tuple[str, ...]
 
     @property
     def page(self) -> Path:
@@ -131,7 +130,8 @@ class Study:
     def contents(self) -> dict[str, Callable[[], str]]:
         """Text of each marker of the page."""
         found = self.constants()
-        texts = {"constants": constants_table(found)} | self.tables(found)
+        shown = {name: found[name] for name in self.shown}
+        texts = {"constants": constants_table(shown)} | self.tables(found)
         return {name: lambda text=text: text for name, text in texts.items()}  # type: ignore[misc]
 
     def write_constants(self) -> None:
@@ -152,7 +152,8 @@ class Study:
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Add the arguments of the program."""
         parser.add_argument("--fit", action="store_true", help="repeat the fits; else use what they found")
-        parser.add_argument("--check", action="store_true", help="write nothing; exit with 1 if the page differs")
+        text = "write nothing; exit with 1 if the page differs"
+        parser.add_argument("--check", action="store_true", help=text)
         parser.set_defaults(action=self._action)
 
     def _action(self, options: argparse.Namespace) -> int:
@@ -170,18 +171,19 @@ class Study:
 
 
 def constants_table(found: Mapping[str, Constants]) -> str:
-    """Table of the constants of all fits with meaning and unit."""
-    known = {row.name: (row.meaning.partition(";")[0], row.unit) for row in contract.props_table()} | STIFFNESSES
+    """Table of the constants of fits with their meaning."""
+    known = {row.name: re.split(r"[;,] | \(", row.meaning)[0] for row in contract.props_table()} | STIFFNESSES
     names = list(dict.fromkeys(name for one in found.values() for name in one))
     body = []
     for name in names:
-        meaning, unit = known[name]
         shown = [_shown(name, one[name]) if name in one else "" for one in found.values()]
-        body.append([name, meaning, unit, *shown])
-    return markdown(["constant", "meaning", "unit", *found], body)
+        body.append([name, known[name], *shown])
+    return markdown(["constant", "meaning", *found], body)
 
 
 def _shown(name: str, value: float) -> str:
     """Constant with three digits, and a star at a bound."""
     low, high = BOUNDS[name]
-    return f"{value:.3g}" + ("*" if value in (float(f"{low:.4g}"), float(f"{high:.4g}")) else "")
+    return f"{float(f'{value:.3g}'):g}" + (
+        "*" if value in (float(f"{low:.4g}"), float(f"{high:.4g}")) else ""
+    )

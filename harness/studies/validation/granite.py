@@ -1,4 +1,4 @@
-"""Slip of granite fractures under injection (Ye and Ghassemi 2018): identified from some stages, tested on others."""
+"""Slip of granite fractures under injection (Ye and Ghassemi 2018): fits, predictions."""
 
 from __future__ import annotations
 
@@ -97,7 +97,12 @@ def stages(constants: Mapping[str, float], name: str) -> dict[str, Floats]:
         path = [
             Step(t_N=-one["sn"][0], increments=LOADING),
             Step(t_N=-one["sn"][0], t_Tx=one["tau"][0], increments=LOADING),
-            Step(t_N=-one["sn"][1:], t_Tx=one["tau"][0] + by_opening * opening, k_Tx=by_slip, increments=INCREMENTS),
+            Step(
+                t_N=-one["sn"][1:],
+                t_Tx=one["tau"][0] + by_opening * opening,
+                k_Tx=by_slip,
+                increments=INCREMENTS,
+            ),
         ]
         history, lost = interface.rows(path)
         if lost:
@@ -160,13 +165,15 @@ def draw(found: Mapping[str, Constants]) -> Figure:
             ax.set_ylabel(QUANTITIES[key])
             ax.grid(alpha=0.3)
         line[0].set_title(name, **NOTE)
-    axes[0].legend()
+    axes[2].legend(loc="center right")
     for ax in axes[3:]:
         ax.set_xlabel("stage")
     return figure
 
 
-STUDY = Study("granite", fits, tables, draw)
+STUDY = Study(
+    "granite", fits, tables, draw, tuple(f"{name}: {text}" for name in SPECIMENS for text in STAGES)
+)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())

@@ -1,4 +1,4 @@
-"""Push-off tests of cracked concrete under a known restraint (Walraven and Reinhardt 1981): one fits, one tests."""
+"""Push-off of cracked concrete under a known restraint (Walraven, Reinhardt 1981): fits, predictions."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ FITS = {"6.8": (STRONG,), "3.6": (WEAK,), "both": (STRONG, WEAK)}
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
-    """Measured opening (n, 2) and shear stress (m, 2) over the slip, strength of a cube, p0 and k_N of the bars."""
+    """Measured opening (n, 2) and shear stress (m, 2) over the slip; cube strength; p0, k_N of the bars."""
 
     opening: Floats
     shear: Floats
@@ -133,7 +133,7 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
             cells += [f"{mark}{rms(opening):.3f}{mark}", f"{mark}{rms(shear):.2f}{mark}"]
         body.append(cells)
     shear = [f"{rms(formula(name) - specimen(name).shear[:, 1]):.2f}" for name in (STRONG, WEAK)]
-    body.append(["formula of 1981", "(many tests)", "given", shear[0], "given", shear[1]])
+    body.append(["formula of 1981", "other tests", "given", shear[0], "given", shear[1]])
     head = ["form", "fitted to"]
     head += [f"{name}: {what}" for name in (STRONG, WEAK) for what in ("opening, mm", "shear, MPa")]
     return {"errors": markdown(head, body)}
@@ -152,9 +152,13 @@ def draw(found: Mapping[str, Constants]) -> Figure:
         for fit, colour, label in lines:
             style = "-" if name in FITS[fit.split()[1]] else "--"
             opening, shear = curves(found[fit], name)
-            above.plot(SLIPS, opening, style, color=colour, label=label + ("" if style == "-" else " (predicted)"))
+            above.plot(
+                SLIPS, opening, style, color=colour, label=label + ("" if style == "-" else " (predicted)")
+            )
             below.plot(SLIPS, shear, style, color=colour)
-        below.plot(one.shear[:, 0], formula(name), ":", color=BLACK, label="formula of 1981, measured opening")
+        below.plot(
+            one.shear[:, 0], formula(name), ":", color=BLACK, label="formula of 1981, measured opening"
+        )
         above.plot(*one.opening.T, "o", color=BLACK, markersize=3.5, label="measured")
         below.plot(*one.shear.T, "o", color=BLACK, markersize=3.5)
         above.set_title(name, **NOTE)
@@ -168,7 +172,8 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-STUDY = Study("push-off", fits, tables, draw)
+SHOWN = ("friction 6.8", "friction 3.6", "friction both", "wear both", "bond both")
+STUDY = Study("push-off", fits, tables, draw, SHOWN)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())

@@ -88,9 +88,13 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     for fit, constants in found.items():
         form, name = fit.split()
         columns = np.round(100.0 * errors(constants, name)).T
-        cells = [f"{column[0]:.0f}; " + ", ".join(f"**{x:.0f}**" for x in column[1:]) for column in columns + 0.0]
+        cells = [
+            f"{column[0]:.0f}; " + ", ".join(f"**{x:.0f}**" for x in column[1:]) for column in columns + 0.0
+        ]
         body.append([form, name, *cells])
-    return {"errors": markdown(["form", "joint", "peak, %", "slip at the peak, %", "stress at 10 mm, %"], body)}
+    return {
+        "errors": markdown(["form", "joint", "peak, %", "slip at the peak, %", "stress at 10 mm, %"], body)
+    }
 
 
 def draw(found: Mapping[str, Constants]) -> Figure:
@@ -104,7 +108,9 @@ def draw(found: Mapping[str, Constants]) -> Figure:
                 ax.plot(pressures, values, style, color=colour, label=form)
         for ax, values in zip(column, measured(name)[:, 1:].T, strict=True):
             ax.plot(measured(name)[1:, 0], values[1:], "o", color=BLACK, markersize=3.5, label="measured")
-            ax.plot(1.0, values[0], "s", color=BLACK, markersize=5, fillstyle="none", label="measured, fitted")
+            ax.plot(
+                1.0, values[0], "s", color=BLACK, markersize=5, fillstyle="none", label="measured, fitted"
+            )
             ax.grid(alpha=0.3)
         column[0].set_title(name, **NOTE)
         column[2].set_xlabel("pressure [MPa]")
@@ -115,7 +121,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-STUDY = Study("sandstone", fits, tables, draw)
+STUDY = Study("sandstone", fits, tables, draw, tuple(f"{form} {name}" for form in FORMS for name in JOINTS))
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())
