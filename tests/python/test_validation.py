@@ -56,7 +56,8 @@ def test_search_finds_known_constants() -> None:
     found = common.fitted(
         lambda one: sandstone.numbers(one, 1.0) / goal - 1.0, starts[:2], fixed, sandstone.STEP
     )
-    assert sandstone.numbers(found, 1.0) == pytest.approx(goal, rel=0.03)
+    # slips of the model are 0.025 mm apart, 3 % of the slip at the peak
+    assert sandstone.numbers(found, 1.0) == pytest.approx(goal, rel=0.035)
     assert found["theta"] == pytest.approx(truth["theta"], rel=0.05)
 
 
