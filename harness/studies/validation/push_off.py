@@ -172,7 +172,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-SHOWN = ("friction 6.8", "friction 3.6", "friction both", "wear both", "bond both")
+SHOWN = ("friction 6.8", "friction 3.6", "wear both", "bond both")
 STUDY = Study("push-off", fits, tables, draw, SHOWN)
 
 if __name__ == "__main__":
