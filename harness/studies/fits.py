@@ -134,7 +134,7 @@ def table(repetitions: int, executor: Executor | None = None) -> str:
 
 
 def example(picture: Path | None) -> str:
-    """Report of `asperity fit` on the default tests, but for correlations; or without dilation and picture."""
+    """Report of `asperity fit` on the default tests but for correlations, or without dilation and picture."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))

@@ -9,9 +9,9 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from harness.studies.validation import common, granite, push_off, sandstone
+from harness.studies.validation import common, granite, push_off, sandstone, scan
 
-STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY]
+STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY, scan.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -81,6 +81,15 @@ def test_data_have_source_and_licence() -> None:
     assert len(files) == len(STUDIES)
     for path in files:
         assert re.match(r"# Source: .*\n# Licence: .*\n", path.read_text(encoding="utf-8"))
+
+
+def test_measure_of_grasselli() -> None:
+    """A distribution (1 - angle/largest)^C of the facing length gives back its C."""
+    largest, power = 40.0, 2.5
+    shares = np.full(400000, 1.0 / 400000)  # at the largest of LIMITS 23 of them are left
+    angles = largest * (1.0 - (np.arange(400000) / 400000) ** (1.0 / power))
+    found = scan.grasselli(angles, shares)
+    assert found[0] == pytest.approx(largest) and found[1] == pytest.approx(power, rel=0.01)
 
 
 def test_stale_page_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

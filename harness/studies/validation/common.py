@@ -122,6 +122,8 @@ class Study:
 
     def constants(self) -> dict[str, Constants]:
         """Constants that the fits have found, from the folder `data`."""
+        if not self.shown:
+            return {}
         return {
             row.pop("fit"): {name: float(value) for name, value in row.items() if value}
             for row in rows(f"{self.name}_constants")
@@ -131,7 +133,7 @@ class Study:
         """Text of each marker of the page."""
         found = self.constants()
         shown = {name: found[name] for name in self.shown}
-        texts = {"constants": constants_table(shown)} | self.tables(found)
+        texts = ({"constants": constants_table(shown)} if shown else {}) | self.tables(found)
         return {name: lambda text=text: text for name, text in texts.items()}  # type: ignore[misc]
 
     def write_constants(self) -> None:
@@ -158,7 +160,7 @@ class Study:
 
     def _action(self, options: argparse.Namespace) -> int:
         """Fill the page and draw its picture, or check the page."""
-        if options.fit and not options.check:
+        if options.fit and self.shown and not options.check:
             self.write_constants()
         same = refresh(self.page, options.check, self.contents())
         if options.check:

@@ -165,7 +165,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
             ax.set_ylabel(QUANTITIES[key])
             ax.grid(alpha=0.3)
         line[0].set_title(name, **NOTE)
-    axes[2].legend(loc="center right")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
     for ax in axes[3:]:
         ax.set_xlabel("stage")
     return figure
