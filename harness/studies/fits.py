@@ -23,7 +23,6 @@ from asperity.fit.synthetic import (
     DEFAULT_NOISE,
     FREE,
     K_N,
-    SET,
     TRUTH,
     noisy,
     synthetic,
@@ -133,21 +132,16 @@ def table(repetitions: int, executor: Executor | None = None) -> str:
     return markdown(head, lines, numbers=True)
 
 
-def example(picture: Path | None) -> str:
-    """Report of `asperity fit` on the default tests but for correlations, or without dilation and picture."""
+def example(picture: Path) -> str:
+    """Report of `asperity fit` on the default tests, but for correlations, and its picture."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
-        write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))
-        found = fit(read_records([path]), fixed=None if picture is not None else SET)
+        write_record(path, synthetic(DEFAULT_NOISE, 0))
+        found = fit(read_records([path]))
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
-    if picture is not None:
-        draw(found, picture, DEFAULT)
-        text = re.sub(r"correlation .*?\n\n", "", text, flags=re.DOTALL)
-        text += f"\n\n{props_line(found)}"
-    else:
-        start = text.index("no dilation: mu")
-        text = text[start:]
-    return f"```text\n{text}\n```"
+    draw(found, picture, DEFAULT)
+    text = re.sub(r"correlation .*?\n\n", "", text, flags=re.DOTALL)
+    return f"```text\n{text}\n\n{props_line(found)}\n```"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -165,7 +159,7 @@ def _write(options: argparse.Namespace) -> int:
     """Fill the numbers of the study into a page."""
     images = options.page.parents[1] / "images"
     images.mkdir(exist_ok=True)
-    contents = {"fit-example": lambda: example(images / "fit.png"), "fit-coupling": lambda: example(None)}
+    contents = {"fit-example": lambda: example(images / "fit.png")}
     with workers(options, os.cpu_count() or 1) as executor:
         if not options.no_study:
             contents["fit-study"] = lambda: table(options.repetitions, executor)
