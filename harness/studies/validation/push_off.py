@@ -37,13 +37,14 @@ VARIANTS: dict[str, tuple[list[Constants], Constants]] = {
     "friction": ([START], RIGID),
     "wear": ([START | {"W0": 100.0}], RIGID),
     "bond": (
-        [START | one for one in (
-            {"sigma0": 3.0, "Gc": 0.3, "flat": 0.3},
-            {"sigma0": 4.0, "Gc": 2.0, "flat": 0.5},
-        )],
+        [
+            START | {"sigma0": sigma0, "Gc": Gc, "flat": flat}
+            for sigma0, Gc in ((2.0, 0.2), (4.0, 2.0), (10.0, 0.7))
+            for flat in (0.02, 0.3, 0.6)
+        ],
         {},
     ),
-}  # fmt: skip
+}
 """Starts of the free constants, and the fixed ones, of each form of the law."""
 
 FITS = {"6.8": (STRONG,), "3.6": (WEAK,), "both": (STRONG, WEAK)}
