@@ -71,6 +71,20 @@ subroutine contract_version(text)
   text = version
 end subroutine contract_version
 
+!> Constants of a joint without bond.
+subroutine contract_joint(kn, ks, sigma0, gc, eta, kc)
+  use asperity_material, only: joint_constants
+  implicit none
+  double precision, intent(in) :: kn, ks                   !! stiffness in closing and in shear, stress/length
+  double precision, intent(out) :: sigma0, gc, eta, kc     !! PROPS 1, 2, 3, 16
+  double precision :: constants(4)
+  constants = joint_constants(kn, ks)
+  sigma0 = constants(1)
+  gc = constants(2)
+  eta = constants(3)
+  kc = constants(4)
+end subroutine contract_joint
+
 !> Check PROPS.
 subroutine interface_review(nprops, props, n_planes, status)
   use asperity_contract, only: status_ok

@@ -4,6 +4,7 @@ module case_material
   use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_damage0, &
     p_eta, p_flat, p_gc, p_gc2, p_height, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
+  use asperity_material, only: joint_constants, least_joint_stiffness
   use asperity_text, only: append, integer_text, to_text
   use case_text, only: entry_where, group_index, group_where, listed, text_type, unknown_name
   use case_values, only: get_integer, get_real, get_reals, get_switch
@@ -28,8 +29,6 @@ contains
     logical :: given(n_fixed_props)
     real(wp), allocatable :: normals(:), weights(:)
     real(wp) :: stiffness(2)
-    !> Of a joint without bond: sigma0 and Gc of set_joint are in their ranges.
-    real(wp), parameter :: least_stiffness = 1.0e-44_wp
     integer :: of_joint(2)   ! entries kn and ks, 0: none
     character(len=:), allocatable :: known
     integer :: e, g, i, k, sides
@@ -55,7 +54,7 @@ contains
           i = findloc(joint_entries, text%entries(e)%name, dim=1)
           of_joint(i) = e
           call get_real(text, e, stiffness(i), message)
-          if (.not. (stiffness(i) >= least_stiffness .and. stiffness(i) <= prop_table(p_sigma0)%upper)) then
+          if (.not. (stiffness(i) >= least_joint_stiffness .and. stiffness(i) <= prop_table(p_sigma0)%upper)) then
             call append(message, entry_where(text, e) // ": expected > 0 (1e-44 to 1e50)")
           end if
         else if (groups(k) == "pattern" .and. text%entries(e)%name == "sides") then
@@ -178,8 +177,6 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     !> Constants that kn and ks give.
     integer, parameter :: derived(6) = [p_sigma0, p_gc, p_eta, p_sigma02, p_gc2, p_kc]
-    !> Separation at the onset of the damage that the bond would have, length; it only scales tolerances.
-    real(wp), parameter :: s0 = 1.0e-3_wp
     integer :: e, i
     do i = 1, 2
       if (of_joint(i) == 0) call append(message, entry_where(text, of_joint(3 - i)) // ": expected " // &
@@ -194,11 +191,8 @@ contains
       end if
     end do
     given(derived) = .true.
-    props(p_sigma0) = stiffness(2)*s0
-    props(p_gc) = stiffness(2)*s0**2
-    props(p_eta) = 0.5_wp
+    props([p_sigma0, p_gc, p_eta, p_kc]) = joint_constants(stiffness(1), stiffness(2))
     props(p_damage0) = 1.0_wp
-    props(p_kc) = stiffness(1)/stiffness(2)
     props([p_sigma02, p_gc2]) = 0.0_wp
     if (props(p_kc) > prop_table(p_kc)%upper) call append(message, entry_where(text, of_joint(1)) // &
       ": expected at most 1e10 ks")

@@ -15,13 +15,13 @@ from asperity import contract
 from asperity.case_files import SlipTest, read_case, slip_tests
 from asperity.contract import Floats
 from asperity.installed import cases
-from asperity.interface import work_along
 from asperity.material import Material
 from asperity.results import ENERGIES, Rows, drive
 from tqdm import tqdm
 
 from tests.oracle import reference
 
+from .newton import work_along
 from .program import DIFFERS, run
 
 LAW_TOLERANCE = 1.0e-12

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -22,14 +23,14 @@ from asperity.fit.synthetic import (
     DEFAULT_NOISE,
     FREE,
     K_N,
-    SET,
     TRUTH,
     noisy,
     synthetic,
     write_record,
 )
 from asperity.fit.units import DEFAULT
-from asperity.parallel import add_workers, map_in_order, progress_bar, workers
+from asperity.options import add_workers, progress_bar, workers
+from asperity.parallel import map_in_order
 from asperity.tables import markdown
 
 from .program import run
@@ -106,7 +107,7 @@ def table(repetitions: int, executor: Executor | None = None) -> str:
     The fits start at the true values; the first OWN_STARTS of them are repeated from random starts, and the
     last column is the number of these that reach a sum of squares as small.
     """
-    head = ["test data", "noise", *TRUTH, "ratio", "found"]
+    head = ["test data, all in %", "noise", *TRUTH, "ratio", "found"]
     lines = []
     total = len(STUDIES) * len(NOISES) * (repetitions + min(OWN_STARTS, repetitions))
     with progress_bar(total, "fit") as bar:
@@ -120,32 +121,28 @@ def table(repetitions: int, executor: Executor | None = None) -> str:
                     [[(e.high - e.low) / (2.0 * e.value) for e in row] for row in rows], axis=0
                 )
                 cells = {
-                    key: f"{share:.0%}, {width:.1%}".replace("%", " %")
+                    key: f"{100.0 * share:.0f}, {100.0 * width:.1f}"
                     for key, share, width in zip(names, shares, widths, strict=True)
                 }
                 own = min(OWN_STARTS, repetitions)
                 again = coverage(noise, own, free, bar.update, executor=executor, **record)[1]  # type: ignore[arg-type]
                 reached = [b.costs[0] <= SAME * a.costs[0] for a, b in zip(fits, again, strict=False)]
-                cells["found"] = f"{sum(reached)} of {len(reached)}"
+                cells["found"] = f"{sum(reached)}/{len(reached)}"
                 texts = [cells.get(key, "") for key in head[2:]]
-                lines.append([name, f"{noise:.0%}".replace("%", " %"), *texts])
+                lines.append([name, f"{100.0 * noise:g}", *texts])
     return markdown(head, lines, numbers=True)
 
 
-def example(picture: Path | None) -> str:
-    """Report of `asperity fit` on the default tests, with a picture, or without dilation and picture."""
+def example(picture: Path) -> str:
+    """Report of `asperity fit` on the default tests, but for correlations, and its picture."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
-        write_record(path, synthetic(DEFAULT_NOISE, 0, dilation=picture is not None))
-        found = fit(read_records([path]), fixed=None if picture is not None else SET)
+        write_record(path, synthetic(DEFAULT_NOISE, 0))
+        found = fit(read_records([path]))
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
-    if picture is not None:
-        draw(found, picture, DEFAULT)
-        text += f"\n\n{props_line(found)}"
-    else:
-        start = text.index("no dilation: mu")
-        text = text[start:]
-    return f"```text\n{text}\n```"
+    draw(found, picture, DEFAULT)
+    text = re.sub(r"correlation .*?\n\n", "", text, flags=re.DOTALL)
+    return f"```text\n{text}\n\n{props_line(found)}\n```"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -163,7 +160,7 @@ def _write(options: argparse.Namespace) -> int:
     """Fill the numbers of the study into a page."""
     images = options.page.parents[1] / "images"
     images.mkdir(exist_ok=True)
-    contents = {"fit-example": lambda: example(images / "fit.png"), "fit-coupling": lambda: example(None)}
+    contents = {"fit-example": lambda: example(images / "fit.png")}
     with workers(options, os.cpu_count() or 1) as executor:
         if not options.no_study:
             contents["fit-study"] = lambda: table(options.repetitions, executor)

@@ -224,3 +224,10 @@ def _secant(interface: Interface, before: Floats, state: Floats, s: Floats) -> F
     across_planes = np.where(s_n < 0.0, material.kc, 1.0 - alpha) * material.K * weights - along
     products = normals[:, :, None] * normals[:, None, :]
     return np.einsum("nk,kij->nij", across_planes, products) + along.sum(axis=1)[:, None, None] * np.eye(3)
+
+
+def work_along(separation: Floats, traction: Floats) -> Floats:
+    """Work (T,) of a traction (T, 3) along separations (T, 3) that start at zero, by the trapezoidal rule."""
+    before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
+    change = np.diff(separation, axis=0, prepend=0.0)
+    return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))

@@ -134,7 +134,8 @@ def read_rows(path: Path) -> list[Row]:
 
 def draw(rows: Sequence[Row], path: Path) -> None:
     """Draw error and time over the number of planes, a column for each structure."""
-    from asperity.plots import COLOURS, plt
+    import matplotlib.pyplot as plt
+    from asperity.style import COLOURS
 
     names = list(dict.fromkeys(row.structure for row in rows))
     figure, axes = plt.subplots(

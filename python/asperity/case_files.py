@@ -162,15 +162,12 @@ def slip_tests(case: Case) -> Iterator[SlipTest]:
     Raises ValueError unless the case starts from a virgin point and is a slip under a constant normal
     traction or an opening in mode I.
     """
-    for run in case.runs:
-        if run.start != "virgin":
-            text = "expected a case that starts virgin and free of traction"
-            raise ValueError(f"{case.path}: &{run.start}: {text}")
-        yield slip_test(case.path, run)
+    return (_slip_test(case.path, run) for run in case.runs)
 
 
-def slip_test(path: Path, run: Run) -> SlipTest:
-    """Slip test that the steps of a run are; raises ValueError for other steps."""
+def _slip_test(path: Path, run: Run) -> SlipTest:
+    if run.start != "virgin":
+        raise ValueError(f"{path}: &{run.start}: expected a case that starts virgin and free of traction")
     preload, sigma_N, direction = 0, 0.0, 0.0
     opened = False
     slips = [np.zeros(1)]

@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
+from .options import add_workers, check_picture, units_of
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
 BAD_INPUT = 1
@@ -121,8 +122,6 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         metavar="LENGTH,STRESS",
         help="units for the labels of the plot (default: mm,MPa)",
     )
-    from .parallel import add_workers
-
     add_workers(run, "one driver runs all values of a sweep")
     run.set_defaults(action=_run)
 
@@ -156,47 +155,36 @@ def _run(options: argparse.Namespace) -> int:
     """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
     if options.units is not None and options.plot is None:
         raise ValueError(f"--units {options.units}: expected with --plot, whose labels have units")
-    units = (options.units or "mm,MPa").split(",")
-    if len(units) != 2:
-        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
+    units = units_of(options.units or "mm,MPa")
     if options.plot not in (None, Path()):
-        from .style import check
-
-        check(options.plot)
+        check_picture(options.plot)
     path = Path(options.case)
     path = path if path.is_file() or path.suffix else named_case(options.case)
     output = options.output or Path(path.stem + ".csv")
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
     passed_on = [f"--{name}" for name in ("planes", "quiet") if getattr(options, name)]
-    code = _driven(path, output, passed_on, options)
+    if options.jobs is None:
+        code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+    else:
+        from .sweeps import run_sweep
+
+        code = run_sweep(path, output, passed_on, options)
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
-        from .plots import draw
+        from .plots import figure_of
+        from .style import save
 
         png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
         case = read_case(path)
         joints = {(run.material, run.pattern): run.interface for run in case.runs}
         joint = next(iter(joints.values())) if len(joints) == 1 else None
-        draw(results, png, case.title, case.sweep, *units, joint)
+        save(figure_of(results, case.title, case.sweep, *units, joint), png)
         print(png)
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
     return code if code >= 0 else BAD_INPUT
-
-
-def _driven(path: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
-    """Run the driver, or with --jobs one for each value of a sweep; return the exit code."""
-    if options.jobs is None:
-        return subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
-    from .parallel import progress_bar, workers
-    from .sweeps import number_of_runs, run_sweep
-
-    with workers(options) as executor, progress_bar(number_of_runs(path), "run") as bar:
-        code, messages = run_sweep(path, output, passed_on, executor, bar.update)
-    sys.stderr.write(messages)
-    return code
 
 
 if __name__ == "__main__":

@@ -69,11 +69,6 @@ def named_case(name: str) -> Path:
     raise ValueError(f"{name}: expected a case file, or a name that `asperity cases` lists")
 
 
-def stability_case(name: str) -> Path:
-    """Case file of the catalogue of failures."""
-    return _installed(f"cases/stability/{name}.nml")
-
-
 def _program(name: str, variable: str) -> Path:
     other = os.environ.get(variable)
     if other is None:

@@ -509,13 +509,6 @@ def _in_words_of_the_caller(words: Sequence[tuple[str, str]]) -> Iterator[None]:
         raise ValueError(text) from None
 
 
-def work_along(separation: Floats, traction: Floats) -> Floats:
-    """Work (T,) of a traction (T, 3) along separations (T, 3) that start at zero, by the trapezoidal rule."""
-    before = np.concatenate([np.zeros((1, 3)), traction])[:-1]
-    change = np.diff(separation, axis=0, prepend=0.0)
-    return np.cumsum(0.5 * np.sum((before + traction) * change, axis=1))
-
-
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:
     """Contiguous array of doubles of shape (rows, columns)."""
     array = contract.array(name, value)

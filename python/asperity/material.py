@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import contract
+from . import _core, contract
 
 
 class ModelWarning(UserWarning):
@@ -44,8 +44,7 @@ class Material(_Constants):
     def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
         """Material of a joint without bond, such as a rock joint: damage0 = 1.
 
-        Its bond only gives the stiffness: K = ks, kc = kn/ks, with eta = 0.5 and a separation at the onset of
-        damage of 0.001, which has no effect but on the tolerances of a load path.
+        Its bond only gives the stiffness: K = ks, kc = kn/ks.
 
         Parameters
         ----------
@@ -77,14 +76,12 @@ class Material(_Constants):
             cls(1.0, 1.0, 0.5, mu, **others)
         except ValueError as error:
             bad.append(str(error))
-        scale = 1e-3
-        # sigma0 and Gc are in their ranges, too
         if _in_range(bad, "> 0 (1e-44 to 1e50)", 1e-44, 1e50, kn=kn, ks=ks) and not kn <= 1e10 * ks:
             bad.append(f"kn = {contract.shown(kn)}: expected at most 1e10 ks")
         if bad:
             raise ValueError("\n".join(bad))
-        bond = {"sigma0": scale * ks, "Gc": scale**2 * ks, "eta": 0.5, "kc": kn / ks, "damage0": 1.0}
-        return cls(mu=mu, **others | bond)
+        bond = dict(zip(("sigma0", "Gc", "eta", "kc"), _core.contract_joint(kn, ks), strict=True))
+        return cls(mu=mu, **others | bond | {"damage0": 1.0})
 
     @classmethod
     def from_masonry(

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from .contract import Floats
-from .pattern import Pattern
+from .pattern import Pattern, direction_vector
 from .style import COLOURS
 
 GREYS = ("#FFFFFF", "#D9E6F2", "#B3C6D9")
@@ -18,10 +16,10 @@ STONE = ("#E8E4DC", "#D8DEE6")
 """Fills of the lower and of the upper side of a joint."""
 
 
-def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]]:
+def outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]]:
     """Plan of one element: corners (., 2) of the flat plane on top and of each inclined plane.
 
-    The areas in plan are the weights of the pattern.
+    The areas in plan are the weights of the pattern.  An inclined plane rises towards the flat one.
     """
     if pattern.m == 2:
         half = 0.5 * size
@@ -30,8 +28,8 @@ def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]
         boxes = [np.array([(a, -half), (b, -half), (b, half), (a, half)]) for a, b in x]
         return boxes[0], boxes[1:]
     # the sides are normal to the directions of the planes, so the corners lie between these directions
-    corners = np.radians(pattern.turn + 180.0 / pattern.m * (2 * np.arange(pattern.m + 1) - 1) + 180.0)
-    outer = size * np.column_stack([np.cos(corners), np.sin(corners)]) / np.sqrt(2.0)
+    corners = pattern.turn + 180.0 / pattern.m * (2 * np.arange(pattern.m + 1) - 1) + 180.0
+    outer = size * direction_vector(corners) / np.sqrt(2.0)
     inner = np.sqrt(pattern.flat) * outer
     sides = [np.array([outer[k], outer[k + 1], inner[k + 1], inner[k]]) for k in range(pattern.m)]
     return inner[:-1], sides
@@ -39,42 +37,29 @@ def _outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]
 
 def plan(ax: Axes, pattern: Pattern, title: str, numbers: bool = True) -> None:
     """Draw the plan view of a regular pattern, with an arrow up the slope of each inclined plane."""
-    top, sides = _outlines(pattern)
+    top, sides = outlines(pattern)
     ax.fill(*top.T, facecolor=GREYS[0], edgecolor="black", linewidth=1.0)
     for k, side in enumerate(sides):
         ax.fill(*side.T, facecolor=GREYS[1 + k % 2], edgecolor="black", linewidth=1.0)
     if numbers:
-        ax.text(0.0, 0.0, "1", ha="center", va="center")
-        for k, e in enumerate(_uphill(pattern)):
-            middle = sides[_side_of(sides, e)].mean(axis=0)
-            ax.text(*middle, str(k + 2), ha="center", va="center")
+        for k, outline in enumerate([top, *sides]):
+            ax.text(*outline.mean(axis=0), str(k + 1), ha="center", va="center")
     ax.set_title(title)
     ax.set_aspect("equal")
     ax.set_axis_off()
-
-
-def _uphill(pattern: Pattern) -> Floats:
-    """Horizontal unit vectors up the slope of the inclined planes, in their order."""
-    e = -pattern.normals[-pattern.m :, 1:]
-    return e / np.linalg.norm(e, axis=1)[:, None]
-
-
-def _side_of(sides: Sequence[Floats], e: Floats) -> int:
-    """Index of the side of the element that rises along e; this side lies opposite to e."""
-    return int(np.argmin([side.mean(axis=0) @ e for side in sides]))
 
 
 def space(ax: Axes, pattern: Pattern, title: str) -> None:
     """Draw an oblique view of a regular pattern, with the average normal and the tangential axes."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    top, sides = _outlines(pattern)
-    e = _uphill(pattern)
+    top, sides = outlines(pattern)
+    e = direction_vector(pattern.turn)
     slope = np.tan(np.radians(pattern.theta))
-    rise = slope * ((top @ e[0]).min() - (np.concatenate(sides) @ e[0]).min())
+    rise = slope * ((top @ e).min() - (np.concatenate(sides) @ e).min())
     faces = [np.column_stack([top, np.full(len(top), rise)])]
     for side in sides:
-        up = [_inside(corner, top) for corner in side]
+        up = [np.isclose(top, corner).all(axis=1).any() for corner in side]
         faces.append(np.column_stack([side, rise * np.array(up, dtype=float)]))
     ax.add_collection3d(
         Poly3DCollection(
@@ -92,11 +77,6 @@ def space(ax: Axes, pattern: Pattern, title: str) -> None:
     ax.view_init(elev=38, azim=-60)
     ax.set_axis_off()
     ax.set_title(title)
-
-
-def _inside(corner: Floats, top: Floats) -> bool:
-    """Whether a corner of an inclined plane is also a corner of the flat plane."""
-    return bool(np.any(np.all(np.isclose(top, corner), axis=1)))
 
 
 def profile(theta: float, flat: float) -> Floats:

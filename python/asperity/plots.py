@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -17,7 +17,7 @@ from .pattern_pictures import plan, section
 from .results import Rows
 from .style import COLOURS, LINES, TWO, direction_arrows, label_ends, printed, save
 
-__all__ = ["COLOURS", "LINES", "draw", "figure_of", "plot", "plt", "slip_direction"]
+__all__ = ["COLOURS", "LINES", "figure_of", "plot", "slip_direction"]
 
 
 def slip_direction(separation: Floats) -> Floats:
@@ -64,25 +64,11 @@ def plot(
         raise ValueError("plot: expected a history with rows")
     figure = figure_of({None: history.rows()}, title, "", *units)
     if path is not None:
-        with printed():
-            save(figure, Path(path))
+        save(figure, Path(path))
     return figure
 
 
-def draw(
-    results: Mapping[float | None, Rows],
-    path: Path,
-    title: str,
-    sweep: str,
-    length: str,
-    stress: str,
-    joint: Interface | None = None,
-) -> None:
-    """Write the picture of `figure_of` to a file."""
-    with printed():
-        save(figure_of(results, title, sweep, length, stress, joint), path)
-
-
+@printed()
 def figure_of(
     results: Mapping[float | None, Rows],
     title: str,
@@ -97,18 +83,6 @@ def figure_of(
     joint: interface of all results, whose pattern and constants a panel on the left shows.  A cross marks a
     lost equilibrium; arrows show the direction of paths with reversals.
     """
-    with printed():
-        return _figure(results, title, sweep, length, stress, joint)
-
-
-def _figure(
-    results: Mapping[float | None, Rows],
-    title: str,
-    sweep: str,
-    length: str,
-    stress: str,
-    joint: Interface | None,
-) -> Figure:
     slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())
     x_label = f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]"
     labels = [rf"traction $\tau_L$ [{stress}]" if slips else rf"traction $\sigma_N$ [{stress}]"]
@@ -123,7 +97,7 @@ def _figure(
         _geometry(axes[0], shown)
         axes = axes[1:]
     for i, (value, rows) in enumerate(results.items()):
-        colour = COLOURS[i] if len(results) <= len(COLOURS) else plt.cm.cividis(i / len(results))
+        colour = COLOURS[i] if len(results) <= len(COLOURS) else colormaps["cividis"](i / len(results))
         style = LINES[i % len(LINES)]
         e = slip_direction(rows.separation)
         opening = rows.separation[:, 0]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import glob
 import subprocess
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -58,18 +56,12 @@ def read_rows(path: Path) -> Rows:
     return Rows(numbers[:, 0:3], numbers[:, 3:6], numbers[:, 6], column["event"], numbers[:, 7:])
 
 
-@contextmanager
-def driven(case: Path) -> Iterator[tuple[subprocess.CompletedProcess[str], Path]]:
-    """Run of a case by the driver; its output exists as long as the context is open."""
+def drive(case: Path) -> dict[float | None, Rows]:
+    """Rows by the value of the sweep, None without one; raises ValueError with the message of the driver."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "out.csv")
         command = [driver(), case, "-o", output, "--quiet"]
-        yield subprocess.run(command, capture_output=True, text=True, check=False), output
-
-
-def drive(case: Path) -> dict[float | None, Rows]:
-    """Rows by the value of the sweep, None without one; raises ValueError with the message of the driver."""
-    with driven(case) as (run, output):
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
         if run.returncode != 0:
             raise ValueError(run.stderr.strip())
         return {value: read_rows(path) for value, path in results_of(output).items()}
@@ -79,9 +71,8 @@ def results_of(output: Path) -> dict[float | None, Path]:
     """Result files of a run by the value of the sweep, in ascending order; None without a sweep."""
     found: dict[float | None, Path] = {None: output} if output.is_file() else {}
     values = {}
-    stem = output.name.removesuffix(
-        ".csv"
-    )  # as in the driver, only the ending .csv is removed before the value is appended
+    # as in the driver, only the ending .csv is removed before the value is appended
+    stem = output.name.removesuffix(".csv")
     for path in output.parent.glob(f"{glob.escape(stem)}_*.csv"):
         try:
             values[float(path.stem.removeprefix(stem + "_"))] = path

@@ -188,3 +188,11 @@ def prescribed(steps: Sequence[Step]) -> list[tuple[bool, ...]]:
                 traction[i] = True
         found.append(tuple(traction))
     return found
+
+
+def turns_of(x: Floats) -> NDArray[np.int_]:
+    """Rows of the ends and of the reversals of a path of slips or openings (T,)."""
+    ways = np.sign(np.diff(x))
+    moving = np.flatnonzero(ways)
+    reversals = moving[1:][np.diff(ways[moving]) != 0]
+    return np.concatenate([[0], reversals, [len(x) - 1]])

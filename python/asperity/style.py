@@ -12,8 +12,11 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.optimize import isotonic_regression
 
 from .contract import Floats
+from .options import check_picture
+from .steps import turns_of
 
 ONE, TWO = 3.5, 7.2
 """Widths of a picture for one column and for two columns of a journal, inches.
@@ -29,9 +32,6 @@ LINES = ("-", "--", "-.", ":")
 
 DPI = 200
 """Resolution of PNG files, dots per inch."""
-
-FORMATS = (".png", ".pdf")
-"""Endings of the names of pictures."""
 
 TYPE = 8.0
 """Size of the type, points."""
@@ -72,7 +72,7 @@ NEAR_FRAME = 0.75
 
 @contextmanager
 def printed() -> Iterator[None]:
-    """Use the settings of this style inside the block; those of the caller are restored after it."""
+    """Use the settings of this style in a block or, as a decorator, in a function; then restore others."""
     with matplotlib.rc_context(_SETTINGS):
         yield
 
@@ -83,15 +83,10 @@ def new_figure(width: float, height: float, **subplots: object) -> tuple[Figure,
     return figure, figure.subplots(squeeze=False, **subplots).ravel()
 
 
-def check(path: Path) -> None:
-    """Raise ValueError unless the name of a picture ends in one of FORMATS."""
-    if path.suffix not in FORMATS:
-        raise ValueError(f"{path}: expected a name that ends in {' or '.join(FORMATS)}")
-
-
+@printed()
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure to a file whose name ends in one of FORMATS."""
-    check(path)
+    """Write a figure to a file whose name ends in .png or .pdf."""
+    check_picture(path)
     path.write_bytes(encoded(figure, path.suffix))
 
 
@@ -114,12 +109,10 @@ def encoded(figure: Figure, ending: str) -> bytes:
 
 def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: object) -> None:
     """Draw an arrow on each branch of a path with reversals; a path without a reversal gets none."""
-    ways = np.sign(np.diff(x))
-    moving = np.flatnonzero(ways)
-    turns = moving[1:][np.diff(ways[moving]) != 0]
-    if turns.size == 0 or turns.size > MOST_TURNS:
+    turns = turns_of(x).tolist()
+    if not 2 < len(turns) <= MOST_TURNS + 2:
         return
-    for first, last in pairwise([int(moving[0]), *turns.tolist(), len(x) - 1]):
+    for first, last in pairwise(turns):
         wanted = x[first] + PLACE * (x[last] - x[first])
         at = max(first + int(np.argmin(np.abs(x[first : last + 1] - wanted))), 1)
         style = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11, "color": colour}
@@ -166,16 +159,7 @@ def label_ends(ax: Axes, title: str = "") -> None:
 def _apart(levels: Sequence[float], height: float) -> list[float]:
     """Levels moved apart to at least the height of a text, in their order, as little as possible."""
     order = np.argsort(levels, kind="stable")
-    wanted = np.array(levels)[order] - height * np.arange(len(levels))
-    # isotonic regression: neighbours in the wrong order share their mean
-    blocks: list[list[float]] = []
-    for value in wanted:
-        blocks.append([value, 1.0])
-        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
-            value_2, count_2 = blocks.pop()
-            value_1, count_1 = blocks.pop()
-            blocks.append([(value_1 * count_1 + value_2 * count_2) / (count_1 + count_2), count_1 + count_2])
-    spread = np.concatenate([np.full(int(count), value) for value, count in blocks]) if blocks else wanted
+    steps = height * np.arange(len(levels))
     found = np.empty(len(levels))
-    found[order] = spread + height * np.arange(len(levels))
+    found[order] = isotonic_regression(np.array(levels)[order] - steps).x + steps
     return [float(level) for level in found]

@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
+import argparse
 import subprocess
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from .case_files import read_case
 from .installed import driver
+from .options import progress_bar, workers
 from .parallel import map_in_order
 
 
-def number_of_runs(case: Path) -> int:
-    """Runs of a case, one for each value of its sweep."""
-    return len(read_case(case).runs)
+def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
+    """Run every value of a sweep, write the files and the messages, and return the worst exit code.
 
-
-def run_sweep(
-    case: Path,
-    output: Path,
-    options: Sequence[str],
-    executor: Executor | None,
-    tick: Callable[[], object],
-) -> tuple[int, str]:
-    """Run every value of a sweep, write the files, and return the worst exit code and the messages.
-
-    A line that is a message of several runs is returned once.  Raises OSError, before any work, if the folder
-    of the output does not exist.
+    passed_on: options of the driver.  A line that is a message of several runs is written once.  Raises
+    OSError, before any work, if the folder of the output does not exist.
     """
     if output == Path("-"):
         raise ValueError("-o -: expected the name of a file with --jobs, of which several are written")
     if not output.parent.is_dir():
         raise FileNotFoundError(f"{output}: expected a file in a folder that exists, not in {output.parent}")
-    one_run = partial(_one_run, case, output, options)
-    done = map_in_order(one_run, range(1, number_of_runs(case) + 1), executor, tick)
+    count = len(read_case(case).runs)
+    one_run = partial(_one_run, case, output, passed_on)
+    with workers(options) as executor, progress_bar(count, "run") as bar:
+        done = map_in_order(one_run, range(1, count + 1), executor, bar.update)
     for _, _, files in done:
         for name, content in files.items():
             path = output.parent / name
@@ -46,7 +39,8 @@ def run_sweep(
                 )
             path.write_bytes(content)
     lines = dict.fromkeys(line for _, messages, _ in done for line in messages.splitlines(keepends=True))
-    return max(code for code, _, _ in done), "".join(lines)
+    sys.stderr.write("".join(lines))
+    return max(code for code, _, _ in done)
 
 
 def _one_run(

@@ -5,14 +5,26 @@ module asperity_material
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: material_type, new_material, damage_share
+  public :: material_type, new_material, damage_share, joint_constants
 
   include "asperity_constants.inc"
 
   !> Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent.
   real(wp), parameter, public :: largest_share = 0.99_wp
 
+  !> Smallest stiffness of a joint without bond: its sigma0 and Gc are in their ranges.
+  real(wp), parameter, public :: least_joint_stiffness = 1.0e-44_wp
+
 contains
+
+  !> Constants sigma0, Gc, eta, kc of a joint without bond, whose bond only gives the stiffness: K = ks, kc = kn/ks. The
+  !> separation at the onset of the damage that the bond would have has no effect but on tolerances and steps.
+  pure function joint_constants(kn, ks) result(constants)
+    real(wp), intent(in) :: kn, ks   !! stiffness in closing and in shear, stress/length
+    real(wp) :: constants(4)
+    real(wp), parameter :: onset = 1.0e-3_wp, eta = 0.5_wp
+    constants = [ks*onset, ks*onset**2/(2.0_wp*(1.0_wp - eta)), eta, kn/ks]
+  end function joint_constants
 
   !> Constants of the law from admissible PROPS: s_f = 2 Gc/sigma0, (5), (12); a mode II value of 0 is that of mode I.
   pure subroutine new_material(props, material)

@@ -29,8 +29,6 @@ contains
   pure function new_rie_law(joint) result(law)
     type(interface_type), intent(in) :: joint   !! material and pattern
     type(rie_law) :: law
-    !> Without a bond its strength is no scale of the tractions: this part only stands for a traction of zero.
-    real(wp), parameter :: unbonded = 1.0e-9_wp
     law%joint = joint
     law%n_state = joint%n_statev
     associate (m => joint%material)
@@ -39,7 +37,6 @@ contains
       law%stiffness = max(m%k_n, m%k_t)
       law%softest = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
       law%stress = m%k_n*m%s0
-      if (start_damage(joint, 0.0_wp) >= 1.0_wp) law%stress = unbonded*law%stress
       law%relaxes = m%tau_v > 0.0_wp
       law%wears = m%wears
       law%jumps = m%curved .or. m%guard

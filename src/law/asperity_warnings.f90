@@ -137,10 +137,10 @@ contains
         "expected less, because beyond it there is no equilibrium"
     case (m_soft)
       text = alone // " closes by " // short(value) // " s_f, " // expected(which) // &
-        ": the contact is soft, a larger kc makes it stiffer"
+        ": the contact is soft, a larger kc or a largest closure makes it stiffer"
     case (m_deep)
       text = alone // " closes by " // short(value) // " height, " // expected(which) // &
-        ": a larger kc makes the contact stiffer"
+        ": a larger kc or a largest closure makes the contact stiffer"
     case (m_runaway)
       text = "the friction on " // alone // " stores " // short(value) // " W0, " // expected(which) // &
         ": beyond it a facet may wear off in a jump"

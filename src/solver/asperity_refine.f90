@@ -7,7 +7,7 @@ module asperity_refine
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_control_point, only: point_type
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_run, next_row, row_type, run_type
   use asperity_rie_law, only: new_rie_law, rie_law
@@ -184,13 +184,16 @@ contains
     type(point_type), intent(in) :: start         !! the point at the start
     type(row_type), intent(in) :: rows(:)         !! rows
     real(wp) :: scales(n_values)
+    !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
+    real(wp), parameter :: unbonded = 1.0e-9_wp
     real(wp) :: largest(3), values(n_values)
     type(rie_law) :: law
     integer :: i
     law = new_rie_law(joint)
     values = values_of_point(start)
-    largest = [max(law%reach, maxval(abs(values(1:3)))), max(law%stress, maxval(abs(values(4:6)))), &
-      max(0.5_wp*law%reach*law%stress, maxval(abs(values(7:))))]
+    largest = [law%reach, law%stress, 0.5_wp*law%reach*law%stress]
+    if (start_damage(joint, 0.0_wp) >= 1.0_wp) largest = unbonded*largest
+    largest = max(largest, [maxval(abs(values(1:3))), maxval(abs(values(4:6))), maxval(abs(values(7:)))])
     do i = 1, size(rows)
       values = values_of(rows(i))
       largest = max(largest, [maxval(abs(values(1:3))), maxval(abs(values(4:6))), maxval(abs(values(7:)))])

@@ -1,5 +1,5 @@
-# Runs the shipped cases that ONLY names; one that expects an end (&expect) fails where it ends otherwise. Called by CTest
-# with DRIVER, CASES, ONLY, WORK.
+# Runs the shipped cases that ONLY names; one that expects an end (&expect) fails where it ends otherwise. Called by
+# CTest with DRIVER, CASES, ONLY, WORK.
 file(GLOB cases ${CASES}/${ONLY}.nml)
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})

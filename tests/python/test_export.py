@@ -16,8 +16,7 @@ import pytest
 from asperity import contract, installed
 from asperity.cli import main
 from asperity.export import kit
-from asperity.export.deck_lines import residual
-from asperity.export.decks import DECKS, MU, SLIP, THETA
+from asperity.export.decks import DECKS, ROUGH, SLIP, THETA
 from asperity.export.environment import ENVIRONMENT
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
@@ -114,7 +113,7 @@ def test_rows_of_the_readme_are_those_of_the_deck() -> None:
     found = run_standard(model(deck), installed.library())[every - 1 :: every]
     expected = rows_of(kit.rows())
     assert np.abs(found - expected).max() < rounding
-    assert expected[-1, 0] == SLIP and abs(found[-1, 2] - residual(MU, THETA)) < 1.0e-9
+    assert expected[-1, 0] == SLIP and abs(found[-1, 2] - ROUGH.residual_strength(THETA)) < 1.0e-9
     # the rows tell softening from the end, and their number in the deck is that of the README
     assert len({row for row in expected[:, 2]}) == 4 and (np.diff(expected[:4, 3]) > 0.0).all()
 
@@ -127,7 +126,7 @@ def test_explicit_element(single: bool) -> None:
     assert late[-1, 0] == pytest.approx(SLIP, abs=1.0e-12) and abs(late[-1, 3] - 1.0) < 1.0e-6
     slope = np.tan(np.radians(THETA))
     for values, expected in (
-        (late[:, 2], residual(MU, THETA)),
+        (late[:, 2], ROUGH.residual_strength(THETA)),
         (late[:, 1] - slope * late[:, 0], static[1] - slope * static[0]),
     ):
         mean, deviation = values.mean(), values.std()
@@ -309,4 +308,4 @@ def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.Monk
     subprocess.run(command, cwd=tmp_path, check=True)
     ctypes.CDLL(str(tmp_path / "libabaqus.so"), mode=ctypes.RTLD_GLOBAL)
     end = run_standard(model(WRITTEN["single_standard.inp"]), tmp_path / "libuser.so")[-1]
-    assert abs(end[2] - residual(MU, THETA)) < 1.0e-9
+    assert abs(end[2] - ROUGH.residual_strength(THETA)) < 1.0e-9

@@ -210,7 +210,7 @@ def test_fit_finds_the_height() -> None:
     assert "\nheight " in report(found) and "W0" not in report(found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fit_finds_the_wear() -> None:
     """W0 of cyclic tests of RT without noise is identified."""
     tests = slip_tests_of(replace(TABLE_2, kc=20.0, W0=4.0), path(0.3, -0.3, 0.3), sides=2)

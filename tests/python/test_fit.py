@@ -112,10 +112,8 @@ def test_record_of_the_reference_model() -> None:
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "noise", [NOISES[1], *(pytest.param(noise, marks=pytest.mark.long) for noise in NOISES[::2])]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("noise", NOISES)
 def test_intervals_hold_at_their_rate(noise: float) -> None:
     """95 % intervals of every parameter and of the ratio: at most 4 of 16 miss (odds of 0.1 %)."""
     repetitions, most = 16, 4

@@ -139,7 +139,7 @@ def test_what_the_tests_do_not_contain(command: Command) -> None:
     holds(out)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_flat_joint(command: Command) -> None:
     """Inclined planes on a flat joint are refused; the proposal is a flat pattern, and holds."""
     record(sides=0, dilation=False)

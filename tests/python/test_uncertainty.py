@@ -247,7 +247,7 @@ REFUSED = [
     (
         LAW + "&pattern sides = 0 /\n&step t_N = 2.0 /\n&step slip = 0.2 /\n",
         ["--sd", "mu=0.1", "--jobs", "1"],
-        "the case itself loses equilibrium at",
+        "the case itself loses equilibrium beyond",
     ),
 ]  # fmt: skip
 

@@ -173,7 +173,10 @@ class Model:
             if kind.startswith("COH"):
                 keyword.check(np.abs(upper - lower).max() < 1.0e-9, f"{at}: its faces do not coincide")
                 upper = upper + np.eye(dimension)[-1]
-            keyword.check(_volume(lower, upper) > 0.0, f"{at}: its nodes are not in the order of {kind}")
+            middle = 0.5 * (lower + upper)
+            sides = [middle[i] - middle[0] for i in (1, 3)[: dimension - 1]]
+            volume = np.linalg.det([*sides, (upper - lower).mean(axis=0)])
+            keyword.check(volume > 0.0, f"{at}: its nodes are not in the order of {kind}")
             keyword.check(number not in self.elements, f"{at} is given twice")
             self.elements[number] = (kind, nodes)
             self.sets["elset"].setdefault(keyword.options["elset"], []).append(number)
@@ -310,13 +313,3 @@ def _keyword(line: str, number: int) -> Keyword:
     for one in known:
         keyword.check(one[-1] != "*" or one[:-1] in keyword.options, f"{one[:-1]} is missing")
     return keyword
-
-
-def _volume(lower: np.ndarray, upper: np.ndarray) -> float:
-    """Volume between two faces, > 0 where they are counter-clockwise seen from above."""
-    if lower.shape[1] == 2:
-        x, y = np.concatenate([lower, upper[::-1]]).T
-        return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-    middle = 0.5 * (lower + upper)
-    area = 0.5 * np.cross(middle[2] - middle[0], middle[3] - middle[1])
-    return float(area @ (upper - lower).mean(axis=0))

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from asperity.parallel import add_workers, workers
+from asperity.options import add_workers, workers
 from tqdm import tqdm
 
 from ..program import DIFFERS, run

@@ -9,13 +9,13 @@ from itertools import pairwise
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
-from asperity.interface import EquilibriumLost, Interface, work_along
+from asperity.interface import EquilibriumLost, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
 from numpy.typing import ArrayLike, NDArray
 
 from ..extensions import locked
-from ..newton import NewtonStudy, newton_paths, newton_study, slip_targets
+from ..newton import NewtonStudy, newton_paths, newton_study, slip_targets, work_along
 from .explicit import Flight, Vumat, fly
 from .modes import S_F, TABLE_2, FailureMode, K, Trial
 from .solver_modes import ramp

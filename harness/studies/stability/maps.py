@@ -8,12 +8,14 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
-from asperity.parallel import map_in_order, progress_bar
+from asperity.options import progress_bar
+from asperity.parallel import map_in_order
 from asperity.pattern import Pattern
-from asperity.plots import COLOURS, plt
+from asperity.plots import COLOURS
 from matplotlib.colors import BoundaryNorm, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D

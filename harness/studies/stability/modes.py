@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,9 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.installed import stability_case
+from asperity.installed import driver, named_case
 from asperity.material import Material
-from asperity.results import driven
 
 from ..newton import NewtonStudy
 
@@ -80,8 +81,11 @@ class Driven:
 
 def drive(case: str | Path) -> Driven:
     """Run a case of the catalogue, or a case file, by the driver."""
-    path = case if isinstance(case, Path) else stability_case(case)
-    with driven(path) as (done, output):
+    path = case if isinstance(case, Path) else named_case(f"stability/{case}")
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "out.csv")
+        command = [driver(), path, "-o", output, "--quiet"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         if not output.is_file():
             raise ValueError(done.stderr.strip())
         header, *lines = output.read_text(encoding="utf-8").splitlines()

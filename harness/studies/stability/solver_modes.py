@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.interface import Interface, work_along
+from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern, direction_vector
 
-from ..newton import NewtonStudy, newton_path, newton_study
+from ..newton import NewtonStudy, newton_path, newton_study, work_along
 from .branches import draw as draw_branches
 from .branches import steep_snap
 from .modes import S_0, S_F, TABLE_2, FailureMode, K, Trial, drive, plain

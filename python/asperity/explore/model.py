@@ -14,7 +14,8 @@ from ..contract import Floats
 from ..history import History
 from ..interface import EquilibriumLost, Interface
 from ..material import Material, ModelWarning
-from ..pattern import Pattern, direction_vector, unit_vector
+from ..pattern import Pattern, direction_vector
+from ..pattern_pictures import outlines
 
 VALUES = {
     "sigma0": 3.0,
@@ -140,31 +141,13 @@ def plan(pattern: Pattern) -> tuple[list[list[float]], list[list[float]]]:
 
     The flat plane is the bottom of a hollow, and each inclined plane stands where a slip climbs it.
     """
-    uphill, weights = _slopes(pattern), pattern.weights
-    inclined = np.hypot(*uphill.T) > 0.0
-    count, flat = int(inclined.sum()), float(weights[~inclined].sum())
-    xs, ys = [], []
-    for up, is_inclined in zip(uphill, inclined, strict=True):
-        if not count:
-            corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-        elif count == 2:
-            along = up / np.hypot(*up) if is_inclined else np.array([1.0, 0.0])
-            across = np.array([-along[1], along[0]])
-            ends = (flat, 1.0) if is_inclined else (-flat, flat)
-            corners = np.array([ends[0] * along - across, ends[1] * along - across])
-            corners = np.vstack([corners, ends[1] * along + across, ends[0] * along + across])
-        else:
-            inner, half = np.sqrt(flat), np.pi / count
-            if is_inclined:
-                azimuth = np.arctan2(up[1], up[0])
-                arms = unit_vector(azimuth + half * np.array([-1.0, 1.0])) / np.cos(half)
-                corners = np.vstack([inner * arms, arms[::-1]])
-            else:
-                first = np.arctan2(uphill[inclined][0, 1], uphill[inclined][0, 0])
-                corners = inner * unit_vector(first + half * (2.0 * np.arange(count) + 1.0)) / np.cos(half)
-        xs.append(corners[:, 0].tolist())
-        ys.append(corners[:, 1].tolist())
-    return xs, ys
+    if pattern.m == 0 or pattern.flat == 1.0:
+        shapes = [np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])]
+    else:
+        size = np.sqrt(2.0) / np.cos(np.pi / (pattern.m if pattern.m > 2 else 4))
+        flat, sides = outlines(pattern, size)
+        shapes = [-part for part in ([flat, *sides] if pattern.flat > 0.0 else sides)]
+    return [shape[:, 0].tolist() for shape in shapes], [shape[:, 1].tolist() for shape in shapes]
 
 
 def section(answer: Answer, row: int) -> tuple[Floats, Floats, tuple[float, float]]:

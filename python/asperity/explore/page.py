@@ -25,6 +25,7 @@ from bokeh.models import (
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
+from ..contract import Floats
 from .model import CYCLES, MATERIAL, TEXTS, Answer, Choice, answer, in_contact, plan, section
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
@@ -91,17 +92,16 @@ class Page:
         )
         self.message = Div(name="message", width=1450)
         self.status = Div(name="status", width=300)
-        self.curves = ColumnDataSource(_no_curves(), name="curves")
-        self.here = ColumnDataSource({"slip": [], "tau": [], "s_N": [], "damage": []}, name="here")
-        self.planes = ColumnDataSource({"xs": [], "ys": [], "alpha": []}, name="planes")
-        self.section = ColumnDataSource({"xs": [], "ys": [], "colour": []}, name="section")
-        self.touching = ColumnDataSource({"x": [], "y": []}, name="touching")
-        self.arrow = ColumnDataSource({"x": [], "y": []}, name="arrow")
+        names = ("slip", "tau", "s_N", "damage")
+        self.curves, self.here = _source("curves", *names), _source("here", *names)
+        self.planes = _source("planes", "xs", "ys", "alpha")
+        self.section = _source("section", "xs", "ys", "colour")
+        self.touching, self.arrow = _source("touching", "x", "y"), _source("arrow", "x", "y")
         for slider in self.sliders.values():
             slider.on_change("value", self._changed)
         self.cycle.on_change("value", self._changed)
         self.place.on_change("value", self._moved)
-        self.kind.on_change("active", self._chosen)
+        self.kind.on_change("active", lambda attr, old, new: self._show_text())
         document.title = "asperity explore"
         document.add_root(self._layout())
         self.redraw()
@@ -132,27 +132,18 @@ class Page:
         except ValueError as error:
             self.found = None
             self._say("error", [str(error)])
-            self.curves.data = _no_curves()
-            for source in (self.here, self.planes, self.touching, self.section, self.arrow):
-                source.data = {name: [] for name in source.data}
-            self.text.text = ""
-            self.status.text = ""
+            _clear(self.curves, self.here, self.planes, self.touching, self.section, self.arrow)
+            self.text.text = self.status.text = ""
         else:
             found = self.found
             computed = time.perf_counter() - start
             self._say("lost" if found.lost else "remark", [*filter(None, [found.lost]), *found.remarks])
-            history = found.history
-            self.curves.data = {
-                "slip": found.slip,
-                "tau": found.tau,
-                "s_N": history.dilation,
-                "damage": history.damage,
-            }
+            self.curves.data = _rows(found, slice(None))
             self._show_place()
             self._show_text()
             whole = time.perf_counter() - start
             self.status.text = (
-                f"{len(history)} rows: model {1e3 * computed:.1f} ms, with figures {1e3 * whole:.1f} ms"
+                f"{len(found.history)} rows: model {1e3 * computed:.1f} ms, with figures {1e3 * whole:.1f} ms"
             )
         self.document.unhold()
 
@@ -166,26 +157,19 @@ class Page:
         """Show planes and section at the position on the path."""
         found = self.found
         if found is None or not len(found.history):
-            for source in (self.here, self.planes, self.touching, self.section, self.arrow):
-                source.data = {name: [] for name in source.data}
+            _clear(self.here, self.planes, self.touching, self.section, self.arrow)
             return
         history = found.history
         at = round(0.01 * self.place.value * (len(history) - 1))
-        self.here.data = {
-            "slip": [found.slip[at]],
-            "tau": [found.tau[at]],
-            "s_N": [history.dilation[at]],
-            "damage": [history.damage[at]],
-        }
+        self.here.data = _rows(found, slice(at, at + 1))
         xs, ys = plan(found.interface.pattern)
         alpha = [float(history.alpha(k + 1)[at]) for k in range(len(xs))]
         self.planes.data = {"xs": xs, "ys": ys, "alpha": alpha}
         closed = in_contact(found, at)
-        middles = [
-            [float(np.mean(part)) for part, yes in zip(parts, closed, strict=True) if yes]
-            for parts in (xs, ys)
-        ]
-        self.touching.data = {"x": middles[0], "y": middles[1]}
+        self.touching.data = {
+            axis: [float(np.mean(part)) for part, yes in zip(parts, closed, strict=True) if yes]
+            for axis, parts in (("x", xs), ("y", ys))
+        }
         self.arrow.data = {"x": [0.0, 1.1 * found.e[0]], "y": [0.0, 1.1 * found.e[1]]}
         x, z, (slip, s_N) = section(found, at)
         depth = 0.25 * float(x[-1] - x[0])
@@ -197,10 +181,6 @@ class Page:
             "ys": [upper[1], lower[1]],
             "colour": [UPPER, LOWER],
         }
-
-    def _chosen(self, attr: str, old: object, new: object) -> None:
-        """Show the text of another kind."""
-        self._show_text()
 
     def _show_text(self) -> None:
         """Show the text to copy."""
@@ -284,6 +264,13 @@ class Page:
         return plot
 
 
+def _rows(found: Answer, part: slice) -> dict[str, Floats]:
+    """Columns of some rows."""
+    history = found.history
+    columns = {"slip": found.slip, "tau": found.tau, "s_N": history.dilation, "damage": history.damage}
+    return {name: values[part] for name, values in columns.items()}
+
+
 def _slider(name: str, value: float) -> Slider:
     """Slider of a value, whose range contains it."""
     title, low, high, step = SLIDERS[name]
@@ -305,5 +292,10 @@ def _slider(name: str, value: float) -> Slider:
     )
 
 
-def _no_curves() -> dict[str, list[float]]:
-    return {"slip": [], "tau": [], "s_N": [], "damage": []}
+def _source(name: str, *columns: str) -> ColumnDataSource:
+    return ColumnDataSource({column: [] for column in columns}, name=name)
+
+
+def _clear(*sources: ColumnDataSource) -> None:
+    for source in sources:
+        source.data = {name: [] for name in source.data}

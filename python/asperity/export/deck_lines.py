@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import radians, tan
+from typing import Any
+
+import numpy as np
 
 from .. import contract
 from ..interface import Interface
+from ..material import Material
 from .mesh import Mesh
 
 JOINT_DENSITY, SOLID_DENSITY = 1.0e-8, 2.0e-9
 """Mass per area of a joint and per volume of a solid, t/mm^2 and t/mm^3, for Abaqus/Explicit."""
 
 
-def residual(mu: float, theta: float) -> float:
-    """Ratio of shear to normal traction of a fully damaged joint that slides up one of its planes."""
-    slope = tan(radians(theta))
-    return (mu + slope) / (1.0 - mu * slope)
-
-
 def single() -> Mesh:
     """One element of 1 mm^2."""
     corners = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
     mesh = Mesh(3, nodes=corners * 2, node_sets={"BOTTOM": [1, 2, 3, 4], "TOP": [5, 6, 7, 8]})
-    mesh.add("JOINT", "COH3D8", [tuple(range(1, 9))])
+    mesh.add("JOINT", "COH3D8", np.arange(1, 9)[None])
     return mesh
 
 
@@ -40,27 +37,13 @@ def deck(
     return "\n".join([*head, *(f"** {line}" for line in comments), *mesh.lines(), *card, *lines]) + "\n"
 
 
-def card(
-    joint: Interface,
-    name: str,
-    dimension: int = 3,
-    explicit: bool = False,
-    stress: float | None = None,
-    modulus: float | None = None,
-    size: float | None = None,
-) -> list[str]:
-    """Material and section of a joint, with what the two constants of finite asperities would do."""
+def card(joint: Interface, explicit: bool = False, **options: Any) -> list[str]:
+    """Material and section of a joint, with what the two constants of finite asperities would do.
+
+    options: those of `Interface.card`.
+    """
     density = JOINT_DENSITY if explicit else None
-    text = joint.card(
-        "abaqus",
-        name=name,
-        dimension=dimension,
-        explicit=explicit,
-        density=density,
-        stress=stress,
-        modulus=modulus,
-        size=size,
-    )
+    text = joint.card("abaqus", name="JOINT", explicit=explicit, density=density, **options)
     height, wear = (contract.index(prop) + 1 for prop in ("height", "W0"))
     worn = contract.n_statev(joint.n_planes, True)
     return [
@@ -138,8 +121,20 @@ def output(joint: str, nodes: str = "TOP") -> list[str]:
     ]
 
 
-def slides(mu: float, theta: float, force: float, nodes: str = "TOP") -> str:
+def explicit_output(nodes: str = "TOP") -> list[str]:
+    """Output of an explicit step, and its end."""
+    return [
+        "*Output, history, time interval=0.0005",
+        f"*Node Output, nset={nodes}",
+        "RF1, U1, U3",
+        "*Element Output, elset=JOINT",
+        "S, SDV",
+        "*End Step",
+    ]
+
+
+def slides(material: Material, theta: float, force: float, nodes: str = "TOP") -> str:
     """What the sum of the reactions must be at the end."""
     ratio = f"(mu + tan {theta:g})/(1 - mu tan {theta:g})"
-    total = residual(mu, theta) * force
+    total = material.residual_strength(theta) * force
     return f"At the end RF1 of the nodes {nodes} sums to {ratio} times {force:g} N = {total:.6g} N."

@@ -11,6 +11,7 @@ from .deck_lines import (
     card,
     deck,
     dynamic,
+    explicit_output,
     output,
     single,
     slides,
@@ -21,8 +22,8 @@ from .deck_lines import (
 )
 from .mesh import Layer, Mesh, spaced, stack
 
-MU, THETA = 0.5, 30.0
-ROUGH = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=MU, kc=10.0)
+THETA = 30.0
+ROUGH = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=10.0)
 """Joint of the single elements and the shear boxes (mm, N, MPa)."""
 
 SLIP, PRESS_INCREMENTS, SLIP_INCREMENTS, ROWS = 0.25, 10, 100, 5
@@ -35,7 +36,7 @@ CASE = f"""! The single element of single_standard.inp and single_explicit.inp a
 ! pressure of 1 MPa, then a slip of {SLIP} mm. At the end all planes are fully damaged, and the joint
 ! slides up one of them: t_Tx = (mu + tan(theta))/(1 - mu tan(theta)) 1 MPa. Run it by: rie_driver joint.nml
 &case title = 'one joint element' /
-&material sigma0 = {ROUGH.sigma0}, Gc = {ROUGH.Gc}, eta = {ROUGH.eta}, mu = {MU}, kc = {ROUGH.kc} /
+&material sigma0 = {ROUGH.sigma0}, Gc = {ROUGH.Gc}, eta = {ROUGH.eta}, mu = {ROUGH.mu}, kc = {ROUGH.kc} /
 &pattern sides = 2, theta = {THETA} /
 &step t_N = -1.0, increments = {PRESS_INCREMENTS} /
 &step slip = {SLIP}, increments = {SLIP_INCREMENTS} /
@@ -49,11 +50,11 @@ def single_standard() -> str:
         f"One joint element, Abaqus/Standard: pressed by 1 MPa, then pulled along x by {SLIP} mm",
         [
             "Units: mm, N, MPa. The README has the five rows that the .dat file must show.",
-            slides(MU, THETA, 1.0) + " SDV1 (damage) is 1.",
+            slides(ROUGH, THETA, 1.0) + " SDV1 (damage) is 1.",
         ],
         "single_standard",
         single(),
-        card(Interface(ROUGH, Pattern.regular(2, THETA)), "JOINT", stress=-1.0),
+        card(Interface(ROUGH, Pattern.regular(2, THETA)), stress=-1.0),
         "*Boundary",
         "BOTTOM, 1, 3",
         "TOP, 1, 2",
@@ -83,11 +84,11 @@ def single_explicit() -> str:
         f"One joint element, Abaqus/Explicit: pressed by 1 MPa, then pulled along x by {SLIP} mm",
         [
             "Units: mm, N, MPa, t, s. RF1 and U3 over U1 follow the rows of the README with oscillations.",
-            slides(MU, THETA, 1.0) + " SDV1 (damage) is 1.",
+            slides(ROUGH, THETA, 1.0) + " SDV1 (damage) is 1.",
         ],
         "single_explicit",
         single(),
-        card(Interface(ROUGH, Pattern.regular(2, THETA)), "JOINT", stress=-1.0, explicit=True),
+        card(Interface(ROUGH, Pattern.regular(2, THETA)), stress=-1.0, explicit=True),
         *smooth("PRESSING", 0.01),
         *smooth("PULLING", 0.05),
         "*Boundary",
@@ -102,37 +103,26 @@ def single_explicit() -> str:
         *dynamic("PULL", 0.05),
         "*Boundary, amplitude=PULLING",
         f"TOP, 1, 1, {SLIP}",
-        "*Output, history, time interval=0.0005",
-        "*Node Output, nset=TOP",
-        "RF1, U1, U3",
-        "*Element Output, elset=JOINT",
-        "S, SDV",
-        "*End Step",
+        *explicit_output(),
     )
 
 
 def shear_box_2d() -> str:
     """Two blocks in plane strain under constant pressure, Abaqus/Standard."""
-    length = 100.0
-    mesh = stack(
-        [spaced(0.0, length, 10)],
-        [Layer("LOWER", "CPE4", spaced(0.0, 20.0, 2)), Layer("UPPER", "CPE4", spaced(20.0, 40.0, 2))],
-        ["JOINT"],
-        "COH2D4",
-    )
-    return _shear_box(mesh, "shear_box_2d", Pattern.regular(2, THETA), length, "P3")
+    mesh = _blocks([spaced(0.0, 100.0, 10)], "CPE4", "COH2D4", 20.0, 2)
+    return _shear_box(mesh, "shear_box_2d", Pattern.regular(2, THETA), 100.0, "P3")
 
 
 def shear_box_3d() -> str:
     """Two blocks in three dimensions under constant pressure, Abaqus/Standard."""
-    plan = [spaced(0.0, 40.0, 4), spaced(0.0, 40.0, 4)]
-    mesh = stack(
-        plan,
-        [Layer("LOWER", "C3D8", spaced(0.0, 10.0, 1)), Layer("UPPER", "C3D8", spaced(10.0, 20.0, 1))],
-        ["JOINT"],
-        "COH3D8",
-    )
+    mesh = _blocks([spaced(0.0, 40.0, 4)] * 2, "C3D8", "COH3D8", 10.0, 1)
     return _shear_box(mesh, "shear_box_3d", Pattern.regular(4, THETA), 40.0 * 40.0, "P2")
+
+
+def _blocks(plan: list[list[float]], kind: str, joint_kind: str, height: float, parts: int) -> Mesh:
+    """Mesh of two equal blocks, LOWER and UPPER, with a joint."""
+    lower, upper = spaced(0.0, height, parts), spaced(height, 2.0 * height, parts)
+    return stack(plan, [Layer("LOWER", kind, lower), Layer("UPPER", kind, upper)], ["JOINT"], joint_kind)
 
 
 def _shear_box(mesh: Mesh, name: str, pattern: Pattern, area: float, face: str) -> str:
@@ -144,11 +134,11 @@ def _shear_box(mesh: Mesh, name: str, pattern: Pattern, area: float, face: str) 
         f"Shear box, {up}D, Abaqus/Standard: 1 MPa on the upper block, moved along x by {BOX_SLIP} mm",
         [
             "Units: mm, N, MPa. The platen does not tilt (*Equation), as in a shear box with guides.",
-            slides(MU, THETA, area, "UPPER_TOP"),
+            slides(ROUGH, THETA, area, "UPPER_TOP"),
         ],
         name,
         mesh,
-        card(Interface(ROUGH, pattern), "JOINT", dimension=up, stress=-1.0, modulus=20000.0, size=10.0),
+        card(Interface(ROUGH, pattern), dimension=up, stress=-1.0, modulus=20000.0, size=10.0),
         *solids(mesh, "STONE", 20000.0, 0.2),
         "** All nodes of the platen have the same displacement normal to the joint.",
         "*Equation",
@@ -171,24 +161,18 @@ def _shear_box(mesh: Mesh, name: str, pattern: Pattern, area: float, face: str) 
 
 def shear_box_explicit() -> str:
     """Two blocks in three dimensions under constant pressure, Abaqus/Explicit."""
-    plan = [spaced(0.0, 60.0, 3), spaced(0.0, 60.0, 3)]
-    mesh = stack(
-        plan,
-        [Layer("LOWER", "C3D8", spaced(0.0, 6.0, 1)), Layer("UPPER", "C3D8", spaced(6.0, 12.0, 1))],
-        ["JOINT"],
-        "COH3D8",
-    )
+    mesh = _blocks([spaced(0.0, 60.0, 3)] * 2, "C3D8", "COH3D8", 6.0, 1)
     return deck(
         f"Shear box, 3D, Abaqus/Explicit: 1 MPa on the upper block, moved along x by {BOX_SLIP} mm",
         [
             "Units: mm, N, MPa, t, s. The movement is slow against the waves in the blocks.",
             "The blocks are flat, so that the force on the top does not tilt them.",
-            slides(MU, THETA, 60.0 * 60.0, "UPPER_TOP") + " There are oscillations.",
+            slides(ROUGH, THETA, 60.0 * 60.0, "UPPER_TOP") + " There are oscillations.",
             "To wear the asperities, too, set W0 as described at the material.",
         ],
         "shear_box_explicit",
         mesh,
-        card(Interface(ROUGH, Pattern.regular(4, THETA)), "JOINT", stress=-1.0, explicit=True),
+        card(Interface(ROUGH, Pattern.regular(4, THETA)), stress=-1.0, explicit=True),
         *solids(mesh, "STONE", 20000.0, 0.2, SOLID_DENSITY),
         *smooth("PRESSING", 0.005),
         *smooth("PULLING", 0.02),
@@ -204,12 +188,7 @@ def shear_box_explicit() -> str:
         *dynamic("SLIDE", 0.02),
         "*Boundary, amplitude=PULLING",
         f"UPPER_TOP, 1, 1, {BOX_SLIP}",
-        "*Output, history, time interval=0.0005",
-        "*Node Output, nset=UPPER_TOP",
-        "RF1, U1, U3",
-        "*Element Output, elset=JOINT",
-        "S, SDV",
-        "*End Step",
+        *explicit_output("UPPER_TOP"),
     )
 
 
@@ -241,7 +220,7 @@ def dcb() -> str:
         ],
         "dcb",
         mesh,
-        card(Interface(bond, Pattern.regular(2, 20.0)), "JOINT", dimension=2, modulus=DCB_MODULUS, size=1.0),
+        card(Interface(bond, Pattern.regular(2, 20.0)), dimension=2, modulus=DCB_MODULUS, size=1.0),
         *solids(mesh, "ARM", DCB_MODULUS, DCB_NU),
         "*Boundary",
         "LOWER_END, 1, 2",
@@ -255,7 +234,7 @@ def dcb() -> str:
     )
 
 
-WALL_MU, WALL_THETA, WALL_PRESSURE, WALL_LENGTH = 0.6, 15.0, 0.5, 400.0
+WALL_THETA, WALL_PRESSURE, WALL_LENGTH = 15.0, 0.5, 400.0
 """Constants of the wallette."""
 
 
@@ -270,7 +249,7 @@ def wallette() -> str:
     platen, *others = mesh.node_sets["COURSE_4_TOP"]
     mesh.node_sets["TOP_OTHERS"] = others
     mortar = Interface(
-        Material(sigma0=1.0, Gc=0.02, eta=0.95, mu=WALL_MU, kc=10.0), Pattern.regular(2, WALL_THETA)
+        Material(sigma0=1.0, Gc=0.02, eta=0.95, mu=0.6, kc=10.0), Pattern.regular(2, WALL_THETA)
     )
     # damage of all planes; nothing else is needed, and the status stays 0
     cracked = [1.0 if name.startswith("alpha") else 0.0 for name in contract.statev_names(mortar.n_planes)]
@@ -279,12 +258,12 @@ def wallette() -> str:
         [
             f"Units: mm, N, MPa. It starts under {WALL_PRESSURE} MPa, and the step REST must not move it.",
             "Its top is then moved by 1 mm.",
-            slides(WALL_MU, WALL_THETA, WALL_PRESSURE * WALL_LENGTH, "COURSE_4_TOP"),
+            slides(mortar.material, WALL_THETA, WALL_PRESSURE * WALL_LENGTH, "COURSE_4_TOP"),
             "SDV1 of BED_1 and BED_3 stays 0: the cracked joint BED_2 slides.",
         ],
         "wallette",
         mesh,
-        card(mortar, "JOINT", dimension=2, stress=-WALL_PRESSURE, modulus=5000.0, size=20.0),
+        card(mortar, dimension=2, stress=-WALL_PRESSURE, modulus=5000.0, size=20.0),
         *solids(mesh, "UNIT", 5000.0, 0.15, sets=["UNITS"]),
         "** Initial stress of the units (S11, S22, S12) and of the joints (normal, shear).",
         "*Initial Conditions, type=STRESS",

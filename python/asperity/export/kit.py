@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import tempfile
 from pathlib import Path
 
 from .. import contract, installed
-from ..results import read_rows
+from ..case_files import read_case
 from .decks import CASE, DECKS, ROWS, SLIP, SLIP_INCREMENTS
 from .environment import ENVIRONMENT
 
@@ -28,8 +27,8 @@ rows: U1 and U3 of the nodes TOP, the total of RF1, and SDV1 of the element.
 
 {rows}
 
-The driver of asperity has computed the rows for `joint.nml`, in the same increments. Abaqus should agree to
-five digits or better. If it does not, look at these:
+asperity has computed the rows for `joint.nml`, in the same increments. Abaqus should agree to five digits
+or better. If it does not, look at these:
 
 - A message that begins with `asperity umat:` names the constant or state variable that was not accepted.
 - Signs and order: N is positive in tension; Tx is the first shear direction of the element.
@@ -68,17 +67,12 @@ def files() -> dict[str, bytes]:
 
 
 def rows() -> str:
-    """The five rows of the single element, computed by the driver, as a table."""
+    """The five rows of the single element, as a table."""
     with tempfile.TemporaryDirectory() as folder:
-        case = Path(folder) / "joint.nml"
-        case.write_text(CASE, encoding="ascii")
-        output = case.with_suffix(".csv")
-        done = subprocess.run(
-            [installed.driver(), case, "-o", output, "--quiet"], capture_output=True, text=True, check=False
-        )
-        if done.returncode != 0:
-            raise ValueError(f"the driver has not run the single element: {done.stderr.strip()}")
-        found = read_rows(output)
+        path = Path(folder, "joint.nml")
+        path.write_text(CASE, encoding="ascii")
+        run = read_case(path).runs[0]
+    found, _ = run.interface.rows(run.steps)
     lines = ["| U1, mm | U3, mm | RF1, N | SDV1 |", "|---|---|---|---|"]
     for k in range(1, ROWS + 1):
         # the last rows are those of the slip, the first of them after one increment

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import pairwise, product
+
+import numpy as np
+from numpy.typing import NDArray
 
 Point = tuple[float, ...]
+Numbers = NDArray[np.int_]
 
 
 @dataclass
@@ -15,15 +19,15 @@ class Mesh:
 
     dimension: int
     nodes: list[Point] = field(default_factory=list)
-    elements: list[tuple[int, ...]] = field(default_factory=list)
+    elements: list[list[int]] = field(default_factory=list)
     types: dict[str, tuple[str, list[int]]] = field(default_factory=dict)
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     element_sets: dict[str, list[int]] = field(default_factory=dict)
 
-    def add(self, name: str, kind: str, connectivity: Sequence[tuple[int, ...]]) -> None:
-        """Add elements of an Abaqus type as an element set."""
+    def add(self, name: str, kind: str, connectivity: Numbers) -> None:
+        """Add elements (n, nodes) of an Abaqus type as an element set."""
         first = len(self.elements) + 1
-        self.elements.extend(connectivity)
+        self.elements += connectivity.tolist()
         self.types[name] = (kind, list(range(first, first + len(connectivity))))
 
     def lines(self) -> list[str]:
@@ -70,58 +74,38 @@ def stack(
     """
     mesh = Mesh(dimension=len(plan) + 1)
     grids = [_block(mesh, plan, layer) for layer in layers]
-    cells = list(product(*(range(len(axis) - 1) for axis in reversed(plan))))
-    for name, lower, upper in zip(joints, grids[:-1], grids[1:], strict=True):
-        faces = []
-        for cell in cells:
-            corners = _corners(cell[::-1])
-            below = [lower[(*c, -1)] for c in corners]
-            above = [upper[(*c, 0)] for c in corners]
-            center = [
-                sum(values) / len(below) for values in zip(*(mesh.nodes[i - 1] for i in below), strict=True)
-            ]
-            if bonded(tuple(center)):
-                faces.append((*below, *(above if len(plan) == 2 else reversed(above))))
-        mesh.add(name, joint_kind, faces)
+    for name, (lower, upper) in zip(joints, pairwise(grids), strict=True):
+        cells = _cells(lower[-1], upper[0])
+        corners = np.array(mesh.nodes)[cells[:, : cells.shape[1] // 2] - 1]
+        mesh.add(name, joint_kind, cells[[bonded(tuple(center)) for center in corners.mean(axis=1)]])
     return mesh
 
 
-def _block(mesh: Mesh, plan: Sequence[Sequence[float]], layer: Layer) -> dict[tuple[int, ...], int]:
-    """Add a layer; returns its nodes by grid position, whose last index may also count from the top (-1)."""
-    axes = [*plan, layer.heights]
-    top = len(layer.heights) - 1
-    nodes: dict[tuple[int, ...], int] = {}
-    for place in product(*(range(len(axis)) for axis in reversed(axes))):
-        at = place[::-1]
-        mesh.nodes.append(tuple(float(axis[i]) for axis, i in zip(axes, at, strict=True)))
-        nodes[at] = len(mesh.nodes)
-    for at, number in list(nodes.items()):
-        if at[-1] == 0:
-            mesh.node_sets.setdefault(f"{layer.name}_BOTTOM", []).append(number)
-        if at[-1] == top:
-            mesh.node_sets.setdefault(f"{layer.name}_TOP", []).append(number)
-            nodes[(*at[:-1], -1)] = number
-    elements = []
-    roof = []
-    first = len(mesh.elements) + 1
-    for place in product(*(range(len(axis) - 1) for axis in reversed(axes))):
-        *cell, k = place[::-1]
-        corners = _corners(cell)
-        below, above = ([nodes[(*c, level)] for c in corners] for level in (k, k + 1))
-        if k == top - 1:
-            roof.append(first + len(elements))
-        elements.append((*below, *(above if len(plan) == 2 else reversed(above))))
-    mesh.add(layer.name, layer.kind, elements)
-    mesh.element_sets[f"{layer.name}_ROOF"] = roof
-    return nodes
+def _block(mesh: Mesh, plan: Sequence[Sequence[float]], layer: Layer) -> Numbers:
+    """Add a layer; returns its nodes by their position (height, y, x) or (height, x)."""
+    axes = [layer.heights, *reversed(plan)]
+    points = list(product(*axes))
+    grid = (len(mesh.nodes) + 1 + np.arange(len(points))).reshape([len(axis) for axis in axes])
+    mesh.nodes += [tuple(float(value) for value in point[::-1]) for point in points]
+    mesh.node_sets[f"{layer.name}_BOTTOM"] = grid[0].ravel().tolist()
+    mesh.node_sets[f"{layer.name}_TOP"] = grid[-1].ravel().tolist()
+    rows = [_cells(below, above) for below, above in pairwise(grid)]
+    mesh.add(layer.name, layer.kind, np.vstack(rows))
+    mesh.element_sets[f"{layer.name}_ROOF"] = mesh.types[layer.name][1][-len(rows[-1]) :]
+    return grid
 
 
-def _corners(cell: Sequence[int]) -> list[tuple[int, ...]]:
-    """Corners of a cell of the plan, counter-clockwise seen from above."""
-    if len(cell) == 1:
-        return [(cell[0],), (cell[0] + 1,)]
-    i, j = cell
-    return [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+def _cells(lower: Numbers, upper: Numbers) -> Numbers:
+    """Nodes of the cells between two levels, of which each is (y, x) or (x), in the order of Abaqus."""
+    if lower.ndim == 1:
+        corners = [lower[:-1], lower[1:], upper[1:], upper[:-1]]
+    else:
+        corners = [
+            level[j : len(level) - 1 + j, i : level.shape[1] - 1 + i]
+            for level in (lower, upper)
+            for j, i in ((0, 0), (0, 1), (1, 1), (1, 0))
+        ]
+    return np.stack(corners, axis=-1).reshape(-1, len(corners))
 
 
 def spaced(start: float, end: float, parts: int) -> list[float]:

@@ -70,7 +70,7 @@ def of_all(tests: Sequence[ShearTest]) -> None:
             f"{without}: no units in the header: expected units in every file, as in {with_units[0]}, or in "
             "none"
         )
-    pressed = max(abs(test.sigma_N) for test in tests)
+    pressed = max(abs(test.pressed) for test in tests)
     highest = max(tests, key=lambda test: np.abs(test.tau).max())
     tau = float(np.abs(highest.tau).max())
     if pressed > 0.0 and not 1.0 / LARGEST_RATIO <= tau / pressed <= LARGEST_RATIO:
@@ -173,6 +173,7 @@ def _friction(test: ShearTest) -> None:
     """Raise ValueError where tau at the end and sigma_N of a file without units differ as two units do."""
     rows = max(1, int(END * test.slip.size))
     held = abs(test.sigma_N - (0.0 if test.s_N is None else test.k_N * float(test.s_N[-1])))
+    held = held if test.path_N is None else abs(float(test.path_N[-1]))
     tau = float(np.mean(np.abs(test.tau[-rows:])))
     if held > 0.0 and not 1.0 / LARGEST_FRICTION <= tau / held <= LARGEST_FRICTION:
         raise ValueError(
@@ -185,7 +186,7 @@ def _friction(test: ShearTest) -> None:
 def _sizes(tests: Sequence[ShearTest]) -> None:
     """Issue a ModelWarning where the largest slip or stress is unusual for its unit."""
     slip = max(float(np.abs(test.slip).max()) for test in tests)
-    stress = max(max(float(np.abs(test.tau).max()), abs(test.sigma_N)) for test in tests)
+    stress = max(max(float(np.abs(test.tau).max()), abs(test.pressed)) for test in tests)
     for what, kind, size in (("slip", "length", slip), ("stress", "stress", stress)):
         unit = tests[0].units[kind]
         low, high = USUAL[kind]

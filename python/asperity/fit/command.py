@@ -24,7 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="DATA.csv",
-        help="CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test",
+        help="CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test; or a row a test "
+        "with slip, peak, residual, sigma_N",
     )
     add_search(parser)
     parser.add_argument(
@@ -33,6 +34,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="k_N",
         metavar="STIFFNESS",
         help="normal stiffness of the box (CNS), for all tests",
+    )
+    parser.add_argument(
+        "--k-T",
+        type=float,
+        dest="k_T",
+        metavar="STIFFNESS",
+        help="stiffness of the machine along the slip, where the column slip contains its deformation",
+    )
+    parser.add_argument(
+        "--sigma-N-path", action="store_true", help="prescribe sigma_N of every row as it was measured"
     )
     parser.add_argument(
         "--compression-positive", action="store_true", help="sigma_N in the files is > 0 in compression"
@@ -67,7 +78,14 @@ def _run(options: argparse.Namespace) -> int:
     searching = Search(options, strict=True)
     target = DEFAULT if options.units is None else check_target(options.units.split(","))
     with shown_warnings():
-        tests = read_records(options.records, options.k_N, options.compression_positive, target)
+        tests = read_records(
+            options.records,
+            options.k_N,
+            options.compression_positive,
+            target,
+            options.k_T,
+            options.sigma_N_path,
+        )
     if options.units is not None and not tests[0].units:
         raise ValueError(
             f"--units {options.units}: expected units in the header of {options.records[0]}, such as slip "
@@ -86,7 +104,7 @@ def _run(options: argparse.Namespace) -> int:
         print(one.text)
     interface = found.interface
     slip = max(test.slip.max() for test in tests)
-    for text in doubts(interface.material, interface.pattern, *(test.sigma_N for test in tests), slip=slip):
+    for text in doubts(interface.material, interface.pattern, *(test.pressed for test in tests), slip=slip):
         print(f"warning: {text}")
     if reasons:
         print(f"\nno result: {'; '.join(reasons)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -98,7 +98,7 @@ def transformed(name: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class _Path:
+class SlipPath:
     """Slips (P,) of the model for a test, from zero on, and which of them are rows of the test."""
 
     slips: Floats
@@ -122,7 +122,7 @@ class Problem:
     direction: float = 0.0
     increments: int = INCREMENTS
     refinement: int = 1
-    paths: list[_Path] = field(init=False)
+    paths: list[SlipPath] = field(init=False)
     spreads: list[tuple[float, float]] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -131,9 +131,9 @@ class Problem:
         object.__setattr__(self, "paths", paths)
         dilations = [0.0 if test.s_N is None else float(np.ptp(test.s_N)) for test in self.tests]
         least = LEAST_SPREAD * max(dilations)
-        spreads = [
-            (float(np.ptp(test.tau)), max(d, least)) for test, d in zip(self.tests, dilations, strict=True)
-        ]
+        # the scale of an envelope is its peak
+        ranges = [float(np.ptp([0.0, *test.tau] if test.envelope else test.tau)) for test in self.tests]
+        spreads = [(one, max(d, least)) for one, d in zip(ranges, dilations, strict=True)]
         object.__setattr__(self, "spreads", spreads)
 
     @property
@@ -170,7 +170,7 @@ class Problem:
         interface = self.interface(values)
         pairs = zip(self.tests, self.paths, strict=True)
         preload = self.refinement * PRELOAD
-        return [slip_curve(interface, test, path.slips, self.direction, preload) for test, path in pairs]
+        return [slip_curve(interface, test, path, self.direction, preload) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test."""
@@ -179,7 +179,7 @@ class Problem:
         for (test, spread), path, (tau, s_N, done) in zip(self._pairs, self.paths, curves, strict=True):
             rows = path.rows
             lost = PENALTY * (rows >= done)
-            parts.append((tau[rows] - test.tau) / spread[0] + lost)
+            parts.append((_read(test, tau, rows) - test.tau) / spread[0] + lost)
             if test.s_N is not None and spread[1] > 0.0:
                 parts.append((s_N[rows] - test.s_N) / spread[1] + lost)
         return np.concatenate(parts)
@@ -200,7 +200,7 @@ def material_of(values: Mapping[str, float]) -> Material:
     return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
 
 
-def _path(slip: Floats, increments: int, refinement: int) -> _Path:
+def _path(slip: Floats, increments: int, refinement: int) -> SlipPath:
     """Slips from zero through those of a test, in steps of at most the length of the path over `increments`.
 
     Each increment is divided into `refinement` sub-increments.
@@ -209,19 +209,29 @@ def _path(slip: Floats, increments: int, refinement: int) -> _Path:
     lengths = np.abs(np.diff(nodes))
     parts = np.maximum(1, np.ceil(lengths / lengths.sum() * increments - 1e-9).astype(int)) * refinement
     pieces = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(nodes[:-1], nodes[1:], parts, strict=True)]
-    return _Path(np.concatenate([[0.0], *pieces]), np.cumsum(parts))
+    return SlipPath(np.concatenate([[0.0], *pieces]), np.cumsum(parts))
+
+
+def _read(test: ShearTest, tau: Floats, rows: np.ndarray) -> Floats:
+    """Shear traction of the model in the rows of a test; the peak of an envelope is the largest one."""
+    return np.array([tau.max(), tau[rows[1]]]) if test.envelope else tau[rows]
 
 
 def slip_curve(
-    interface: Interface, test: ShearTest, slips: Floats, direction: float, preload: int
+    interface: Interface, test: ShearTest, path: SlipPath, direction: float, preload: int
 ) -> tuple[Floats, Floats, int]:
     """tau along the slip and s_N since its start, (T,) each, and the number of converged rows.
 
     The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
-    state and events.  Rows without equilibrium repeat the last one.
+    state and events.  A measured normal traction is prescribed, straight between the rows of the test.  Rows
+    without equilibrium repeat the last one.
     """
-    n = slips.size
-    history, _ = interface.rows(slip_path(direction, slips, test.sigma_N, preload, test.k_N))
+    n = path.slips.size
+    load, slide = slip_path(direction, path.slips, test.sigma_N, preload, test.k_N)
+    if test.path_N is not None:
+        normal = np.interp(np.arange(n), [0, *path.rows], [test.sigma_N, *test.path_N])
+        slide = replace(slide, t_N=normal)
+    history, _ = interface.rows([load, slide])
     history = history.after_step(1)
     done = len(history)
     if done == 0:

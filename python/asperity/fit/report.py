@@ -47,6 +47,10 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     lines = []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
+        load += "" if test.path_N is None else f" to {test.path_N[-1]:g} as measured"
+        if test.envelope:
+            lines.append(f"test        {test.name}: peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}")
+            continue
         seen = "with dilation" if test.s_N is not None else "no dilation"
         turns = len(test.turns) - 1
         points = f"{turns} reversal{'s' * (turns != 1)}"
@@ -287,7 +291,10 @@ def _figure(found: Fit, units: tuple[str, str]) -> Figure:
             f", $k_N$ = {test.k_N:g}" if test.k_N else ""
         )
         for ax, measured, model in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
-            if measured is not None:
+            if measured is not None and test.envelope:
+                ax.axhline(measured[0], color=colour, linewidth=0.6)
+                ax.plot(test.slip[1:], measured[1:], "osD^v"[i % 5], color=colour, markersize=4.0)
+            elif measured is not None:
                 ax.plot(test.slip, measured, "osD^v"[i % 5], color=colour, markersize=2.0, alpha=0.5)
             ax.plot(track.slips[:done], model[:done], line, color=colour, label=label)
     labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")

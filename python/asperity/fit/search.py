@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..parallel import add_workers, progress_bar, workers
+from ..options import add_workers, progress_bar, workers
 from .covariance import covariance_text, file_of
 from .fitting import DEFAULT_FREE, STARTS_TRIED, Fit, fit, needed
 from .model import INCREMENTS, SCALES, SIDES

@@ -16,6 +16,8 @@ class ShearTest:
     s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
     k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
     units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
+    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.  envelope: the two
+    rows are the peak, at a slip that is not known, and the residual strength.
     Raises ValueError for inadmissible data.
     """
 
@@ -27,6 +29,8 @@ class ShearTest:
     k_N: float = 0.0
     units: dict[str, str] = field(default_factory=dict)
     lines: tuple[int, ...] = ()
+    path_N: Floats | None = None
+    envelope: bool = False
 
     def __post_init__(self) -> None:
         """Check shapes and values."""
@@ -38,14 +42,23 @@ class ShearTest:
                     f"{self.name}: {name} has shape {values.shape}: expected finite numbers of shape "
                     f"({self.slip.size},)"
                 )
-            if name != "s_N" and not np.ptp(values) > 0.0:
+            if name != "s_N" and not np.ptp(values) > 0.0 and not self.envelope:
                 raise ValueError(
                     f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
                 )
+        if self.path_N is not None and (
+            self.path_N.shape != self.slip.shape or not np.all(self.path_N <= 0.0)
+        ):
+            raise ValueError(f"{self.name}: path_N: expected a compression, <= 0, for each row")
         if not -np.inf < self.sigma_N <= 0.0:
             raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected a finite compression, <= 0")
         if not 0.0 <= self.k_N < np.inf:
             raise ValueError(f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0")
+
+    @property
+    def pressed(self) -> float:
+        """Normal traction of the largest size, stress."""
+        return self.sigma_N if self.path_N is None else float(self.path_N.min())
 
     @property
     def turns(self) -> list[float]:

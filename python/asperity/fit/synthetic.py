@@ -69,7 +69,7 @@ def synthetic(
         clean = ShearTest(f"test {number}", slip, slip, None, held, k_N)
         problem = Problem([clean], (), truth, {}, sides, 0.0, increments)
         path = problem.paths[0]
-        tau, s_N, done = slip_curve(problem.interface(truth), clean, path.slips, 0.0, 200)
+        tau, s_N, done = slip_curve(problem.interface(truth), clean, path, 0.0, 200)
         if done < path.slips.size:
             raise ValueError(f"sigma_N = {held:g}: no equilibrium at slip {path.slips[done]:g}")
         measured = [noisy(y[path.rows], noise, rng) for y in (tau, s_N)]

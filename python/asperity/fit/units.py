@@ -31,6 +31,7 @@ ALIASES = {
 """Other accepted spellings."""
 
 KINDS = {"slip": "length", "dilation": "length", "tau": "stress", "sigma_N": "stress", "k_N": "stiffness"}
+KINDS |= {"peak": "stress", "residual": "stress"}
 """What each column of a record measures."""
 
 DEFAULT = ("mm", "MPa")

@@ -148,8 +148,13 @@ def propose(found: Fit, fitted: Fitted, given_sides: bool, given_values: bool) -
             return change, found
         better: list[tuple[Change, Fit]] = []
         while ways and not better:
-            tried = [(one, fitted(one)) for one in ways.pop(0)]
-            better = [one for one in tried if _is_better(one[1], found)]
+            for one in ways.pop(0):
+                try:
+                    other = fitted(one)
+                except ValueError:  # too few data for so many parameters, or parameters without their planes
+                    continue
+                if _is_better(other, found):
+                    better.append((one, other))
         if better:
             change, found = min(better, key=lambda one: one[1].costs[0])
             continue

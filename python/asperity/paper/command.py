@@ -10,7 +10,8 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from ..parallel import add_workers, map_in_order, progress_bar, workers
+from ..options import add_workers, progress_bar, workers
+from ..parallel import map_in_order
 from ..style import encoded, printed
 from ..tables import fill
 from .entries import ENTRIES, Entry

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..curve_pictures import DILATION, ENERGY, SLIP, TRACTION, curves, polar
+from ..steps import turns_of
 from ..style import COLOURS, ONE, TWO, label_ends, new_figure
 from .fracture_energy import MATERIAL, fracture_energy
 from .outcome import (
@@ -13,7 +15,6 @@ from .outcome import (
     Case,
     Outcome,
     curves_csv,
-    ends_of_strokes,
     energy_range,
     family,
     listed,
@@ -24,14 +25,20 @@ from .outcome import (
 )  # fmt: skip
 
 
-def _two_panels(case_0: Case, case_45: Case, column: str, label: str) -> Figure:
+def _two_panels(case_0: Case, case_45: Case, column: str, label: str, came_out: Sequence[str]) -> Outcome:
     """Draw a column of the curves of two cases over the slip: slip along 0 degrees left, 45 degrees right."""
     figure, axes = new_figure(TWO, 2.9, ncols=2, sharey=True)
     for ax, case, part in zip(axes, (case_0, case_45), ("(a) 0°", "(b) 45°"), strict=True):
         lines = [(signed(c.test.value), c.s_L, getattr(c, column), c.lost) for c in case.curves]
         curves(ax, lines, SLIP, label, r"$\sigma_N$ [MPa]" if ax is axes[-1] else "")
         ax.set_title(rf"{part[:3]} $\theta_L$ = {part[4:]}")
-    return figure
+    return Outcome(figure, tuple(came_out), *_two_directions(case_0, case_45))
+
+
+def _two_directions(case_0: Case, case_45: Case) -> tuple[str, tuple[str, ...]]:
+    """Header and lines of the curves of two cases, with slip along 0 and 45 degrees."""
+    parts = [((d, c.test.value), c) for d, case in ((0, case_0), (45, case_45)) for c in case.curves]
+    return curves_csv(parts, f"theta_L,{case_0.name}")
 
 
 def figure_7(case_0: Case, case_45: Case) -> Outcome:
@@ -44,17 +51,8 @@ def figure_7(case_0: Case, case_45: Case) -> Outcome:
         for direction, case in ((0, case_0), (45, case_45))
     ]
     zero = max(abs(case.at(0.0).tau_L[-1]) for case in (case_0, case_45))
-    return Outcome(
-        _two_panels(case_0, case_45, "tau_L", TRACTION),
-        (*came_out, f"At $\\sigma_N$ = 0 the traction left at 0.6 mm is {small(zero)} MPa (Remark 4)."),
-        *two_directions(case_0, case_45),
-    )
-
-
-def two_directions(case_0: Case, case_45: Case) -> tuple[str, tuple[str, ...]]:
-    """Header and lines of the curves of two cases, with slip along 0 and 45 degrees."""
-    parts = [((d, c.test.value), c) for d, case in ((0, case_0), (45, case_45)) for c in case.curves]
-    return curves_csv(parts, f"theta_L,{case_0.name}")
+    came_out.append(f"At $\\sigma_N$ = 0 the traction left at 0.6 mm is {small(zero)} MPa (Remark 4).")
+    return _two_panels(case_0, case_45, "tau_L", TRACTION, came_out)
 
 
 def figure_8(case_0: Case, case_45: Case) -> Outcome:
@@ -67,9 +65,7 @@ def figure_8(case_0: Case, case_45: Case) -> Outcome:
             f"Along {direction}° the slope of the dilation at 0.6 mm is {listed([f'{e:.4f}' for e in ends])} "
             f"for $\\sigma_N$ = 0 to −20 MPa. For slip up the facing planes it would be {limit:.4f}."
         )
-    return Outcome(
-        _two_panels(case_0, case_45, "s_N", DILATION), tuple(came_out), *two_directions(case_0, case_45)
-    )
+    return _two_panels(case_0, case_45, "s_N", DILATION, came_out)
 
 
 def figure_9(case_0: Case, case_45: Case) -> Outcome:
@@ -77,15 +73,12 @@ def figure_9(case_0: Case, case_45: Case) -> Outcome:
     came_out = []
     for direction, case in ((0, case_0), (45, case_45)):
         for c in case.curves[1:]:
-            ends = listed([f"{c.tau_L[i]:.3f}" for i in ends_of_strokes(c)])
+            ends = listed([f"{c.tau_L[i]:.3f}" for i in turns_of(c.s_L)[1:]])
             came_out.append(
                 f"Along {direction}° under $\\sigma_N$ = {signed(c.test.value)} MPa, $\\tau_L$ at the ends "
-                "of the "
-                f"strokes is {ends} MPa, and the work of the last loop is {loop_work(c):.3f} N/mm."
+                f"of the strokes is {ends} MPa, and the work of the last loop is {loop_work(c):.3f} N/mm."
             )
-    return Outcome(
-        _two_panels(case_0, case_45, "tau_L", TRACTION), tuple(came_out), *two_directions(case_0, case_45)
-    )
+    return _two_panels(case_0, case_45, "tau_L", TRACTION, came_out)
 
 
 def figure_10(mono_0: Case, mono_45: Case, cyclic_0: Case, cyclic_45: Case) -> Outcome:
@@ -163,9 +156,7 @@ def figure_13(case_0: Case, case_45: Case) -> Outcome:
     figure, axes = new_figure(TWO, 2.9, ncols=2, sharey=True)
     came_out = []
     for ax, case, direction in zip(axes, (case_0, case_45), (0.0, 45.0), strict=True):
-        lines = []
-        for c in case.curves:
-            lines.append((f"{c.test.value:g}, {c.energy:.4f}", c.s_L, c.tau_L, c.lost))
+        lines = [(f"{c.test.value:g}, {c.energy:.4f}", c.s_L, c.tau_L, c.lost) for c in case.curves]
         curves(ax, lines, SLIP, TRACTION, r"$\theta_m$ [°], $G_T$ [N/mm]", inside=True)
         ax.set_xlim(-0.005, 0.25)
         ax.set_title(rf"$\theta_L$ = {direction:g}°")
@@ -180,5 +171,4 @@ def figure_13(case_0: Case, case_45: Case) -> Outcome:
     if case_0.curves[0].test.material.mu == 0.0:
         worst = max(abs(c.energy - c.test.material.Gc) for case in (case_0, case_45) for c in case.curves)
         came_out.append(f"With these steps the largest difference from $G_c$ is {worst:.1e} N/mm.")
-    parts = [((d, c.test.value), c) for d, case in ((0, case_0), (45, case_45)) for c in case.curves]
-    return Outcome(figure, tuple(came_out), *curves_csv(parts, f"theta_L,{case_0.name}"))
+    return Outcome(figure, tuple(came_out), *_two_directions(case_0, case_45))

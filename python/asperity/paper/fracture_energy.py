@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ..contract import Floats
 from ..interface import Interface
@@ -133,7 +134,7 @@ def sampled(curves: SlipCurves, first: int, interval: int) -> tuple[float, float
     rows = np.arange(first - 1, curves.slips.size, interval)
     slips = np.concatenate([[0.0], curves.slips[rows]])
     tau = np.pad(curves.tau_L[:, rows], ((0, 0), (1, 0)))
-    areas = np.sum(0.5 * (tau[:, 1:] + tau[:, :-1]) * np.diff(slips), axis=1)
+    areas = trapezoid(tau, slips)
     return float(areas.max()), float(areas.min())
 
 

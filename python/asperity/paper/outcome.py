@@ -7,13 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.integrate import trapezoid
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..curve_pictures import SLIP, TRACTION, curves, merged
-from ..installed import cases
+from ..installed import named_case
 from ..pattern import Pattern, direction_vector
 from ..results import Rows, drive
+from ..steps import turns_of
 from ..style import ONE, new_figure
 from .fracture_energy import Energies
 
@@ -28,11 +30,10 @@ MOST_ROWS = 101
 class Curve:
     """Computed slip test from s_L = 0 on; lost: whether it ends because no equilibrium is left.
 
-    s_L, s_N (T,), mm; tau_L along and tau_across left of the direction, MPa; damage (T,).
+    traction (T, 3), MPa; s_L, s_N (T,), mm; tau_L along and tau_across left of the direction; damage (T,).
     """
 
     test: SlipTest
-    separation: Floats
     traction: Floats
     s_L: Floats
     s_N: Floats
@@ -44,7 +45,7 @@ class Curve:
     @property
     def energy(self) -> float:
         """Area under the curve (40) by the trapezoid rule over its rows, N/mm."""
-        return float(np.sum(0.5 * (self.tau_L[1:] + self.tau_L[:-1]) * np.diff(self.s_L)))
+        return float(trapezoid(self.tau_L, self.s_L))
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ class Entry:
 
 def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
-    path = next(path for path in cases() if path.stem == stem)
+    path = named_case(stem)
     results = drive(path)
     case = read_case(path)
     return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
@@ -104,14 +105,14 @@ def run_case(stem: str) -> Case:
 
 def _curve(test: SlipTest, rows: Rows) -> Curve:
     """Curve of a test from the end of its preload on; without a preload it starts at the virgin point."""
-    first = test.preload - 1
-    s, t, damage = (column[max(first, 0) :] for column in (rows.separation, rows.traction, rows.damage))
-    if first < 0:
+    columns = (rows.separation, rows.traction, rows.damage)
+    s, t, damage = (column[max(test.preload - 1, 0) :] for column in columns)
+    if test.preload == 0:
         s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
     e = direction_vector(test.direction)
     across = np.array([-e[1], e[0]])
     lost = "lost" in rows.events[-1]
-    return Curve(test, s, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
+    return Curve(test, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
 
 
 ROUNDING = 1.0e-12
@@ -166,17 +167,10 @@ def signed(value: float) -> str:
     return f"{value:g}".replace("-", "−")
 
 
-def ends_of_strokes(curve: Curve) -> list[int]:
-    """Rows at which the strokes of a cycle end."""
-    steps = np.sign(np.diff(curve.s_L))
-    return [*(np.flatnonzero(np.diff(steps)) + 1), len(curve.s_L) - 1]
-
-
 def loop_work(curve: Curve) -> float:
     """Area of the closed loop of the last two strokes, stress*length."""
-    first = ends_of_strokes(curve)[-3]
-    tau, s = curve.tau_L[first:], curve.s_L[first:]
-    return float(np.sum(0.5 * (tau[1:] + tau[:-1]) * np.diff(s)))
+    first = turns_of(curve.s_L)[-3]
+    return float(trapezoid(curve.tau_L[first:], curve.s_L[first:]))
 
 
 def family(case: Case, labels: str) -> tuple[Figure, tuple[str, tuple[str, ...]]]:

@@ -12,8 +12,10 @@ from ..style import COLOURS, ONE, TWO, new_figure
 from .fracture_energy import PATTERNS, pattern
 from .outcome import FIVE, Outcome, listed, pattern_csv, small
 
+Plane = tuple[float, float, float]
 
-def _same_planes(ours: Pattern, table: Sequence[tuple[float, float, float]], theta: float) -> float:
+
+def _same_planes(ours: Pattern, table: Sequence[Plane], theta: float) -> float:
     """Largest difference of the normals of a pattern and those of a table, in any order of the planes."""
     c, s = np.cos(np.radians(theta)), np.sin(np.radians(theta))
     wanted = np.array([(1.0, 0.0, 0.0) if not (x or y) else (c, s * x, s * y) for _, x, y in table])
@@ -21,38 +23,36 @@ def _same_planes(ours: Pattern, table: Sequence[tuple[float, float, float]], the
     return float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
 
 
-def figure_1() -> Outcome:
-    """Five planes in space."""
+def _in_space(
+    shown: Pattern, name: str, title: str, table: str, normals: Sequence[Plane], text: str
+) -> Outcome:
+    """Pattern of 30 degrees in space, compared with the normals of a table of the paper."""
     figure, (ax,) = new_figure(ONE, 2.5, subplot_kw={"projection": "3d"})
-    space(ax, FIVE, "five planes, 30°")
-    table = [(1, 0, 0), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1)]
+    space(ax, shown, title)
+    difference = small(_same_planes(shown, normals, 30.0))
     return Outcome(
         figure,
-        (
-            f"The normals are those of Table 3; the difference is {small(_same_planes(FIVE, table, 30.0))}. "
-            "All planes have the weight "
-            f"{FIVE.weights[0]:g}. The pattern is `Pattern.regular(4, 30, flat=0.2)`.",
-        ),
-        *pattern_csv([("five planes", FIVE)]),
+        (f"The normals are those of {table}; the difference is {difference}. {text}",),
+        *pattern_csv([(name, shown)]),
     )
+
+
+def figure_1() -> Outcome:
+    """Five planes in space."""
+    text = (
+        f"All planes have the weight {FIVE.weights[0]:g}. The pattern is `Pattern.regular(4, 30, flat=0.2)`."
+    )
+    normals = [(1, 0, 0), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1)]
+    return _in_space(FIVE, "five planes", "five planes, 30°", "Table 3", normals, text)
 
 
 def figure_3() -> Outcome:
     """Trapezoid in space."""
-    figure, (ax,) = new_figure(ONE, 2.5, subplot_kw={"projection": "3d"})
     trapezoid = pattern("RT")
-    space(ax, trapezoid, "trapezoid, RT, 30°")
-    table = [(1, 0, 0), (1, 1, 0), (1, -1, 0)]
-    return Outcome(
-        figure,
-        (
-            "The normals are those of Table 1; the difference is "
-            f"{small(_same_planes(trapezoid, table, 30.0))}. "
-            f"All planes have the weight {trapezoid.weights[0]:.4f}. The pattern is `Pattern.regular(2, "
-            "30)`.",
-        ),
-        *pattern_csv([("RT", trapezoid)]),
-    )
+    weight = f"{trapezoid.weights[0]:.4f}"
+    text = f"All planes have the weight {weight}. The pattern is `Pattern.regular(2, 30)`."
+    normals = [(1, 0, 0), (1, 1, 0), (1, -1, 0)]
+    return _in_space(trapezoid, "RT", "trapezoid, RT, 30°", "Table 1", normals, text)
 
 
 def figure_6() -> Outcome:

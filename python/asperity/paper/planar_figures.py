@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ..curve_pictures import DILATION, SLIP, TRACTION, curves
+from ..steps import turns_of
 from ..style import COLOURS, ONE, TWO, new_figure
 from .outcome import (
     Case,
     Outcome,
     curves_csv,
-    ends_of_strokes,
     family,
     listed,
     loop_work,
@@ -27,7 +28,7 @@ def figure_2(case: Case) -> Outcome:
     s_f, s_0 = m.s_f, m.s_0
     s, t = curve.s_N, curve.traction[:, 0]
     triangle = np.interp(s, [0.0, s_0, s_f, s[-1]], [0.0, m.sigma0, 0.0, 0.0])
-    area = float(np.sum(0.5 * (t[1:] + t[:-1]) * np.diff(s)))
+    area = float(trapezoid(t, s))
     figure, (ax,) = new_figure(ONE, 2.3)
     curves(ax, [("", s, t, False)], "opening $s_N$ [mm]", r"traction $\sigma_N$ [MPa]")
     ax.plot([s_0, s_f], [m.sigma0, 0.0], "o", color=COLOURS[1], markersize=5)
@@ -110,7 +111,7 @@ def figure_5b(case: Case) -> Outcome:
     figure, axes = new_figure(TWO, 2.6, ncols=2)
     curves(axes[0], [("", curve.s_L, curve.tau_L, False)], SLIP, TRACTION)
     curves(axes[1], [("", curve.s_L, curve.s_N, False)], SLIP, DILATION)
-    ends = ends_of_strokes(curve)
+    ends = turns_of(curve.s_L)[1:]
     return Outcome(
         figure,
         (

@@ -16,19 +16,18 @@ import numpy as np
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import Material, ModelWarning
-from ..parallel import add_workers, map_in_order, progress_bar, workers
+from ..options import add_workers, check_picture, progress_bar, workers
+from ..parallel import map_in_order
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
+from ..steps import turns_of
 from .search import (
     REFERENCE_SIDES,
-    Candidate,
     Errors,
     LoadCase,
     NoPatternError,
     Search,
     Selection,
-    patterns,
-    planes_of,
     select,
 )
 from .timings import Timing, measure, read_timings
@@ -133,11 +132,8 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
 
 def _turns(test: SlipTest) -> tuple[float, ...]:
     """Slips at the reversals of a path, and its last slip."""
-    path = np.concatenate([[0.0], test.slips])
-    path = path[np.concatenate([[True], np.diff(path) != 0.0])]
-    ways = np.sign(np.diff(path))
-    last = np.append(ways[1:] != ways[:-1], True) if len(ways) else np.array([], dtype=bool)
-    return tuple(path[1:][last].tolist())
+    path = np.append(0.0, test.slips)
+    return tuple(path[turns_of(path)[1:]].tolist()) if path.any() else ()
 
 
 @dataclass(frozen=True)
@@ -261,29 +257,21 @@ def _row(name: str, planes: int, errors: Errors) -> str:
     return f"{name:<10}{planes:>6}" + "".join(f"{text:>12}" for text in texts)
 
 
-def planes_needed(tolerances: tuple[float, ...], case: LoadCase) -> list[Candidate | None]:
-    """First candidate that meets each tolerance in search and check, or None."""
+def planes_needed(tolerances: tuple[float, ...], case: LoadCase) -> list[Selection | None]:
+    """Selected pattern for each tolerance, or None."""
     search = Search(case)
-    found: list[Candidate | None] = [None] * len(tolerances)
-    for name, sides, pattern in patterns(case):
-        open_ones = [i for i, one in enumerate(found) if one is None]
-        loosest = max(tolerances[i] for i in open_ones)
-        candidate = search.candidate(name, sides, pattern, loosest)
-        if candidate.errors.worst > loosest:
-            continue
-        errors = search.checked(candidate, sides)
-        for i in open_ones:
-            if errors.worst + search.uncertainty <= tolerances[i]:
-                found[i] = Candidate(name, pattern, planes_of(pattern), errors)
-        if None not in found:
-            break
+    found: list[Selection | None] = []
+    for tolerance in tolerances:
+        try:
+            found.append(search.select(tolerance))
+        except NoPatternError:
+            found.append(None)
     return found
 
 
 def _map(output: Path, executor: Executor | None) -> int:
     """Write a picture and a CSV of the planes needed over mu, theta and sigma_N."""
-    if output.suffix not in (".png", ".pdf"):
-        raise ValueError(f"{output}: expected a name that ends in .png or .pdf")
+    check_picture(output)
     grid = [(s, m, t) for s in MAP_SIGMA_N for m in MAP_MU for t in MAP_THETA]
     cases = [LoadCase(Material(3.0, 0.3, 0.9, mu), theta, (held,), MAP_TURNS) for held, mu, theta in grid]
     with progress_bar(len(grid), "load case") as bar:
@@ -301,9 +289,9 @@ def _map(output: Path, executor: Executor | None) -> int:
     return 0
 
 
-def _draw_map(rows: list[tuple[float, float, float, list[Candidate | None]]], output: Path) -> None:
+def _draw_map(rows: list[tuple[float, float, float, list[Selection | None]]], output: Path) -> None:
     """Draw the planes needed as numbers on colours, with a row of panels for each tolerance."""
-    from ..plots import plt
+    import matplotlib.pyplot as plt
 
     most = REFERENCE_SIDES + 1
     shape = (len(MAP_TOLERANCES), len(MAP_SIGMA_N))

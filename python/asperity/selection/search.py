@@ -156,12 +156,16 @@ class Candidate:
 
     name: str
     pattern: Pattern
-    planes: int
     errors: Errors
+
+    @property
+    def planes(self) -> int:
+        """Number of planes."""
+        return len(self.pattern.weights)
 
 
 @dataclass(frozen=True)
-class Selection:
+class Selection(Candidate):
     """The cheapest pattern that meets a tolerance.
 
     errors: the larger ones of the search and of the independent check.  uncertainty: difference between the
@@ -171,15 +175,15 @@ class Selection:
 
     case: LoadCase
     tolerance: float
-    name: str
-    pattern: Pattern
-    planes: int
-    errors: Errors
     uncertainty: float
-    reference: str
     tried: tuple[Candidate, ...]
     lost: tuple[tuple[float, float], ...] = ()
     """sigma_N and length of path at which the reference loses equilibrium; nothing beyond is compared."""
+
+    @property
+    def reference(self) -> str:
+        """Name of the reference."""
+        return "RT" if self.case.planar else f"RP-{REFERENCE_SIDES}"
 
     @property
     def interface(self) -> Interface:
@@ -204,16 +208,13 @@ class NoPatternError(ValueError):
 
 
 class Curves(NamedTuple):
-    """Curves of a pattern under one normal traction: one row for each direction, one column for each slip.
-
-    rows: number of converged slips.
-    """
+    """Curves of a pattern: (normal tractions, directions, slips); rows: numbers of converged slips."""
 
     tau_L: Floats
     tau_across: Floats
     s_N: Floats
     damage: Floats
-    rows: NDArray[np.int32]
+    rows: NDArray[np.int_]
 
 
 class DenseRun:
@@ -231,27 +232,19 @@ class DenseRun:
         self.executor = executor
         self.slips = case.slips(finer)
         if case.planar:
-            angles = np.array([case.direction])
-            interface = Interface(case.material, case.regular(2, case.direction))
+            angles, pattern = np.array([case.direction]), case.regular(2, case.direction)
         else:
-            pitch = 360.0 / REFERENCE_SIDES
-            angles = pitch * np.array(average)
-            interface = Interface(case.material, case.regular(REFERENCE_SIDES))
-        self.interface = interface
-        runs = self._run(interface, angles)
-        self.rows = [int(run.rows.min()) for run in runs]
-        for sigma_N, rows in zip(case.sigma_N, self.rows, strict=True):
-            if rows < 1:
-                raise ValueError(
-                    f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
-                    f"the reference has no equilibrium"
-                )
-        self.tau_L = np.array([run.tau_L.mean(axis=0) for run in runs])
-        self.s_N = np.array([run.s_N.mean(axis=0) for run in runs])
-        self.fully_damaged = any(
-            sigma_N < 0.0 and run.damage[:, -1].min() >= FULLY_DAMAGED
-            for sigma_N, run in zip(case.sigma_N, runs, strict=True)
-        )
+            angles, pattern = 360.0 / REFERENCE_SIDES * np.array(average), case.regular(REFERENCE_SIDES)
+        run = self._run(pattern, angles)
+        self.rows = run.rows.min(axis=1)
+        for sigma_N in np.array(case.sigma_N)[self.rows < 1]:
+            raise ValueError(
+                f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
+                "the reference has no equilibrium"
+            )
+        self.tau_L, self.s_N = run.tau_L.mean(axis=1), run.s_N.mean(axis=1)
+        ends = run.damage[np.array(case.sigma_N) < 0.0, :, -1]
+        self.fully_damaged = bool(np.any(ends.min(axis=1) >= FULLY_DAMAGED))
 
     @property
     def lost(self) -> tuple[tuple[float, float], ...]:
@@ -265,46 +258,39 @@ class DenseRun:
 
     def mean_error(self, other: DenseRun) -> float:
         """Difference from the mean curves of another reference with the same increments."""
-        zero = np.zeros((1, self.slips.size))
-        means = [
-            Curves(tau[None], zero, s_N[None], zero, np.array([n], dtype=np.int32))
-            for tau, s_N, n in zip(other.tau_L, other.s_N, other.rows, strict=True)
-        ]
-        return self._compare(means).worst
+        zero = np.zeros_like(other.tau_L)
+        means = (values[:, None] for values in (other.tau_L, zero, other.s_N, zero, other.rows))
+        return self._compare(Curves(*means)).worst
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the residual strength."""
-        return self._compare(self._run(Interface(self.case.material, pattern), angles))
+        return self._compare(self._run(pattern, angles))
 
-    def _run(self, interface: Interface, angles: Floats) -> list[Curves]:
+    def _run(self, pattern: Pattern, angles: Floats) -> Curves:
         """Curves in all directions for each normal traction."""
-        sigma_N = np.repeat(self.case.sigma_N, len(angles))
-        angles_of = np.tile(angles, len(self.case.sigma_N))
-        run = slip_curves(interface, angles_of, self.slips, sigma_N, PRELOAD, self.executor)
-        parts = [slice(i, i + len(angles)) for i in range(0, len(sigma_N), len(angles))]
-        return [
-            Curves(run.tau_L[p], run.tau_across[p], run.s_N[p], run.damage[p], run.rows[p]) for p in parts
-        ]
+        pairs = np.meshgrid(self.case.sigma_N, angles, indexing="ij")
+        sigma_N, directions = (values.ravel() for values in pairs)
+        interface = Interface(self.case.material, pattern)
+        run = slip_curves(interface, directions, self.slips, sigma_N, PRELOAD, self.executor)
+        columns = (run.tau_L, run.tau_across, run.s_N, run.damage, run.rows)
+        return Curves(*(values.reshape(*pairs[0].shape, *values.shape[1:]) for values in columns))
 
-    def _compare(self, runs: Sequence[Curves]) -> Errors:
+    def _compare(self, run: Curves) -> Errors:
         s_0 = self.case.material.s_0
         total = Errors()
-        for k, run in enumerate(runs):
-            n = self.rows[k]
+        for k, rows in enumerate(self.rows):
             # a pattern that loses equilibrium elsewhere has no small error
-            if np.any(np.abs(run.rows - n) > max(1, 0.01 * self.slips.size)):
-                return Errors(1.0, 1.0, 1.0)
-            n = min(n, run.rows.min())
-            if n < 1:
+            n = min(rows, run.rows[k].min())
+            if n < 1 or np.any(np.abs(run.rows[k] - rows) > max(1, 0.01 * self.slips.size)):
                 return Errors(1.0, 1.0, 1.0)
             tau, s_N = self.tau_L[k, :n], self.s_N[k, :n]
             along = np.sqrt(np.sum(tau**2)) or 1.0
             dilation = max(np.sqrt(np.sum(s_N**2)), np.sqrt(n) * s_0)
             total = total.joined(
                 Errors(
-                    _largest(run.tau_L[:, :n] - tau) / float(along),
-                    _largest(run.tau_across[:, :n]) / float(along),
-                    _largest(run.s_N[:, :n] - s_N) / float(dilation),
+                    _largest(run.tau_L[k, :, :n] - tau) / float(along),
+                    _largest(run.tau_across[k, :, :n]) / float(along),
+                    _largest(run.s_N[k, :, :n] - s_N) / float(dilation),
                 )
             )
         return total
@@ -334,11 +320,6 @@ def patterns(case: LoadCase) -> Iterator[tuple[str, int, Pattern]]:
     if not case.planar:
         for sides in range(3, REFERENCE_SIDES):
             yield f"RP-{sides}", sides, case.regular(sides)
-
-
-def planes_of(pattern: Pattern) -> int:
-    """Number of planes."""
-    return len(pattern.weights)
 
 
 def directions(case: LoadCase, sides: int, shares: Sequence[float]) -> Floats:
@@ -373,17 +354,33 @@ class Search:
         """Errors of a pattern; if that of the residual strength exceeds `most`, the others are NaN."""
         exact = self.case.planar and sides == 2
         left = residual_error(self.case, sides) if self.dense.fully_damaged and not exact else 0.0
-        if self.case.planar and sides == 0 and self.dense.fully_damaged:
-            left = residual_error(self.case, 0)
         errors = Errors(np.nan, np.nan, np.nan, left)
         if left <= most:
             errors = errors.joined(self.dense.errors(pattern, directions(self.case, sides, SEARCH)))
-        return Candidate(name, pattern, planes_of(pattern), errors)
+        return Candidate(name, pattern, errors)
 
-    def checked(self, candidate: Candidate, sides: int) -> Errors:
-        """Errors of a candidate in search and check."""
-        angles = directions(self.case, sides, CHECK)
-        return candidate.errors.joined(self.check.errors(candidate.pattern, angles))
+    def select(self, tolerance: float, tick: Tick = lambda name: None) -> Selection:
+        """First candidate that meets the tolerance in search and check; raises NoPatternError without one."""
+        tried, missed = [], []
+        for name, sides, pattern in patterns(self.case):
+            tick(name)
+            candidate = self.candidate(name, sides, pattern, tolerance)
+            if candidate.errors.worst <= tolerance:
+                again = self.check.errors(pattern, directions(self.case, sides, CHECK))
+                candidate = Candidate(name, pattern, candidate.errors.joined(again))
+                missed.append(candidate)
+            tried.append(candidate)
+            if candidate.errors.worst + self.uncertainty <= tolerance:
+                rest = (self.uncertainty, tuple(tried), self.dense.lost)
+                return Selection(name, pattern, candidate.errors, self.case, tolerance, *rest)
+        # patterns that the residual strength excludes have no curves
+        finest = self.candidate(*list(patterns(self.case))[-1])
+        best = min([*missed, finest], key=lambda one: one.errors.worst)
+        raise NoPatternError(
+            f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
+            f"{best.errors.worst:.2g}, the reference one of {self.uncertainty:.2g}",
+            best,
+        )
 
 
 def select(
@@ -400,40 +397,7 @@ def select(
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
-    search = Search(case, executor)
-    tried = []
-    for name, sides, pattern in patterns(case):
-        tick(name)
-        candidate = search.candidate(name, sides, pattern, tolerance)
-        tried.append(candidate)
-        if candidate.errors.worst > tolerance:
-            continue
-        errors = search.checked(candidate, sides)
-        if errors.worst + search.uncertainty > tolerance:
-            tried[-1] = Candidate(name, pattern, candidate.planes, errors)
-            continue
-        return Selection(
-            case,
-            tolerance,
-            name,
-            pattern,
-            candidate.planes,
-            errors,
-            search.uncertainty,
-            "RT" if case.planar else f"RP-{REFERENCE_SIDES}",
-            tuple(tried),
-            search.dense.lost,
-        )
-    # patterns that the residual strength excludes have no curves
-    finest = search.candidate(*list(patterns(case))[-1])
-    best = min(
-        [one for one in tried if one.errors.worst <= tolerance] + [finest], key=lambda one: one.errors.worst
-    )
-    raise NoPatternError(
-        f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
-        f"{best.errors.worst:.2g}, the reference one of {search.uncertainty:.2g}",
-        best,
-    )
+    return Search(case, executor).select(tolerance, tick)
 
 
 def _largest(curves: Floats) -> float:

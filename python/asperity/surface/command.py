@@ -14,7 +14,7 @@ from .. import contract
 from ..case_files import read_case
 from ..contract import Floats
 from ..interface import Interface
-from ..parallel import progress_bar
+from ..options import progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
@@ -308,8 +308,7 @@ def _write(path: Path, pattern: Pattern) -> None:
         writer.writerow(
             ["plane", "theta_deg", "azimuth_deg", "n_N", "n_Tx", "n_Ty", "gamma", "nominal_share"]
         )
-        azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
-        angles = np.degrees([np.arctan(planes.slopes), azimuth])
+        angles = planes.inclination, np.degrees(planes.azimuth)
         rows = np.column_stack([*angles, planes.normals, planes.gamma, planes.nominal])
         for k, row in enumerate(_rounded(rows), start=1):
             writer.writerow([k, *(f"{value:.9f}" for value in row)])

@@ -30,6 +30,7 @@ LONGEST = 12.0
 """Length of the drawn part of a profile over its height: the picture is to scale."""
 
 
+@printed()
 def draw(
     scan: Scan,
     found: Facets,
@@ -46,21 +47,6 @@ def draw(
     patterns: listed and regular; label: plane of the chosen pattern for every facet; scales (n, 3 or more):
     sampling length, mean and rms slope.
     """
-    with printed():
-        save(_figure(scan, found, patterns, chosen, label, slips, scales, title), png)
-
-
-def _figure(
-    scan: Scan,
-    found: Facets,
-    patterns: tuple[Pattern, Pattern],
-    chosen: Pattern,
-    label: np.ndarray,
-    slips: Slips,
-    scales: Floats,
-    title: str,
-) -> Figure:
-    """Figure of `draw`."""
     planes = Planes.of(chosen)
     listed, regular = map(Planes.of, patterns)
     name = "list" if chosen == patterns[0] else "nearest regular pattern"
@@ -77,15 +63,14 @@ def _figure(
         _scales(figure.add_subplot(grid[1, 0]), scan, scales)
         _strengths(figure.add_subplot(grid[1, 1]), listed, regular, slips)
     figure.suptitle(title)
-    return figure
+    save(figure, png)
 
 
 def _colours(planes: Planes) -> Floats:
     """Colour of every plane by azimuth; steeper planes have stronger colours."""
     depth = planes.slopes / max(planes.slopes.max(), 1.0e-12)
-    azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
     knots = np.array([to_rgb(colour) for colour in (*AROUND, AROUND[0])])
-    at = azimuth % (2.0 * np.pi) / (0.5 * np.pi)
+    at = planes.azimuth % (2.0 * np.pi) / (0.5 * np.pi)
     base = np.column_stack([np.interp(at, np.arange(5), channel) for channel in knots.T])
     share = (0.3 + 0.7 * depth)[:, None] * (depth > 0.0)[:, None]
     colours: Floats = share * base + (1.0 - share) * GREY
@@ -134,8 +119,7 @@ def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray, name: str) -> 
 
 def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
     """Draw the density of facets over azimuth and inclination, and planes as marks of proportional area."""
-    incl = np.degrees(np.arctan(found.slopes))
-    azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) % (2.0 * np.pi)
+    incl, azimuth = found.inclination, found.azimuth % (2.0 * np.pi)
     top = max(incl.max() * 1.02, 1.0e-3)
     density, a, r = np.histogram2d(
         azimuth, incl, bins=(72, 30), range=((0.0, 2.0 * np.pi), (0.0, top)), weights=found.gamma
@@ -154,10 +138,9 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
 
 
 def _marks(ax: Axes, planes: Planes, mark: str, colour: str, label: str) -> None:
-    azimuth = np.arctan2(planes.gradients[:, 1], planes.gradients[:, 0])
     ax.scatter(
-        azimuth,
-        np.degrees(np.arctan(planes.slopes)),
+        planes.azimuth,
+        planes.inclination,
         s=10.0 + 600.0 * planes.gamma,
         marker=mark,
         facecolors=_colours(planes),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
+from scipy.ndimage import correlate1d
 
 from ..contract import Floats
 
@@ -87,8 +89,8 @@ class Scan:
 
     def lean(self) -> float:
         """Angle between the average plane and that of least squares, degrees, due to the ends of the scan."""
-        a = _least_squares(self.x, self.z.mean(axis=0))
-        b = 0.0 if self.y is None else _least_squares(self.y, self.z.mean(axis=1))
+        a = np.polyfit(self.x - self.x.mean(), self.z.mean(axis=0), 1)[0]
+        b = 0.0 if self.y is None else np.polyfit(self.y - self.y.mean(), self.z.mean(axis=1), 1)[0]
         fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
         return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, average)), fitted @ average)))
 
@@ -121,7 +123,8 @@ def _mean_gradient(scan: Scan) -> tuple[float, float]:
         return float(total[0]), 0.0
     # the mean over a side is by the trapezoid rule, as for the facets
     sides = (scan.z[-1] - scan.z[0]) / (scan.y[-1] - scan.y[0])
-    return _mean(scan.y, total), _mean(scan.x, sides)
+    a, b = trapezoid(total, scan.y), trapezoid(sides, scan.x)
+    return float(a / (scan.y[-1] - scan.y[0])), float(b / (scan.x[-1] - scan.x[0]))
 
 
 def _mean_plane(scan: Scan) -> Floats:
@@ -132,23 +135,10 @@ def _mean_plane(scan: Scan) -> Floats:
     return plane
 
 
-def _least_squares(x: Floats, z: Floats) -> float:
-    """Slope of the least-squares line."""
-    away = x - x.mean()
-    return float(away @ (z - z.mean()) / (away @ away))
-
-
-def _mean(x: Floats, values: Floats) -> float:
-    """Mean over x by the trapezoid rule."""
-    return float(np.diff(x) @ (values[1:] + values[:-1]) / (2.0 * (x[-1] - x[0])))
-
-
 def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
     """Points at the distance `length` from each other, and the heights (..., n) there."""
     at = x[0] + length * np.arange(int(np.floor((x[-1] - x[0]) / length + 1.0e-9)) + 1)
-    i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
-    w = np.clip((at - x[i]) / (x[i + 1] - x[i]), 0.0, 1.0)
-    return at, z[:, i] * (1.0 - w) + z[:, i + 1] * w
+    return at, np.array([np.interp(at, x, row) for row in z])
 
 
 def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
@@ -160,6 +150,7 @@ def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
         )
     reach = min(int(np.ceil(cut_off / steps.mean())), len(x) - 1)
     kernel = np.exp(-np.pi * (np.arange(-reach, reach + 1) * steps.mean() / (GAUSS * cut_off)) ** 2)
-    part = slice(reach, reach + len(x))
-    norm = np.convolve(np.ones(len(x)), kernel)[part]
-    return np.array([np.convolve(row, kernel)[part] / norm for row in z])
+    found: Floats = correlate1d(z, kernel, mode="constant") / correlate1d(
+        np.ones(len(x)), kernel, mode="constant"
+    )
+    return found

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ..contract import Floats
-from ..parallel import PATIENCE
+from ..options import progress_bar
 from .scan import EVEN, LEAST_POINTS, Scan, even
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "in": 0.0254}
@@ -63,8 +62,9 @@ def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         raise ValueError(
             f"{path}: byte {error.start} is no text in UTF-8: expected a CSV with a profile or a height map"
         ) from None
-    shown = tqdm(lines, unit="line", desc="read", disable=None, delay=PATIENCE, leave=False)
-    for line, text in enumerate(shown, start=1):
+    bar = progress_bar(len(lines), "line")
+    for line, text in enumerate(lines, start=1):
+        bar.update()
         text = text.split("#")[0].strip()
         if not text:
             continue
@@ -74,6 +74,7 @@ def _cells(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
             header = cells if mark else re.findall(r"\w+\s*(?:[\[(][^\])]*[\])])?", text)
         else:
             rows.append((line, cells))
+    bar.close()
     return header, rows
 
 

@@ -61,6 +61,16 @@ class Planes:
         """Tangent of the inclination, (n,)."""
         return np.hypot(*self.gradients.T)
 
+    @property
+    def azimuth(self) -> Floats:
+        """Direction up the slope, (n,), radians from Tx towards Ty."""
+        return np.arctan2(self.gradients[:, 1], self.gradients[:, 0])
+
+    @property
+    def inclination(self) -> Floats:
+        """Angle between plane and average plane, (n,), degrees."""
+        return np.degrees(np.arctan(self.slopes))
+
     @cached_property
     def nominal(self) -> Floats:
         """Fractions of the area projected on the average plane, (n,), with sum 1."""
@@ -83,7 +93,7 @@ class Planes:
         found: Floats = self.gradients.T @ (self.nominal[:, None] * self.gradients)
         return found
 
-    def uphill(self, angles: Floats, tick: Tick | None = None) -> tuple[Floats, Floats]:
+    def uphill(self, angles: Floats, tick: Tick = lambda: None) -> tuple[Floats, Floats]:
         """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
         mean, square = np.empty(len(angles)), np.empty(len(angles))
         for i, angle in enumerate(angles):  # one angle at a time saves memory: a map has millions of facets
@@ -91,11 +101,10 @@ class Planes:
             mean[i] = self.nominal @ up
             up *= up
             square[i] = self.nominal @ up
-            if tick is not None:
-                tick()
+            tick()
         return mean, np.sqrt(square)
 
-    def residual(self, angles: Floats, mu: float, tick: Tick | None = None) -> Floats:
+    def residual(self, angles: Floats, mu: float, tick: Tick = lambda: None) -> Floats:
         """Residual strength over |sigma_N| for slip along each angle (radians); inf: the joint locks.
 
         Only the planes that are steepest along the slip are in contact.  The closure of each is n_N times a
@@ -112,8 +121,7 @@ class Planes:
             w = np.hypot(1.0, top)
             pressed = load @ (n_N - mu * top / w)
             found[i] = load @ (n_N * along[touching] + mu / w) / pressed if pressed > 0.0 else np.inf
-            if tick is not None:
-                tick()
+            tick()
         return found
 
 
@@ -144,7 +152,7 @@ class Slips:
     residual: Floats
 
     @classmethod
-    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick | None = None) -> Slips:
+    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick = lambda: None) -> Slips:
         """Compute the slips of facets or planes; tick is called twice for each angle."""
         return cls(angles, mu, found.uphill(angles, tick), found.residual(angles, mu, tick))
 
@@ -206,21 +214,19 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
 
 
 def bin_facets(
-    found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0, most: int = 0
+    found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0
 ) -> tuple[Pattern, np.ndarray]:
     """Listed planes of facets, a flat plane first, and the plane of every facet (n,).
 
     Facets inclined by at most `flat` (degrees) are the first bin; the others fall into `directions` sectors
     of azimuth, the first one centred at `start` (degrees), and in each into up to `bins` classes of
     inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest one.  The vector area of a
-    plane is that of its facets.  Raises ValueError for more planes than the library accepts, or than `most`.
+    plane is that of its facets.  Raises ValueError for more planes than the library accepts.
     """
-    limit = most or contract.MAX_INCLINED
     if not (directions >= 1 and bins >= 1):
         raise ValueError(f"{directions} directions, {bins} bins: expected at least 1")
     sector = 2.0 * np.pi / directions
-    azimuth = np.arctan2(found.gradients[:, 1], found.gradients[:, 0]) - np.radians(start)
-    part = np.floor(azimuth / sector + 0.5 + FLATNESS).astype(int) % directions
+    part = np.floor((found.azimuth - np.radians(start)) / sector + 0.5 + FLATNESS).astype(int) % directions
     part[found.slopes <= max(np.tan(np.radians(flat)), FLATNESS)] = -1
     label = np.full(len(part), -1)
     for k in range(directions):
@@ -232,9 +238,10 @@ def bin_facets(
             label[inside] = k * bins + np.floor(ranks * classes).astype(int)
     label = np.unique(label, return_inverse=True)[1].ravel()
     vectors, label = _merged(found, label)
-    n = len(vectors)
-    if n > limit:
-        raise ValueError(f"{n} planes: expected at most {limit}, fewer bins or directions")
+    if len(vectors) > contract.MAX_INCLINED:
+        raise ValueError(
+            f"{len(vectors)} planes: expected at most {contract.MAX_INCLINED}, fewer bins or directions"
+        )
     area = np.linalg.norm(vectors, axis=1)
     normals = vectors / area[:, None]
     normals[np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]] = (1.0, 0.0, 0.0)

@@ -15,7 +15,7 @@ from ..case_files import Case, read_case
 from ..fit import covariance
 from ..fit.command import NO_RESULT
 from ..fit.search import check_output, numbers
-from ..parallel import add_workers, progress_bar, workers
+from ..options import add_workers, check_picture, progress_bar, units_of, workers
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
 from .paths import CURVES, load_paths
@@ -104,11 +104,9 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--samples {options.samples}: expected 2 to {MOST_SAMPLES}")
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
-    units = options.units.split(",")
-    if len(units) != 2:
-        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS")
-    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
-        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
+    units = units_of(options.units)
+    if options.plot is not None:
+        check_picture(options.plot)
     check_output("--plot", options.plot)
     check_output("-o", options.output)
     _check_outputs(options)
@@ -132,7 +130,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot is not None:
         from .picture import draw
 
-        draw(options.plot, case.title, case.sweep, found, (units[0], units[1]))
+        draw(options.plot, case.title, case.sweep, found, units)
         print(options.plot)
     worst = max(one.left_out for one in found)
     if worst > MOST_LEFT_OUT:

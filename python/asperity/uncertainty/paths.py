@@ -11,15 +11,13 @@ import numpy as np
 from .. import contract
 from ..case_files import Case, Run
 from ..contract import Floats
+from ..history import SEPARATION
 from ..load_path import rows_of
 from ..pattern import direction_vector
 from ..steps import Point, Step, prescribed
 
 CURVES = ("traction", "dilation", "damage")
 """Curves of a sample: traction along the slip (without slip along N), s_N and damage."""
-
-COMPONENTS = ("s_N", "s_Tx", "s_Ty")
-"""Names of the separations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +33,7 @@ class LoadPath:
     """Load path of one run of a case, as PROPS -> curves over the abscissa x (n,), which is prescribed.
 
     value: of the sweep, None without one.  props: of the case.  slips: whether x is a slip (or an opening).
-    steps: the load path; first: first of its rows on the curves, -1 for the virgin point before them.
+    steps: the load path; first: first of its rows on the curves, where 0 is the virgin point before them.
     e (3,): direction of x, in which the traction is shown.
     """
 
@@ -54,13 +52,12 @@ class LoadPath:
         start = Point(np.zeros(contract.n_statev(n_planes, wears)))
         rows, _ = rows_of(props, n_planes, self.steps, start)
         values = np.column_stack([rows.traction @ self.e, rows.dilation, rows.damage])
-        if self.first < 0:
-            return Curve(np.vstack([np.zeros(3), values]), np.append(0.0, rows.work))
-        return Curve(values[self.first :], rows.work[self.first :])
+        whole = np.vstack([np.zeros(3), values])
+        return Curve(whole[self.first :], np.append(0.0, rows.work)[self.first :])
 
 
 def load_paths(case: Case) -> list[LoadPath]:
-    """Load paths of the runs of a case; raises ValueError for a case without a prescribed slip or opening."""
+    """Load paths of the runs of a case; raises ValueError for one without a prescribed x or that is lost."""
     return [_load_path(case.path, run) for run in case.runs]
 
 
@@ -72,11 +69,15 @@ def _load_path(path: Path, run: Run) -> LoadPath:
         what = "tolerance" if run.tolerance is not None else "follow = 'branch'"
         raise ValueError(f"{path}: {what}: expected increments, which all samples share")
     e = _abscissa(path, run.steps)
-    x = _separations(run.steps) @ e
+    rows, lost = run.interface.rows(run.steps)
+    x = np.append(0.0, rows.separation @ e)
+    if lost:
+        raise ValueError(
+            f"the case itself loses equilibrium beyond {x[-1]:g}: expected one to the end of its path"
+        )
     # the row before x moves is the start of the curve
-    first = int(np.argmax(np.diff(x, prepend=0.0) != 0.0)) - 1
-    x = x[first:] if first >= 0 else np.append(0.0, x)
-    return LoadPath(run.value, np.array(run.props), x, bool(e[0] == 0.0), run.steps, first, e)
+    first = int(np.argmax(np.diff(x) != 0.0))
+    return LoadPath(run.value, np.array(run.props), x[first:], bool(e[0] == 0.0), run.steps, first, e)
 
 
 def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
@@ -90,25 +91,7 @@ def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
         if name == "slip":
             e[1:] = direction_vector(step.direction or 0.0)
         else:
-            e[COMPONENTS.index(name)] = 1.0
+            e[SEPARATION.index(name)] = 1.0
         if not any(traction[i] for traction in prescribed(steps) for i in np.flatnonzero(e)):
             return e
     raise ValueError(f"{path}: expected &step with a prescribed slip or opening, over which curves are drawn")
-
-
-def _separations(steps: Sequence[Step]) -> Floats:
-    """Separations (n, 3) at the ends of all increments; 0 for components under a prescribed traction."""
-    place, parts = np.zeros(3), []
-    for step in steps:
-        for i, count in enumerate(step.increments):
-            end = place.copy()
-            for k, name in enumerate(COMPONENTS):
-                if getattr(step, name) is not None:
-                    end[k] = getattr(step, name)[i]
-            if step.slip is not None:
-                end[1:] = step.slip[i] * direction_vector(step.direction)
-            shares = np.arange(1, int(count) + 1)[:, None] / int(count)
-            parts.append(place + shares * (end - place))
-            parts[-1][-1] = end
-            place = end
-    return np.vstack(parts)

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..plots import COLOURS
-from .spread import Spread, turns_of
+from ..steps import turns_of
+from .spread import Spread
 
 BAND = 0.25
 """Opacity of a band between two quantiles."""

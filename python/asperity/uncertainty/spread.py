@@ -13,6 +13,7 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
+from ..steps import turns_of
 from .distribution import bad_constant
 from .paths import CURVES, Curve, LoadPath
 
@@ -61,14 +62,9 @@ def spread(
 ) -> Spread:
     """Quantiles over samples (N, p) of the constants with these names; tick: called after each batch.
 
-    Raises ValueError where the case itself or all samples lose equilibrium.
+    Raises ValueError where no sample has the whole path.
     """
     case = path.curve(path.props)
-    if len(case.work) < path.x.size:
-        raise ValueError(
-            f"the case itself loses equilibrium at {path.x[len(case.work)]:g}: expected one to the end "
-            "of its path"
-        )
     points = points_of(path.x)
     batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
     done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
@@ -91,14 +87,6 @@ def points_of(x: Floats) -> np.ndarray:
     """Rows of a path for which quantiles are computed."""
     even = np.linspace(0, x.size - 1, MOST_POINTS).round().astype(int)
     return np.unique(np.concatenate([even, turns_of(x)]))
-
-
-def turns_of(x: Floats) -> np.ndarray:
-    """Rows of the ends and reversals of a path."""
-    moving = np.flatnonzero(np.diff(x))
-    ways = np.sign(np.diff(x)[moving])
-    turns = moving[1:][ways[1:] != ways[:-1]]
-    return np.concatenate([[0], turns, [x.size - 1]])
 
 
 @dataclass(frozen=True, eq=False)

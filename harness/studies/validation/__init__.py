@@ -1,0 +1,1 @@
+"""Comparisons with measurements: `python -m harness.studies.validation.NAME`, pages in docs/validation."""

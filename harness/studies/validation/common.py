@@ -1,0 +1,191 @@
+"""What the comparisons share: data, joints, least squares, tables of a page and the program."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from asperity import contract
+from asperity.contract import Floats
+from asperity.interface import Interface
+from asperity.material import Material
+from asperity.pattern import Pattern
+from asperity.style import printed, save
+from asperity.tables import markdown
+from matplotlib.figure import Figure
+
+from ..program import DIFFERS, run
+from ..tables import refresh
+
+DATA = Path(__file__).parent / "data"
+DOCS = Path(__file__).parents[3] / "docs"
+
+BOUNDS = {
+    "mu": (0.1, 1.5),
+    "theta": (2.0, 60.0),
+    "flat": (0.01, 0.95),
+    "height": (0.05, 50.0),
+    "kn": (0.05, 1e6),
+    "ks": (0.05, 1e6),
+    "closure": (0.005, 20.0),
+    "W0": (1.0, 1e4),
+    "sigma0": (0.3, 12.0),
+    "Gc": (0.01, 10.0),
+}
+"""Bounds of the constants: mm, MPa, degrees."""
+
+STIFFNESSES = {"kn": "stiffness in closing", "ks": "stiffness in shear"}
+"""Meaning of the constants of `Material.from_joint` that are no entries of PROPS."""
+
+ETA, KC = 0.9, 100.0
+"""Shape of the softening and stiffness of the contact of a joint with a bond."""
+
+LOST = 10.0
+"""Residual of a path on which the equilibrium is lost."""
+
+Constants = dict[str, float]
+"""Constants of a joint by name."""
+
+
+def rows(name: str) -> list[dict[str, str]]:
+    """Rows of a file of the folder `data`, without its comments."""
+    with (DATA / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def joint(constants: Mapping[str, float]) -> Interface:
+    """Joint of two slopes and a flat plane of weight `flat`; without sigma0 it has no bond."""
+    values = dict(constants)
+    pattern = Pattern.regular(2, values.pop("theta"), flat=values.pop("flat", 0.0))
+    if "sigma0" in values:
+        return Interface(Material(eta=ETA, kc=KC, **values), pattern)
+    return Interface(Material.from_joint(**values), pattern)
+
+
+def rms(difference: Floats) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(difference))))
+
+
+def fitted(
+    residuals: Callable[[Constants], Floats],
+    starts: Sequence[Mapping[str, float]],
+    fixed: Mapping[str, float] | None = None,
+    step: float = 1e-3,
+) -> Constants:
+    """Constants of the smallest sum of squares from all starts, rounded to four digits, and the fixed ones.
+
+    The search runs in their logarithms, between BOUNDS, with differences of a relative step.
+    """
+    from scipy.optimize import least_squares
+
+    names = list(starts[0])
+    low, high = np.log([BOUNDS[name] for name in names]).T
+
+    def named(x: Floats) -> Constants:
+        return dict(fixed or {}) | dict(zip(names, np.exp(x).tolist(), strict=True))
+
+    ends = []
+    for start in starts:
+        x = np.clip(np.log([start[name] for name in names]), low + 1e-6, high - 1e-6)
+        ends.append(
+            least_squares(lambda x: residuals(named(x)), x, bounds=(low, high), diff_step=step, max_nfev=60)
+        )
+    best = min(ends, key=lambda end: float(end.cost))
+    return {name: float(f"{value:.4g}") for name, value in named(best.x).items()}
+
+
+@dataclass(frozen=True)
+class Study:
+    """A comparison: fits by their names, tables and picture of its page; shown: fits with constants there."""
+
+    name: str
+    fit: Callable[[], dict[str, Constants]]
+    tables: Callable[[Mapping[str, Constants]], dict[str, str]]
+    draw: Callable[[Mapping[str, Constants]], Figure]
+    shown: tuple[str, ...]
+
+    @property
+    def page(self) -> Path:
+        """Page with the tables."""
+        return DOCS / "validation" / f"{self.name}.md"
+
+    @property
+    def picture(self) -> Path:
+        """File of the picture."""
+        return DOCS / "images" / f"validation_{self.name}.png"
+
+    def constants(self) -> dict[str, Constants]:
+        """Constants that the fits have found, from the folder `data`."""
+        if not self.shown:
+            return {}
+        return {
+            row.pop("fit"): {name: float(value) for name, value in row.items() if value}
+            for row in rows(f"{self.name}_constants")
+        }
+
+    def contents(self) -> dict[str, Callable[[], str]]:
+        """Text of each marker of the page."""
+        found = self.constants()
+        shown = {name: found[name] for name in self.shown}
+        texts = ({"constants": constants_table(shown)} if shown else {}) | self.tables(found)
+        return {name: lambda text=text: text for name, text in texts.items()}  # type: ignore[misc]
+
+    def write_constants(self) -> None:
+        """Fit, and write what is found to the folder `data`."""
+        found = self.fit()
+        names = list(dict.fromkeys(name for one in found.values() for name in one))
+        lines = [f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit"]
+        lines.append(",".join(["fit", *names]))
+        for fit, one in found.items():
+            lines.append(",".join([fit, *(f"{one[name]:g}" if name in one else "" for name in names)]))
+        path = DATA / f"{self.name}_constants.csv"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    def main(self, arguments: Sequence[str] | None = None) -> int:
+        """Run the program."""
+        return run(self.add_arguments, arguments)
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Add the arguments of the program."""
+        parser.add_argument("--fit", action="store_true", help="repeat the fits; else use what they found")
+        text = "write nothing; exit with 1 if the page differs"
+        parser.add_argument("--check", action="store_true", help=text)
+        parser.set_defaults(action=self._action)
+
+    def _action(self, options: argparse.Namespace) -> int:
+        """Fill the page and draw its picture, or check the page."""
+        if options.fit and self.shown and not options.check:
+            self.write_constants()
+        same = refresh(self.page, options.check, self.contents())
+        if options.check:
+            print(f"{self.page}: {'up to date' if same else 'not up to date'}")
+            return 0 if same else DIFFERS
+        with printed():
+            save(self.draw(self.constants()), self.picture)
+        print(self.page, self.picture, sep="\n")
+        return 0
+
+
+def constants_table(found: Mapping[str, Constants]) -> str:
+    """Table of the constants of fits with their meaning."""
+    known = {row.name: re.split(r"[;,] | \(", row.meaning)[0] for row in contract.props_table()} | STIFFNESSES
+    names = list(dict.fromkeys(name for one in found.values() for name in one))
+    body = []
+    for name in names:
+        shown = [_shown(name, one[name]) if name in one else "" for one in found.values()]
+        body.append([name, known[name], *shown])
+    return markdown(["constant", "meaning", *found], body)
+
+
+def _shown(name: str, value: float) -> str:
+    """Constant with three digits, and a star at a bound."""
+    low, high = BOUNDS[name]
+    return f"{float(f'{value:.3g}'):g}" + (
+        "*" if value in (float(f"{low:.4g}"), float(f"{high:.4g}")) else ""
+    )

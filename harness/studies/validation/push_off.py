@@ -1,0 +1,180 @@
+"""Push-off of cracked concrete under a known restraint (Walraven, Reinhardt 1981): fits, predictions."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from asperity.contract import Floats
+from asperity.interface import slip_path
+from asperity.style import TWO, new_figure
+from asperity.tables import markdown
+from matplotlib.figure import Figure
+
+from ..concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+from .common import LOST, Constants, Study, fitted, joint, rms, rows
+
+STRONG, WEAK = "1/.0/6.8", "1/.0/3.6"
+"""Specimens: mix, width of the crack before the test, pressure of the bars at an opening of 0.6 mm."""
+
+SLIPS = np.concatenate([np.linspace(0.0, 0.3, 61)[1:], np.linspace(0.3, 2.24, 98)[1:]])
+"""Slips of the model, mm."""
+
+PRELOAD = 20
+"""Increments of the pressure before the slip."""
+
+RANGE = (0.8, 10.0)
+"""Opening, mm, and shear stress, MPa, by which the residuals of the fits are divided."""
+
+RIGID = {"kn": 2e4, "ks": 1e3}
+"""Stiffness of the contact, MPa/mm: so large that it has no effect."""
+
+START = {"mu": 0.87, "theta": 35.4, "height": 1.0}
+VARIANTS: dict[str, tuple[list[Constants], Constants]] = {
+    "friction": ([START], RIGID),
+    "wear": ([START | {"W0": 100.0}], RIGID),
+    "bond": (
+        [
+            START | {"sigma0": sigma0, "Gc": Gc, "flat": flat}
+            for sigma0, Gc in ((2.0, 0.2), (4.0, 2.0), (10.0, 0.7))
+            for flat in (0.02, 0.3, 0.6)
+        ],
+        {},
+    ),
+}
+"""Starts of the free constants, and the fixed ones, of each form of the law."""
+
+FITS = {"6.8": (STRONG,), "3.6": (WEAK,), "both": (STRONG, WEAK)}
+"""Specimens that are fitted, by the ending of the name of a fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Specimen:
+    """Measured opening (n, 2) and shear stress (m, 2) over the slip; cube strength; p0, k_N of the bars."""
+
+    opening: Floats
+    shear: Floats
+    cube: float
+    p0: float
+    k_N: float
+
+
+@cache
+def specimen(name: str) -> Specimen:
+    """Read a specimen."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    for row in rows("push-off"):
+        if row["specimen"] == name:
+            found.setdefault(row["quantity"], []).append((float(row["slip"] or 0.0), float(row["value"])))
+    single = {key: found[key][0][1] for key in ("cube", "p0", "k_N")}
+    return Specimen(np.array(found["opening"]), np.array(found["shear"]), **single)
+
+
+def curves(constants: Mapping[str, float], name: str) -> tuple[Floats, Floats]:
+    """Opening and shear stress of the model over SLIPS; the bars are a normal spring."""
+    one = specimen(name)
+    first = float(one.opening[0, 1])
+    pressed = slip_path(0.0, SLIPS, -(one.p0 + one.k_N * first), PRELOAD, one.k_N)
+    history, lost = joint(constants).rows(pressed)
+    if lost:
+        return np.full(SLIPS.size, LOST), np.full(SLIPS.size, LOST)
+    start = history.separation[PRELOAD - 1, 0]
+    history = history.after_step(1)
+    return first + history.separation[:, 0] - start, history.traction[:, 1]
+
+
+def differences(constants: Mapping[str, float], name: str) -> tuple[Floats, Floats]:
+    """Model less measurement of the opening, mm, and of the shear stress, MPa."""
+    one = specimen(name)
+    opening, shear = curves(constants, name)
+    # the first opening is the start of the model
+    measured = one.opening[1:], one.shear
+    found = [np.interp(m[:, 0], SLIPS, y) - m[:, 1] for m, y in zip(measured, (opening, shear), strict=True)]
+    return found[0], found[1]
+
+
+def formula(name: str) -> Floats:
+    """Shear stress by the formula of Walraven and Reinhardt at the measured slips and openings."""
+    one = specimen(name)
+    slip = one.shear[:, 0]
+    w = np.interp(slip, *one.opening.T)
+    return -one.cube / 30.0 + (1.8 * w**-0.80 + (0.234 * w**-0.707 - 0.20) * one.cube) * slip
+
+
+def residuals(constants: Mapping[str, float], names: tuple[str, ...]) -> Floats:
+    """Residuals of a fit: each curve has the same weight."""
+    parts = []
+    for name in names:
+        for part, scale in zip(differences(constants, name), RANGE, strict=True):
+            parts.append(part / scale / np.sqrt(part.size))
+    return np.concatenate(parts)
+
+
+def fits() -> dict[str, Constants]:
+    """Fit every form of the law to each specimen and to both."""
+    return {
+        f"{form} {ending}": fitted(lambda one, names=names: residuals(one, names), starts, fixed)  # type: ignore[misc]
+        for form, (starts, fixed) in VARIANTS.items()
+        for ending, names in FITS.items()
+    }
+
+
+def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+    """Table of the errors of every fit."""
+    body = []
+    for fit, constants in found.items():
+        form, ending = fit.split()
+        cells = [form, " and ".join(FITS[ending])]
+        for name in (STRONG, WEAK):
+            opening, shear = differences(constants, name)
+            mark = "" if name in FITS[ending] else "**"
+            cells += [f"{mark}{rms(opening):.3f}{mark}", f"{mark}{rms(shear):.2f}{mark}"]
+        body.append(cells)
+    shear = [f"{rms(formula(name) - specimen(name).shear[:, 1]):.2f}" for name in (STRONG, WEAK)]
+    body.append(["formula of 1981", "other tests", "given", shear[0], "given", shear[1]])
+    head = ["form", "fitted to"]
+    head += [f"{name}: {what}" for name in (STRONG, WEAK) for what in ("opening, mm", "shear, MPa")]
+    return {"errors": markdown(head, body)}
+
+
+def draw(found: Mapping[str, Constants]) -> Figure:
+    """Draw opening and shear stress of both specimens: measured, fitted, predicted, and the formula."""
+    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=2, sharex=True, sharey="row")
+    lines = (
+        ("friction 6.8", BLUE, "friction, fitted to 6.8"),
+        ("friction 3.6", ORANGE, "friction, fitted to 3.6"),
+        ("bond both", GREEN, "with bond, fitted to both"),
+    )
+    for (above, below), name in zip(axes.reshape(2, 2).T, (STRONG, WEAK), strict=True):
+        one = specimen(name)
+        for fit, colour, label in lines:
+            style = "-" if name in FITS[fit.split()[1]] else "--"
+            opening, shear = curves(found[fit], name)
+            above.plot(
+                SLIPS, opening, style, color=colour, label=label + ("" if style == "-" else " (predicted)")
+            )
+            below.plot(SLIPS, shear, style, color=colour)
+        below.plot(
+            one.shear[:, 0], formula(name), ":", color=BLACK, label="formula of 1981, measured opening"
+        )
+        above.plot(*one.opening.T, "o", color=BLACK, markersize=3.5, label="measured")
+        below.plot(*one.shear.T, "o", color=BLACK, markersize=3.5)
+        above.set_title(name, **NOTE)
+        above.legend(loc="lower right")
+        below.legend(loc="lower right")
+        below.set_xlabel("slip [mm]")
+    for ax, label in zip(axes[::2], ("opening [mm]", "shear stress [MPa]"), strict=True):
+        ax.set_ylabel(label)
+    for ax in axes:
+        ax.grid(alpha=0.3)
+    return figure
+
+
+SHOWN = ("friction 6.8", "friction 3.6", "wear both", "bond both")
+STUDY = Study("push-off", fits, tables, draw, SHOWN)
+
+if __name__ == "__main__":
+    sys.exit(STUDY.main())

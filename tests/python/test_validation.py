@@ -1,0 +1,105 @@
+"""Tests of the comparisons with measurements: pages, closed forms, fits that are minima."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from harness.studies.validation import common, granite, push_off, sandstone, scan
+
+STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY, scan.STUDY]
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
+def test_page_is_up_to_date(study: common.Study) -> None:
+    """The tables of the page are those of the constants that were found, and its picture is there."""
+    assert study.main(["--check"]) == 0
+    assert f"(../images/{study.picture.name})" in study.page.read_text(encoding="utf-8")
+    assert matplotlib.image.imread(study.picture).shape[1] > 300
+
+
+def test_overview_has_the_numbers_of_the_pages() -> None:
+    """The errors in the overview are those of the bold cells of the pages."""
+    text = (common.DOCS / "validation" / "README.md").read_text(encoding="utf-8").replace("−", "-")
+    found = push_off.STUDY.constants()
+    for fit, name in (("friction 6.8", push_off.WEAK), ("friction 3.6", push_off.STRONG)):
+        opening, shear = (common.rms(part) for part in push_off.differences(found[fit], name))
+        assert f"opening {opening:.3f} mm" in text and f"shear stress {shear:.2f} MPa" in text
+    joints = sandstone.STUDY.constants().items()
+    away = np.array([100.0 * sandstone.errors(one, fit.split()[1])[1:] for fit, one in joints])
+    for what, column in zip(("peak", "slip at the peak", "stress at 10 mm"), away.T, strict=True):
+        assert f"{what} {column.min():.0f} to {column.max():.0f} %" in text
+    stages = granite.STUDY.constants()
+    for name in granite.SPECIMENS:
+        last = granite.differences(stages[f"{name}: 1 to 7"], name)[:, 7:]
+        tau, dn, ds = 100.0 * np.sqrt(np.mean(last**2, axis=1))
+        assert f"shear stress {tau:.1f} %, slip {ds:.1f} %, opening {dn:.1f} % of the range" in text
+
+
+def test_fit_is_a_minimum() -> None:
+    """A search from the constants that were found moves none of the free ones by a thousandth."""
+    found = push_off.STUDY.constants()["friction 6.8"]
+    start = {name: found[name] for name in push_off.START}
+    again = common.fitted(lambda one: push_off.residuals(one, (push_off.STRONG,)), [start], push_off.RIGID)
+    assert again == pytest.approx(found, rel=1e-3)
+
+
+def test_search_finds_known_constants() -> None:
+    """From numbers of the model the search finds its constants."""
+    truth = {"mu": 0.6, "theta": 25.0, "height": 4.0, "kn": 100.0, "ks": 2.0}
+    goal = sandstone.numbers(truth, 1.0)
+    starts, fixed = sandstone.FORMS["height"]
+    found = common.fitted(
+        lambda one: sandstone.numbers(one, 1.0) / goal - 1.0, starts[:2], fixed, sandstone.STEP
+    )
+    # slips of the model are 0.025 mm apart, 3 % of the slip at the peak
+    assert sandstone.numbers(found, 1.0) == pytest.approx(goal, rel=0.035)
+    assert found["theta"] == pytest.approx(truth["theta"], rel=0.05)
+
+
+@pytest.mark.parametrize("name", granite.SPECIMENS)
+def test_closed_form_of_the_slip(name: str) -> None:
+    """The rigid joint of the closed form slips from strength to strength and rises by the opening."""
+    one, found = granite.measured(name), granite.closed_form(name)
+    slope = np.tan(np.radians(found["theta"]))
+    slip = one["ds"][granite.ARREST] - one["ds"][granite.ONSET]
+    for row, climbed in ((granite.ONSET, 0.0), (granite.ARREST, slip)):
+        phi = slope * np.exp(-climbed * slope / found["height"])
+        strength = (found["mu"] + phi) / (1.0 - found["mu"] * phi)
+        assert strength == pytest.approx(one["tau"][row] / one["sn"][row], rel=1e-3)
+    rise = found["height"] * (1.0 - np.exp(-slip * slope / found["height"]))
+    assert rise == pytest.approx(one["dn"][granite.ARREST] - one["dn"][granite.ONSET], rel=2e-3)
+
+
+def test_data_have_source_and_licence() -> None:
+    """Every file of measurements says where its numbers come from and under which licence."""
+    files = [path for path in common.DATA.glob("*.csv") if not path.stem.endswith("_constants")]
+    assert len(files) == len(STUDIES)
+    for path in files:
+        assert re.match(r"# Source: .*\n# Licence: .*\n", path.read_text(encoding="utf-8"))
+
+
+def test_measure_of_grasselli() -> None:
+    """A distribution (1 - angle/largest)^C of the facing length gives back its C."""
+    largest, power = 40.0, 2.5
+    shares = np.full(400000, 1.0 / 400000)  # at the largest of LIMITS 23 of them are left
+    angles = largest * (1.0 - (np.arange(400000) / 400000) ** (1.0 / power))
+    found = scan.grasselli(angles, shares)
+    assert found[0] == pytest.approx(largest) and found[1] == pytest.approx(power, rel=0.01)
+
+
+def test_stale_page_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page with another number fails the check, and the program fills it."""
+    text = push_off.STUDY.page.read_text(encoding="utf-8")
+    (tmp_path / "validation").mkdir()
+    (tmp_path / "images").mkdir()
+    page = tmp_path / "validation" / "push-off.md"
+    page.write_text(text.replace("0.011", "0.012"), encoding="utf-8")
+    monkeypatch.setattr(common, "DOCS", tmp_path)
+    assert push_off.STUDY.main(["--check"]) == 1
+    assert push_off.STUDY.main([]) == 0
+    assert page.read_text(encoding="utf-8") == text
