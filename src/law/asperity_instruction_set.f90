@@ -5,8 +5,8 @@ module asperity_instruction_set
   private
   public :: instruction_set
 contains
-  !> Level of x86-64 that was chosen when the library was loaded: 1, 3 (AVX2, FMA) or 4 (AVX-512); 0: the library has
-  !> one set of kernels.
+  !> Level of x86-64 that was chosen when the library was loaded: 1, or 3 (AVX2, FMA); 0: the library has one set of
+  !> kernels.
   pure function instruction_set() bind(c, name="asperity_isa") result(level)
     integer(c_int) :: level
     level = 0_c_int

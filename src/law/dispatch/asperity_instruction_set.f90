@@ -4,7 +4,7 @@ module asperity_instruction_set
   private
   public :: instruction_set
   interface
-    !> Level of x86-64 that was chosen when the library was loaded (instruction_set.c): 1, 3 or 4.
+    !> Level of x86-64 that was chosen when the library was loaded (instruction_set.c): 1 or 3.
     pure function instruction_set() bind(c, name="asperity_isa") result(level)
       use, intrinsic :: iso_c_binding, only: c_int
       implicit none

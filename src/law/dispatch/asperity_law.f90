@@ -1,5 +1,4 @@
-!> The law of an interface point: the kernels of two instruction sets. AVX-512 has the kernel of AVX2, as few planes do
-!> not fill its vectors.
+!> The law of an interface point: the kernels of two instruction sets.
 module asperity_law
   use asperity_instruction_set, only: instruction_set
   use asperity_interface, only: interface_type
@@ -9,6 +8,9 @@ module asperity_law
   implicit none
   private
   public :: kinematics_type, plane_kinematics, update_point, update_point_in_place
+
+  !> Number of planes up to which the shorter vectors are faster (docs/results/speed.md).
+  integer, parameter :: few = 4
 
 contains
 
@@ -39,7 +41,7 @@ contains
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
     real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
-    if (instruction_set() >= 3) then
+    if (instruction_set() >= 3 .and. joint%pattern%n > few) then
       call update_v3(joint, s_old, s, state, traction, tangent, dt, share)
     else
       call update_v1(joint, s_old, s, state, traction, tangent, dt, share)
