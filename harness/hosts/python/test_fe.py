@@ -21,6 +21,8 @@ import paraview_check
 import pull_out
 import snap_back
 
+PAGE = Path(__file__).parents[3] / "docs/validation/benchmarks.md"
+
 
 def test_pull_out(tmp_path: Path) -> None:
     """The force ends at the residual strength, the rise at tan(theta) times the slip; Newton is quadratic.
@@ -148,6 +150,8 @@ def test_crack_converges_to_the_closed_form(kind: str) -> None:
     print(kind, errors)
     # elements at the tips shrink with the square of n; the square root there allows an order of nearly 2
     assert errors[-1] < 0.005
+    cells = " | ".join(f"{100 * error:.2f}" for error in errors[1:])
+    assert f"| {kind} | {cells} |" in PAGE.read_text(encoding="utf-8")
     assert all(before / after > 2**1.6 for before, after in pairwise(errors))
     opening, slip, normal = crack.closed_form(kind)
     finest = cracks[16]
