@@ -1,6 +1,6 @@
 #!/bin/sh
-# hosts.sh: the page of `asperity explore` inside Chromium, and the library inside Kratos, OpenGeoSys, OOFEM, Akantu,
-# scikit-fem and CalculiX. What this machine cannot get is left out.
+# hosts.sh: the page of `asperity explore` inside Chromium, and the library inside Kratos, OpenGeoSys, MTest, OOFEM,
+# Akantu, scikit-fem and CalculiX. What this machine cannot get is left out.
 #
 # CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
 # as wheels. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
@@ -37,6 +37,7 @@ step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiph
 tests kratos
 step "OpenGeoSys" hosts-ogs "$python" tools/install_extra.py ogs ogs
 tests ogs
+tests mtest
 step "OOFEM" hosts-oofem "$python" tools/install_extra.py oofem oofem
 tests oofem
 step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu

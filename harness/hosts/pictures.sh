@@ -44,8 +44,10 @@ if "$python" -c "import skfem" >/dev/null 2>&1; then
   "$python" "$here/python/dcb.py" -o "$folder/python-dcb.png"
   "$python" "$here/python/pull_out.py" -o "$folder/python-pull-out.png" --pvd "$folder/python.pvd"
   fields python "scikit-fem: block pulled along a rough base" --scale 50
+  "$python" "$here/python/crack.py" -o "$folder/python-crack.png"
   "$python" "$here/python/snap_back.py" -o "$folder/python-snap-back.png"
-  drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png $folder/python-snap-back.png"
+  drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png"
+  drawn="$drawn $folder/python-crack.png $folder/python-snap-back.png"
   if [ "$kratos" ]; then
     "$python" "$here/kratos/pulled_block.py" -o "$folder/kratos-pulled-block.png"
     drawn="$drawn $folder/kratos-pulled-block.png"

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from . import contract
+from .cards import mtest
 from .cards.blocks import HOSTS
 from .case_files import Run, read_case
 from .remarks import shown_warnings
@@ -64,7 +65,11 @@ def _card(options: argparse.Namespace) -> int:
             size=options.size,
             **of_host | {name: value for name, value in given.items() if value is not None},
         )
-    if run.start != "virgin":
+    if options.host == "mtest":
+        if run.start != "virgin" or not run.steps:
+            raise ValueError(f"{options.case}: expected &step groups from a virgin joint for mtest")
+        text += mtest.path(run.steps)
+    elif run.start != "virgin":
         print(
             f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "
             "joint: expected initial conditions of the host beside it",

@@ -218,6 +218,67 @@ def test_akantu_section() -> None:
         Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0])).card("akantu")
 
 
+PATH = """&step t_N = -0.5, increments = 10 /
+&step slip = 0.2, -0.1, direction = 30.0, increments = 20, 30, cycles = 2, time = 3.0 /
+&step slip = 0.3, increments = 5 /
+"""
+
+
+def test_mtest_input(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The input has all properties and a library that exists; its evolutions are the path of the driver."""
+    case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", PATH))
+    assert main(["card", "--host", "mtest", case]) == 0
+    text = capsys.readouterr().out
+    assert Path(re.findall(r"@Behaviour<generic> '(.*)' 'AsperityJoint3';", text)[0]).is_file()
+    found = dict(re.findall(r"@MaterialProperty<constant> '(\w+)' (.*);", text))
+    props = RT.props()
+    assert {name: float(value) for name, value in found.items()} == {
+        row.name: props[contract.index(row.name)]
+        for row in contract.owned("law", "pattern", "host", "numerics")
+        if row.name not in ("map", "h", "r")
+    }
+    ends = [(float(end), int(n)) for end, n in re.findall(r"([\d.]+) in (\d+)", text.split("@Times")[1])]
+    parts = zip([(0.0, 0), *ends[:-1]], ends, strict=True)
+    times = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for (a, _), (b, n) in parts)])
+    history = read_run(Path(case)).history()
+    expected = {
+        "Tn": history.traction[:, 0],
+        "Ut1": history.separation[:, 1],
+        "Ut2": history.separation[:, 2],
+    }
+    imposed = dict(re.findall(r"@Imposed\w+ '(\w+)' \{(.*)\};", text))
+    assert list(imposed) == list(expected)
+    for name, values in expected.items():
+        pairs = np.array([pair.split(" : ") for pair in imposed[name].split(", ")], dtype=float)
+        rows = np.interp(times, *pairs.T)[-len(values) :]
+        # a traction is met within the tolerance of the driver, 1e-7 of the strength
+        assert rows == pytest.approx(values, rel=0, abs=1e-7), name
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        ("&step t_N = -1.0, k_N = 2.0 /\n", "step 1: k_N = 2: expected 0 for mtest"),
+        ("&step s_N = 0.1, follow = 'branch' /\n", "step 1: follow = 'branch': expected 'stable'"),
+        (
+            "&step t_N = -1.0 /\n&step s_N = 0.1 /\n",
+            "steps with 2 sets of prescribed components: expected one",
+        ),
+        (
+            "&initial damage = 0.5 /\n&step s_N = 0.1 /\n",
+            "expected &step groups from a virgin joint for mtest",
+        ),
+    ],
+)
+def test_paths_that_mtest_refuses(
+    steps: str, message: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What an input of MTest cannot express is an error."""
+    case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", steps))
+    assert main(["card", "--host", "mtest", case]) == 1
+    assert message in capsys.readouterr().err
+
+
 # --- checks ---------------------------------------------------------------
 
 

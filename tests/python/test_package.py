@@ -683,7 +683,7 @@ def test_card_of_kratos() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, akantu, calculix, kratos, ogs, oofem"),
+        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, akantu, calculix, kratos, mtest"),
         (dict(host="abaqus", name="2 joints"), "name = '2 joints': expected a letter"),
         (dict(host="calculix", name="NLJOINT"), "expected none that begins with NL"),
         (dict(host="calculix", map=1), "map = 1: expected 0 for calculix"),

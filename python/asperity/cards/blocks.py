@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from .. import contract
 from ..installed import kratos_adapter, library
-from . import opengeosys
+from . import mtest, opengeosys
 
 PER_LINE = 8
 """Largest number of constants on a line of an Abaqus or CalculiX input."""
@@ -167,13 +167,7 @@ def _kratos(block: Block) -> str:
 
 def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
-    if block.prop("m") < 0:
-        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for ogs, not listed planes")
-    if block.prop("W0") > 0:
-        raise ValueError(
-            f"W0 = {block.prop('W0'):g}: expected 0 (no wear) for ogs, whose behaviours have no state "
-            "variables of wear"
-        )
+    _generic("ogs", block)
     _only("ogs, whose axes are those of the layer", "map", block.prop("map"), 0.0)
     _only("ogs, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
     law = opengeosys.behaviour(contract.check(block.props))
@@ -185,6 +179,28 @@ def _ogs(block: Block) -> str:
         "zero state variables are the interface at its start; cracked planes by initial_values",
     ]
     return opengeosys.patch(block.name, law, block.props, block.dimension, comments)
+
+
+def _mtest(block: Block) -> str:
+    """MTest: behaviour and properties; `asperity card` adds the load path of the case."""
+    _generic("mtest", block)
+    _only("mtest, which has the axes of the joint", "map", block.prop("map"), 0.0)
+    _only("mtest, which passes separations", "h", block.thickness(), 1.0)
+    _only("mtest, whose joint has no other stress", "r", block.prop("r"), 0.0)
+    _only("mtest", "dimension", block.dimension, 3)
+    law = opengeosys.behaviour(contract.check(block.props), "mtest", "Joint")
+    return mtest.head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest"))
+
+
+def _generic(host: str, block: Block) -> None:
+    """Raise ValueError for constants that no "generic" behaviour has."""
+    if block.prop("m") < 0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for {host}, not listed planes")
+    if block.prop("W0") > 0:
+        raise ValueError(
+            f"W0 = {block.prop('W0'):g}: expected 0 (no wear) for {host}, whose behaviours have no state "
+            "variables of wear"
+        )
 
 
 def _oofem(block: Block) -> str:
@@ -263,7 +279,7 @@ def _constants(props: contract.Floats) -> list[str]:
 
 
 HOSTS = {
-    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "kratos": _kratos, "ogs": _ogs,
-    "oofem": _oofem,
+    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "kratos": _kratos,
+    "mtest": _mtest, "ogs": _ogs, "oofem": _oofem,
 }  # fmt: skip
 """Writers of the blocks by host."""

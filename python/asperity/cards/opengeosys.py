@@ -12,13 +12,15 @@ AXES = {2: ("0 1", "-1 0"), 3: ("0 0 1", "1 0 0", "0 1 0")}
 """N, Tx, Ty of a horizontal layer, by dimension.  In two dimensions they are right-handed, too."""
 
 
-def behaviour(n_planes: int) -> str:
-    """Name of the layer with these planes; raises ValueError if the library has none."""
-    name = f"AsperityLayer{n_planes}"
+def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer") -> str:
+    """Name of the layer or joint with these planes; raises ValueError if the library has none."""
+    name = f"Asperity{kind}{n_planes}"
     try:
         _number(f"{name}_nInternalStateVariables")
     except ValueError:
-        raise ValueError(f"{n_planes} planes: expected fewer for ogs, whose library has no {name}") from None
+        raise ValueError(
+            f"{n_planes} planes: expected fewer for {host}, whose library has no {name}"
+        ) from None
     return name
 
 
