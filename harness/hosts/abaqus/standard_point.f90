@@ -8,7 +8,7 @@ module standard_point
   use host_routines, only: umat_call => umat
   implicit none
   private
-  public :: point_type, new_point, load_type, run_type, go_to
+  public :: point_type, new_point, load_type, go_to
 
   integer, parameter, public :: wp = real64
   integer, parameter :: ntens = 3
@@ -34,17 +34,8 @@ module standard_point
     real(wp), allocatable :: statev(:)             !! STATEV
     real(wp) :: time = 0.0_wp                      !! total time
     integer :: increment = 0                       !! of the step
-  end type point_type
-
-  !> Options and counts of a run.
-  type :: run_type
-    logical :: unsymmetric = .true.                !! false: DDSDDE is symmetrised
-    integer :: calls = 0                           !! of the user routine
-    integer :: iterations = 0                      !! over all increments
     logical :: failed = .false.                    !! no convergence, or the user routine requested a cut
-    real(wp) :: residual(max_iterations) = 0.0_wp  !! of the last increment, over the applied forces
-    integer :: n = 0                               !! iterations of the last increment
-  end type run_type
+  end type point_type
 
 contains
 
@@ -56,12 +47,11 @@ contains
   end function new_point
 
   !> Solve one increment to a load; with `abandon` the increment ends after one iteration, as before a cut-back.
-  subroutine go_to(point, umat, props, load, run, abandon)
-    type(point_type), intent(inout) :: point   !! unchanged if the increment is not accepted
+  subroutine go_to(point, umat, props, load, abandon)
+    type(point_type), intent(inout) :: point   !! if the increment is not accepted, only `failed` changes
     procedure(umat_call) :: umat               !! user routine
     real(wp), intent(in) :: props(:)           !! material constants
     type(load_type), intent(in) :: load        !! at the end
-    type(run_type), intent(inout) :: run       !! options and counts
     logical, intent(in) :: abandon             !! give up
     character(len=80), parameter :: name = "JOINT"
     type(point_type) :: trial
@@ -85,15 +75,10 @@ contains
         per_strain, per_strain, heat_rate, point%stran, strain - point%stran, [point%time, point%time], 1.0_wp, &
         0.0_wp, 0.0_wp, no_field, no_field, name, 1, 2, ntens, size(trial%statev), props, size(props), &
         no_field([1, 1, 1]), no_tensor, pnewdt, 1.0_wp, no_tensor, no_tensor, 1, 1, 1, 1, 1, trial%increment)
-      run%calls = run%calls + 1
-      if (pnewdt < 1.0_wp) run%failed = .true.
-      if (run%failed .or. abandon) return
-      if (.not. run%unsymmetric) ddsdde = 0.5_wp*(ddsdde + transpose(ddsdde))
+      if (pnewdt < 1.0_wp) point%failed = .true.
+      if (point%failed .or. abandon) return
       force = trial%stress + [load%pressure, spring*(strain(2:) - load%driven)]
-      run%iterations = run%iterations + 1
-      run%n = i
-      run%residual(i) = sqrt(sum(force**2))/(load%pressure + spring*sum(abs(load%driven)))
-      if (run%residual(i) <= tolerance) then
+      if (sqrt(sum(force**2)) <= tolerance*(load%pressure + spring*sum(abs(load%driven)))) then
         point = trial
         return
       end if
@@ -101,7 +86,7 @@ contains
       ddsdde(3, 3) = ddsdde(3, 3) + spring
       strain = strain - solution(ddsdde, force)
     end do
-    run%failed = .true.
+    point%failed = .true.
   end subroutine go_to
 
   !> Solution of three equations, by Cramer's rule.
