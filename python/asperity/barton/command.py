@@ -7,6 +7,7 @@ import argparse
 from .. import contract
 from ..fit.model import BOND, KS
 from ..fit.search import add_search, check_search, numbers, search, write
+from ..options import add_options
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
@@ -22,35 +23,23 @@ FIXED = {"flat": contract.default("flat"), "kc": 20.0}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("--jrc", type=float, required=True, help="joint roughness coefficient, up to 20")
-    parser.add_argument(
-        "--jcs", type=float, required=True, metavar="MPA", help="compressive strength of the joint wall"
+    needed = {"required": True}
+    add_options(
+        parser,
+        ("--jrc JRC", "joint roughness coefficient, up to 20", float, needed),
+        ("--jcs MPA", "compressive strength of the joint wall", float, needed),
+        ("--phi-r DEGREES", "residual friction angle", float, needed),
+        ("--length M", "length of the joint", float, needed),
+        ("--sample M", "length of the samples on which JRC and JCS were measured", SAMPLE),
+        (
+            "--sigma-n MPA,...",
+            "normal stresses in which the RIE is to come close, compression > 0",
+            str,
+            needed,
+        ),
+        ("--reach RATIO", "end of the curves over the slip at the peak, up to 100", REACH),
     )
-    parser.add_argument(
-        "--phi-r", type=float, required=True, metavar="DEGREES", help="residual friction angle"
-    )
-    parser.add_argument("--length", type=float, required=True, metavar="M", help="length of the joint")
-    parser.add_argument(
-        "--sample",
-        type=float,
-        default=SAMPLE,
-        metavar="M",
-        help="length of the samples on which JRC and JCS were measured (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--sigma-n",
-        required=True,
-        metavar="MPA,...",
-        help="normal stresses, positive in compression: the range in which the RIE is to come close",
-    )
-    parser.add_argument(
-        "--reach",
-        type=float,
-        default=REACH,
-        metavar="RATIO",
-        help="end of the curves over the slip at the peak, up to 100 (default: %(default)s)",
-    )
-    add_search(parser, FREE, FIXED)
+    add_search(parser, ",".join(FREE), FIXED)
     parser.set_defaults(action=_run)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import ModelWarning
-from ..options import add_workers, progress_bar, workers
+from ..options import add_options, add_workers, progress_bar, workers
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
@@ -33,32 +33,19 @@ TOLERANCE = 0.01
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
 
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument(
-        "case",
-        type=Path,
-        metavar="CASE.nml",
-        help="case file of the driver: t_N, then slip under it; a sweep gives the stress range",
-    )
-    parser.add_argument(
-        "--tolerance",
-        type=float,
-        default=TOLERANCE,
-        metavar="ERROR",
-        help="largest error of traction, dilation and residual strength (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--planar",
-        action="store_true",
-        help="the surface is a ridge and slips across it, along the direction of the case only",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="CHOSEN.nml",
-        help="write the case with the selected pattern, for run and card",
+    add_options(
+        parser,
+        (
+            "case CASE.nml",
+            "case of the driver: t_N, then slip under it; a sweep gives the stress range",
+            Path,
+        ),
+        ("--tolerance ERROR", "largest error of traction, dilation and residual strength", TOLERANCE),
+        ("--planar", "the surface is a ridge and slips across it, along the direction of the case only"),
+        ("-o --output CHOSEN.nml", "write the case with the selected pattern, for run and card", Path),
     )
     add_workers(parser, "threads, one for each processor")
     parser.set_defaults(action=_run)
