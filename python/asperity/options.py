@@ -27,7 +27,7 @@ def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> N
             settings = {"action": "store_true"}
         elif kind is list:
             settings |= {"action": "append", "default": []}
-        elif isinstance(kind, type) or callable(kind):
+        elif callable(kind):
             settings |= {"type": kind}
         else:
             settings |= {"type": type(kind), "default": kind}

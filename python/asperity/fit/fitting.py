@@ -6,7 +6,6 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -619,19 +618,7 @@ def _knowledge(problem: Problem, jacobian: Floats, residuals: Floats) -> _Knowle
 
 def _neighbours(problem: Problem, residuals: Floats) -> float:
     """Correlation of the residuals of neighbouring rows."""
-    ends = np.cumsum([0, *(part.size for part in _parts(problem, residuals))])
-    pairs = [(residuals[a : b - 1], residuals[a + 1 : b]) for a, b in pairwise(ends)]
-    first, second = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    parts = [residuals[place] for _, _, place in problem.parts]
+    first, second = (np.concatenate([part[rows] for part in parts]) for rows in (slice(-1), slice(1, None)))
     size = float(residuals @ residuals)
     return float(first @ second) / size if size > 0.0 else 0.0
-
-
-def _parts(problem: Problem, residuals: Floats) -> list[Floats]:
-    """Residuals of one quantity of one test each."""
-    cuts = []
-    at = 0
-    for test, spread in zip(problem.tests, problem.spreads, strict=True):
-        for _ in range(2 if test.s_N is not None and spread[1] > 0.0 else 1):
-            at += test.slip.size
-            cuts.append(at)
-    return np.split(residuals, cuts[:-1])
