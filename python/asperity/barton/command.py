@@ -6,7 +6,7 @@ import argparse
 
 from .. import contract
 from ..fit.model import BOND, KS
-from ..fit.search import add_search, check_search, numbers, search, write
+from ..fit.search import Search, add_search, check_search, numbers, write
 from ..options import add_options
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
@@ -54,7 +54,9 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--free {options.free}: {wrong}: expected {KS}, as a joint of Barton has no bond")
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     tests = curves(joint, stresses, options.reach)
-    found = search(options, tests, FIXED)
+    searching = Search(options, FIXED)
+    with searching.shown() as fitted:
+        found = fitted(tests, searching.given)
     from ..fit.report import props_line, report
 
     print(heading(joint, options.reach))

@@ -10,7 +10,7 @@ from ..options import add_options
 from ..remarks import doubts, shown_warnings
 from .fitting import Fit
 from .records import read_records
-from .search import Search, add_search, check_search, write
+from .search import CONFIDENCE, Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
 
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--k-T STIFFNESS", "stiffness of the machine, whose deformation the column slip contains", float),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
-        ("--confidence CONFIDENCE", "confidence of the intervals", 0.95),
+        ("--confidence CONFIDENCE", "confidence of the intervals", CONFIDENCE),
         (
             "--model-error FRACTION",
             "accept a model that differs from the tests by more than noise, with a scatter of up to this "

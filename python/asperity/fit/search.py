@@ -18,6 +18,9 @@ from .verdict import Change
 
 HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")
 
+CONFIDENCE = 0.95
+"""Of the intervals."""
+
 PLOT = Path("fit.png")
 """Name of the picture where none is given."""
 
@@ -63,6 +66,7 @@ def add_search(
         ("--card", "also print the material block of a host", str, {"choices": HOSTS}),
     )
     add_workers(parser, "threads, one for each processor")
+    parser.set_defaults(confidence=CONFIDENCE, model_error=0.0)
 
 
 def check_search(options: argparse.Namespace) -> None:
@@ -74,19 +78,6 @@ def check_search(options: argparse.Namespace) -> None:
         check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
-
-
-def search(
-    options: argparse.Namespace,
-    tests: Sequence[ShearTest],
-    fixed: Mapping[str, float],
-    confidence: float = 0.95,
-) -> Fit:
-    """Fit the tests as the options say, with progress; fixed: values that --set may change."""
-    options.confidence = confidence
-    searching = Search(options, fixed)
-    with searching.shown() as fitted:
-        return fitted(tests, searching.given)
 
 
 def write(
@@ -147,9 +138,7 @@ class Search:
                 )
         taken = {*(self.free or ()), *self.fixed}
         self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
-        self.given = Change(
-            SIDES if options.sides is None else options.sides, {}, getattr(options, "model_error", 0.0)
-        )
+        self.given = Change(SIDES if options.sides is None else options.sides, {}, options.model_error)
 
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
