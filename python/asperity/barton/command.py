@@ -7,13 +7,11 @@ import argparse
 from .. import contract
 from ..fit.model import BOND, KS
 from ..fit.search import Search, add_search, check_search, numbers, write
+from ..fit.units import DEFAULT
 from ..options import add_options
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
-
-UNITS = ("mm", "MPa")
-"""Units of the constants that are found."""
 
 FREE = ("ks", "mu", "theta", "height")
 
@@ -60,7 +58,7 @@ def _run(options: argparse.Namespace) -> int:
     from ..fit.report import props_line, report
 
     print(heading(joint, options.reach))
-    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, UNITS)}")
+    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, DEFAULT)}")
     slip = max(test.slip.max() for test in tests)
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")

@@ -57,9 +57,6 @@ STARTS_TRIED = 5
 AGREEING, MORE_STARTS = 3, 3
 """Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
 
-MOST_SIDES = 64
-"""Largest number of inclined planes of a regular pattern, by the contract."""
-
 SAMPLES = 48
 """Points of a Latin hypercube; the best of them are the starts."""
 
@@ -441,8 +438,6 @@ def _problem(
     bound = [name for name in bounds if name not in free]
     if bound:
         raise ValueError(f"bounds: {bound[0]}: expected one of the free ones, {', '.join(free)}")
-    if sides != 0 and not 2 <= sides <= MOST_SIDES:
-        raise ValueError(f"sides = {sides}: expected 0, or 2 to {MOST_SIDES}")
     if not np.isfinite(direction):
         raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
     unbonded = KS in free or KS in fixed

@@ -9,14 +9,13 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..cards.blocks import HOSTS
 from ..options import add_options, add_workers, progress_bar, workers
 from .covariance import covariance_text, file_of
 from .fitting import DEFAULT_FREE, STARTS_TRIED, Fit, fit, needed
 from .model import INCREMENTS, SCALES, SIDES
 from .shear_test import ShearTest
 from .verdict import Change
-
-HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")
 
 CONFIDENCE = 0.95
 """Of the intervals."""
@@ -63,7 +62,7 @@ def add_search(
             {"nargs": "?", "const": PLOT},
         ),
         ("-o --case CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json", Path),
-        ("--card", "also print the material block of a host", str, {"choices": HOSTS}),
+        ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
     add_workers(parser, "threads, one for each processor")
     parser.set_defaults(confidence=CONFIDENCE, model_error=0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from dataclasses import fields
 from pathlib import Path
@@ -24,8 +23,6 @@ from .search import (
     Selection,
     select,
 )
-
-BAD_INPUT = 1
 
 TOLERANCE = 0.01
 """Largest error where none is given."""
@@ -108,9 +105,7 @@ def _run(options: argparse.Namespace) -> int:
                     executor,
                 )
             except NoPatternError as error:
-                bar.close()
-                print(f"asperity: {options.case}: {error}", file=sys.stderr)
-                return BAD_INPUT
+                raise ValueError(f"{options.case}: {error}") from None
     print(report(answer))
     if options.output is not None:
         write_case(options.case, answer.pattern, options.output)
