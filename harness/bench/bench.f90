@@ -1,5 +1,5 @@
 !> Cost of the update, compared with a textbook version of the law and with the limits of the hardware:
-!> bench [--csv FILE] [--quick] [--costs], or bench --profile PATTERN KERNEL yes|no for one kernel with or without
+!> bench [--csv FILE] [--quick], or bench --profile PATTERN KERNEL yes|no for one kernel with or without
 !> tangent.
 program bench
   use, intrinsic :: iso_fortran_env, only: error_unit, real64
@@ -44,10 +44,10 @@ program bench
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
   integer :: array_points(2), calls, i, pass, passes, turns, unit
-  logical :: costs, quick
+  logical :: quick
 
   used = 0.0_real64
-  call read_arguments(file, quick, costs, profiled)
+  call read_arguments(file, quick, profiled)
   if (profiled%kernel /= "") then
     call profile(profiled)
     stop
@@ -75,7 +75,7 @@ program bench
   end do
   call add_limits(rows)
   call print_table(rows)
-  if (.not. costs) call print_aims(rows, array_points(1), array_points(2))
+  call print_aims(rows, array_points(1), array_points(2))
   if (len(file) > 0) then
     call write_csv(unit, rows)
     close (unit)
@@ -97,9 +97,8 @@ contains
       props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
       call new_workspace(props, slip, n_small, work)
       some = small_rows()
-      if (costs) some = pack(some, some%precision == "double" .and. (some%kernel == "umat" .or. some%kernel == "block"))
       call take_turns(work, some, turns, shortest, used)
-      if (patterns(i)%large .and. .not. costs) then
+      if (patterns(i)%large) then
         do j = 1, size(precisions)
           call new_large_workspace(props, precisions(j), width, calls, work)
           some = [some, row_type(kernel="vumat", precision=precisions(j)), &
@@ -110,7 +109,6 @@ contains
       some%pattern = patterns(i)%name
       rows = [rows, some]
     end do
-    if (costs) return
     do i = 1, size(facet_names)
       call new_workspace([table_2, 4.0_real64, third, prop_table(p_turn:p_guard)%default, height, w0(i)], slip, &
         n_small, work)
@@ -152,24 +150,20 @@ contains
   end function small_rows
 
   !> Read the arguments; the program stops with a message if one is unknown.
-  subroutine read_arguments(file, quick, costs, profiled)
+  subroutine read_arguments(file, quick, profiled)
     character(len=:), allocatable, intent(out) :: file   !! name of the CSV, empty: none
     logical, intent(out) :: quick                        !! few repetitions and points, to test the program
-    logical, intent(out) :: costs                        !! only UMAT and block of every pattern, double precision
     type(row_type), intent(out) :: profiled              !! the kernel of --profile; no kernel: all
     character(len=4096) :: text
     integer :: k
     file = ""
     quick = .false.
-    costs = .false.
     k = 0
     do while (k < command_argument_count())
       k = k + 1
       call get_command_argument(k, text)
       if (text == "--quick") then
         quick = .true.
-      else if (text == "--costs") then
-        costs = .true.
       else if (text == "--csv" .and. k < command_argument_count()) then
         k = k + 1
         call get_command_argument(k, text)
@@ -186,7 +180,7 @@ contains
         k = k + 3
       else
         write (error_unit, "(3a)") "bench: ", trim(text), &
-          ": expected --csv FILE, --quick, --costs or --profile PATTERN KERNEL yes|no"
+          ": expected --csv FILE, --quick or --profile PATTERN KERNEL yes|no"
         stop 1
       end if
     end do

@@ -19,13 +19,14 @@ from asperity.paper.fracture_energy import fracture_energy
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
 from asperity.style import COLOURS, LINES, TWO, new_figure, printed, save
-from asperity.tables import fill, markdown
+from asperity.tables import markdown
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from tqdm import tqdm
 
 from .program import run
+from .tables import fill
 
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
 """Normal tractions, MPa."""

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from asperity.selection.timings import Timing, measure, read_timings
 from asperity.style import COLOURS, TWO, label_ends, new_figure, printed, save
 from asperity.tables import markdown
 
 from .program import run
+from .timings import Timing, measure, read_timings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
 
 from asperity import contract
-from asperity.tables import fill, markdown
+from asperity.tables import markdown
 
 from .program import DIFFERS, run
 
@@ -47,6 +48,15 @@ def statev() -> str:
 
 TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
 """Tables by the name of their marker."""
+
+
+def fill(text: str, contents: Mapping[str, str]) -> str:
+    """Put contents between the markers <!-- name --> ... <!-- /name --> of a text."""
+    for name, content in contents.items():
+        begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+        block = f"{begin}\n{content}\n{end}".replace("\\", r"\\")  # escaped for re.sub
+        text = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", block, text, flags=re.DOTALL)
+    return text
 
 
 def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:

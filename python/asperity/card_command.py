@@ -10,40 +10,34 @@ from . import contract
 from .cards import mtest
 from .cards.blocks import HOSTS
 from .case_files import Run, read_case
+from .options import add_options
 from .remarks import shown_warnings
 
 
 def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    card.add_argument("case", type=Path, metavar="CASE.nml", help="namelist input of rie_driver")
-    card.add_argument("--host", required=True, choices=tuple(HOSTS))
-    card.add_argument(
-        "--name", default="INTERFACE", help="name of material and elements (default: %(default)s)"
+    add_options(
+        card,
+        ("case CASE.nml", "namelist input of rie_driver", Path),
+        ("--host", None, str, {"required": True, "choices": tuple(HOSTS)}),
+        ("--name NAME", "name of material and elements", "INTERFACE"),
+        ("--value VALUE", "value of the sweep, for a case with a sweep", str),
+        ("-o --output FILE", "write the block to this file", Path),
     )
-    card.add_argument("--value", metavar="VALUE", help="value of the sweep, for a case with a sweep")
-    card.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the block to this file")
     for row in contract.owned("host", "numerics"):
         text = f"{row.meaning} (default: that of &replay, or {row.default:g})"
         card.add_argument(f"--{row.name}", type=int if row.integral else float, help=text)
-    card.add_argument("--dimension", type=int, default=3, choices=(2, 3), help="default: %(default)s")
-    card.add_argument("--explicit", action="store_true", help="for Abaqus/Explicit; needs --density")
-    card.add_argument("--density", type=float, metavar="RHO", help="mass over area and thickness h")
-    checks = card.add_argument_group("checks", "given values are checked; remarks go into the block")
-    checks.add_argument(
-        "--sigma-N",
-        dest="sigma_N",
-        type=float,
-        metavar="SIGMA_N",
-        help="largest compression, < 0; checks the contact stiffness",
+    add_options(
+        card,
+        ("--dimension", "default: %(default)s", 3, {"choices": (2, 3)}),
+        ("--explicit", "for Abaqus/Explicit; needs --density"),
+        ("--density RHO", "mass over area and thickness h", float),
     )
-    checks.add_argument(
-        "--modulus", type=float, metavar="E", help="Young's modulus of the solid beside the joint"
-    )
-    checks.add_argument(
-        "--size",
-        type=float,
-        metavar="L",
-        help="length of the elements of this solid; checks snap-back and mesh",
+    add_options(
+        card.add_argument_group("checks", "given values are checked; remarks go into the block"),
+        ("--sigma-N SIGMA_N", "largest compression, < 0; checks the contact stiffness", float),
+        ("--modulus E", "Young's modulus of the solid beside the joint", float),
+        ("--size L", "length of the elements of this solid; checks snap-back and mesh", float),
     )
     card.set_defaults(action=_card)
 

@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
-from .options import add_workers, check_picture, units_of
+from .options import add_options, add_workers, check_picture, units_of
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
 BAD_INPUT = 1
@@ -101,26 +101,15 @@ def _imported(module: str, name: str = "add_arguments") -> Callable[[argparse.Ar
 
 
 def _run_arguments(run: argparse.ArgumentParser) -> None:
-    run.add_argument(
-        "case", metavar="CASE.nml", help="case file of rie_driver, or a name of `asperity cases`"
-    )
-    run.add_argument(
-        "-o", "--output", type=Path, metavar="OUT.csv", help="result (default: the case's name, .csv, here)"
-    )
-    run.add_argument(
-        "--plot",
-        nargs="?",
-        type=Path,
-        const=Path(),
-        metavar="FILE.png",
-        help="draw traction, dilation and damage (default: the result's name, .png)",
-    )
-    run.add_argument("--planes", action="store_true", help="columns of the state of every plane")
-    run.add_argument("--quiet", action="store_true", help="no progress and no summary")
-    run.add_argument(
-        "--units",
-        metavar="LENGTH,STRESS",
-        help="units for the labels of the plot (default: mm,MPa)",
+    drawn = "draw traction, dilation and damage (default: the result's name, .png)"
+    add_options(
+        run,
+        ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", str),
+        ("-o --output OUT.csv", "result (default: the case's name, .csv, here)", Path),
+        ("--plot FILE.png", drawn, Path, {"nargs": "?", "const": Path()}),
+        ("--planes", "columns of the state of every plane"),
+        ("--quiet", "no progress and no summary"),
+        ("--units LENGTH,STRESS", "units for the labels of the plot (default: mm,MPa)", str),
     )
     add_workers(run, "one driver runs all values of a sweep")
     run.set_defaults(action=_run)

@@ -10,9 +10,6 @@ from pathlib import Path
 DRIVER_VARIABLE = "ASPERITY_DRIVER"
 """Environment variable with the path of another driver."""
 
-BENCH_VARIABLE = "ASPERITY_BENCH"
-"""Environment variable with the path of another benchmark."""
-
 
 def library() -> Path:
     """Path of the shared library: symbols umat_ and those of asperity.h."""
@@ -42,12 +39,12 @@ def run_driver() -> None:
 
 def driver() -> Path:
     """Path of the driver rie_driver: the value of the variable ASPERITY_DRIVER, or the installed driver."""
-    return _program("rie_driver", DRIVER_VARIABLE)
-
-
-def bench() -> Path:
-    """Path of the benchmark: the value of the variable ASPERITY_BENCH, or the installed benchmark."""
-    return _program("bench", BENCH_VARIABLE)
+    other = os.environ.get(DRIVER_VARIABLE)
+    if other is None:
+        return _installed("rie_driver.exe" if sys.platform == "win32" else "rie_driver")
+    if not Path(other).is_file():
+        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {other}: expected the path of rie_driver")
+    return Path(other)
 
 
 def cases() -> list[Path]:
@@ -67,15 +64,6 @@ def named_case(name: str) -> Path:
         if name in (known, path.stem):
             return path
     raise ValueError(f"{name}: expected a case file, or a name that `asperity cases` lists")
-
-
-def _program(name: str, variable: str) -> Path:
-    other = os.environ.get(variable)
-    if other is None:
-        return _installed(f"{name}.exe" if sys.platform == "win32" else name)
-    if not Path(other).is_file():
-        raise FileNotFoundError(f"{variable} = {other}: expected the path of {name}")
-    return Path(other)
 
 
 def _library(name: str) -> Path:

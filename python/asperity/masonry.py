@@ -13,6 +13,7 @@ import numpy as np
 from . import contract
 from .interface import Interface
 from .material import Material, ModelWarning
+from .options import add_options
 from .pattern import Pattern
 from .starters import assigned
 
@@ -38,22 +39,17 @@ of c meets it at one pressure:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument(
-        "values",
-        nargs="*",
-        metavar="NAME=VALUE",
-        help=f"constants of the joint: {', '.join(REQUIRED)}; and for a dilatancy tan_psi exp(-delta slip): "
-        f"{', '.join(OPTIONAL)} (delta = 0: it never ends)",
+    names = (
+        f"constants of the joint: {', '.join(REQUIRED)}; and for a dilatancy tan_psi exp(-delta slip): "
+        f"{', '.join(OPTIONAL)} (delta = 0: it never ends)"
     )
-    parser.add_argument(
-        "--sigma-N",
-        dest="sigma_N",
-        nargs="+",
-        default=[PRESSURES],
-        metavar="SIGMA_N,...",
-        help=f"normal tractions of the peaks, <= 0 (default: {PRESSURES})",
+    pressures = f"normal tractions of the peaks, <= 0 (default: {PRESSURES})"
+    add_options(
+        parser,
+        ("values NAME=VALUE", names, str, {"nargs": "*"}),
+        ("--sigma-N SIGMA_N,...", pressures, str, {"nargs": "+", "default": [PRESSURES]}),
+        ("-o --output FILE.nml", "write the groups, a new file", Path),
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE.nml", help="write the groups, a new file")
     # a list that begins with a minus sign is a value, as a number is
     parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.set_defaults(action=_run)

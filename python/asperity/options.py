@@ -1,4 +1,4 @@
-"""What several commands have in common: --jobs, --units, names of pictures, and a progress bar."""
+"""What commands have in common: tables of arguments, --jobs, --units, names of pictures, a progress bar."""
 
 from __future__ import annotations
 
@@ -11,9 +11,33 @@ from pathlib import Path
 from typing import Any
 
 
+def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> None:
+    """Add arguments to a parser, a row for each: usage, help, and unless it is a flag its type or default.
+
+    usage: its names and that of its value, as "-o --output FILE" or "case CASE.nml".  The type is that of the
+    default, which stands in the help; list: the option may be repeated.  A fourth entry are further settings
+    of argparse, by name.
+    """
+    for usage, text, *more in rows:
+        words = usage.split()
+        names = [word for word in words if word.startswith("-")] or words[:1]
+        settings: dict[str, Any] = {"metavar": " ".join(words[len(names) :]) or None}
+        kind = more[0] if more else bool
+        if kind is bool:
+            settings = {"action": "store_true"}
+        elif kind is list:
+            settings |= {"action": "append", "default": []}
+        elif callable(kind):
+            settings |= {"type": kind}
+        else:
+            settings |= {"type": type(kind), "default": kind}
+            text += "" if "default" in text else " (default: %(default)s)"
+        parser.add_argument(*names, help=text, **settings | (more[1] if len(more) > 1 else {}))
+
+
 def add_workers(parser: argparse.ArgumentParser, default: str) -> None:
     """Add the option --jobs; default: what is used without it, for the help."""
-    parser.add_argument("--jobs", type=int, metavar="N", help=f"number of processes (default: {default})")
+    add_options(parser, ("--jobs N", f"number of processes (default: {default})", int))
 
 
 def workers(options: argparse.Namespace, jobs: int | None = None) -> AbstractContextManager[Executor | None]:

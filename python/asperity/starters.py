@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .installed import all_cases, driver, named_case
+from .options import add_options
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
 """Entries of the load path, and their values in a new case."""
@@ -39,14 +40,15 @@ TEXT = """! Slip under a constant normal traction; units here: mm, MPa. Run it b
 def new_arguments(new: argparse.ArgumentParser) -> None:
     """Add the arguments of `asperity new`."""
     new.description = "Write a case file with comments, as a start. The driver checks its values."
-    new.add_argument(
-        "values",
-        nargs="*",
-        metavar="NAME=VALUE",
-        help=f"constants and load path, with the names of case files: {', '.join([*MATERIAL, *PATTERN])}, "
-        f"{', '.join(LOAD)}; a constant may also be another one of &material or &pattern",
+    names = (
+        f"constants and load path, with the names of case files: {', '.join([*MATERIAL, *PATTERN])}, "
+        f"{', '.join(LOAD)}; a constant may also be another one of &material or &pattern"
     )
-    _output_argument(new, "case.nml")
+    add_options(
+        new,
+        ("values NAME=VALUE", names, str, {"nargs": "*"}),
+        ("-o --output CASE.nml", "a new file", Path("case.nml")),
+    )
     new.set_defaults(action=_new)
 
 
@@ -55,20 +57,12 @@ def cases_arguments(cases: argparse.ArgumentParser) -> None:
     cases.description = (
         "List the case files that come with the package, or copy one; asperity run takes their names, too."
     )
-    cases.add_argument("name", nargs="?", metavar="NAME", help="copy this case (default: list all)")
-    _output_argument(cases, None)
-    cases.set_defaults(action=_cases)
-
-
-def _output_argument(parser: argparse.ArgumentParser, default: str | None) -> None:
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=None if default is None else Path(default),
-        metavar="CASE.nml",
-        help=f"file to write, which must not exist (default: {default or 'the name of the case, here'})",
+    add_options(
+        cases,
+        ("name NAME", "copy this case (default: list all)", str, {"nargs": "?"}),
+        ("-o --output CASE.nml", "a new file (default: the name of the case, here)", Path),
     )
+    cases.set_defaults(action=_cases)
 
 
 def _new(options: argparse.Namespace) -> int:

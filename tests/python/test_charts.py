@@ -8,9 +8,9 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from asperity.installed import bench
 
 from harness.studies import speed as charts
+from harness.studies.timings import BENCH
 
 PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
 """Planes of the patterns: inclined ones and, but for the first, the flat one."""
@@ -25,7 +25,7 @@ FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the path of the CSV of a short run."""
     path = tmp_path_factory.mktemp("bench") / "bench.csv"
-    subprocess.run([bench(), "--csv", path, "--quick"], check=True, capture_output=True)
+    subprocess.run([BENCH, "--csv", path, "--quick"], check=True, capture_output=True)
     return path
 
 
@@ -107,6 +107,6 @@ def test_wrong_csv(
 
 def test_wrong_argument_of_bench() -> None:
     """The error message of the benchmark names an unknown argument."""
-    done = subprocess.run([bench(), "--fast"], capture_output=True, text=True, check=False)
+    done = subprocess.run([BENCH, "--fast"], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick, --costs or --profile")
+    assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick or --profile")

@@ -159,8 +159,6 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     ("arguments", "message"),
     [
         (["run", "figure05b", "--units", "m,Pa"], "--units m,Pa: expected with --plot"),
-        (["select", "--map", "--tolerance", "0.1"], "--map: expected without --planar, --tolerance"),
-        (["select", "--map", "--planar"], "--map: expected without --planar"),
     ],
 )
 def test_options_that_would_do_nothing(

@@ -517,7 +517,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
             {"free": ("Gc", "sigma0", "mu"), "fixed": {"theta": 0.35}},
             "theta = 0.35: expected degrees, 0 or at",
         ),
-        ({"sides": -3}, "sides = -3: expected 0, or 2 to 64"),
+        ({"sides": -3}, "sides = -3: expected 0 or 2 to 64"),
         ({"direction": np.nan}, "direction = nan: expected a finite angle in degrees"),
         ({"starts": 0}, "starts = 0: expected 1 to"),
         ({"increments": 10**9}, "increments = 1000000000: expected 1 to"),

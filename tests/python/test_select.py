@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, select
 from asperity.cli import main
-from asperity.selection import command as select_command
-from asperity.selection.command import Costs, read_costs, read_load_case, report
+from asperity.selection.command import read_load_case, report
 from asperity.selection.search import Search, residual_error
 
 from tests.oracle import reference
@@ -189,7 +188,7 @@ def test_lost_equilibrium_is_reported():
     answer = select(LoadCase(TABLE_2, 30.0, (1.0,), (0.6,)), 0.05)
     ((sigma_N, length),) = answer.lost
     assert sigma_N == 1.0 and 0.0 < length < 0.3
-    assert "no equilibrium beyond" in report(answer, Costs({"UMAT": (1.0, 1.0), "VUMAT": (1.0, 1.0)}))
+    assert "no equilibrium beyond" in report(answer)
 
 
 def test_load_case_of_a_case_file(tmp_path: Path):
@@ -232,60 +231,26 @@ def test_bad_case(tmp_path: Path, old: str, new: str, message: str):
     assert "joint.nml" in str(caught.value)
 
 
-def write_bench(path: Path) -> Path:
-    """A benchmark with 100 + 20 m nanoseconds (UMAT) and 10 m nanoseconds (VUMAT) for m planes."""
-    head = "pattern,planes,kernel,precision,tangent,states,points,ns_per_point"
-    rows = [f"x,{n},umat,double,yes,slip,128,{100 + 20 * n}" for n in (3, 5, 33)]
-    rows += [f"x,{n},block,double,no,slip,128,{10 * n}" for n in (3, 5, 33)]
-    path.write_text("\n".join([head, *rows]) + "\n")
-    return path
-
-
-def test_costs_are_the_benchmark(tmp_path: Path):
-    """Costs are a line through the rows of the benchmark; the report has costs, errors and PROPS."""
-    costs = read_costs(write_bench(tmp_path / "bench.csv"))
-    assert costs.of("UMAT", 9) == pytest.approx(280.0) and costs.of("VUMAT", 9) == pytest.approx(90.0)
+def test_report():
+    """The report has the cost as a number of planes, the errors and PROPS."""
     answer = select(CASE, 0.05)
-    text = report(answer, costs)
-    assert f"UMAT       {100 + 20 * answer.planes} ns per point" in text
+    text = report(answer)
+    assert f"cost       {65 / answer.planes:.1f} times fewer planes than RP-64" in text
     assert text.endswith(f"PROPS(6)   3.0, 0.3, 0.9, 0.5, 30.0, {answer.pattern.m}.0")
-    with pytest.raises(ValueError, match="expected rows of the kernel umat"):
-        path = tmp_path / "other.csv"
-        path.write_text((tmp_path / "bench.csv").read_text().replace("umat", "point"))
-        read_costs(path)
-    assert isinstance(costs, Costs)
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """The command ends with 0 and a result, or with 1 and a message."""
     path = tmp_path / "joint.nml"
     path.write_text(CASE_FILE.replace("values = -1.0, -2.0", "values = -1.0"))
-    arguments = ["select", str(path), "--bench", str(write_bench(tmp_path / "bench.csv"))]
+    arguments = ["select", str(path)]
     assert main([*arguments, "--tolerance", "0.1"]) == 0
     printed = capsys.readouterr()
     assert "meets it, checked" in printed.out and "PROPS(16)" in printed.out and printed.err == ""
     assert main([*arguments, "--tolerance", "1e-6"]) == 1
     assert "no pattern up to RP-63 meets the tolerance 1e-06" in capsys.readouterr().err
-    assert main([*arguments, "--map"]) == 1
-    assert "--map: expected without" in capsys.readouterr().err
     path.write_text(path.read_text().replace("kc = 10.0", "kc = 1.0"))
     command = [sys.executable, "-m", "asperity", *arguments, "--tolerance", "0.1"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.stderr.startswith("asperity: warning: a plane that carries the largest pressure alone")
     assert done.returncode == 0 and done.stderr.count("\n") == 1
-
-
-def test_map_is_that_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Picture and numbers are written; a cell is the committed one; a wrong name is an error."""
-    monkeypatch.setattr(select_command, "MAP_MU", (0.5,))
-    monkeypatch.setattr(select_command, "MAP_THETA", (10.0,))
-    monkeypatch.setattr(select_command, "MAP_SIGMA_N", (-1.0,))
-    monkeypatch.setattr(select_command, "MAP_TOLERANCES", (0.01,))
-    assert main(["select", "--map", "-o", str(tmp_path / "map.png")]) == 0
-    head, row = (tmp_path / "map.csv").read_text().splitlines()
-    committed = (Path(__file__).parents[2] / "docs" / "images" / "select_map.csv").read_text().splitlines()
-    assert head == committed[0]
-    # the error may differ in its last digit from one build to the next
-    assert row.rsplit(",", 1)[0] in [line.rsplit(",", 1)[0] for line in committed]
-    assert (tmp_path / "map.png").stat().st_size > 10_000
-    assert main(["select", "--map", "-o", str(tmp_path / "map.txt")]) == 1

@@ -89,10 +89,6 @@ class Keyword:
             raise self.error(text)
 
 
-Material = dict[str, Keyword]
-"""Keywords of a material by name."""
-
-
 class Model:
     """What a deck describes; elements and nodes by number, sets as lists of numbers."""
 
@@ -103,8 +99,8 @@ class Model:
         self.nodes: dict[int, list[float]] = {}
         self.elements: dict[int, tuple[str, list[int]]] = {}
         self.sets: dict[str, dict[str, list[int]]] = {"nset": {}, "elset": {}}
-        self.materials: dict[str, Material] = {}
-        self.sections: dict[int, Material] = {}
+        self.materials: dict[str, dict[str, Keyword]] = {}
+        self.sections: dict[int, dict[str, Keyword]] = {}
         self.amplitudes: set[str] = set()
         for keyword in keywords:
             self._check_names(keyword)
@@ -192,7 +188,7 @@ class Model:
     def _material(self, keyword: Keyword) -> None:
         self.materials[keyword.options["name"]] = {}
 
-    def _property(self, keyword: Keyword) -> Material:
+    def _property(self, keyword: Keyword) -> dict[str, Keyword]:
         keyword.check(bool(self.materials), "expected after *Material")
         material = list(self.materials.values())[-1]
         material[keyword.name] = keyword

@@ -6,13 +6,12 @@ import argparse
 
 from .. import contract
 from ..fit.model import BOND, KS
-from ..fit.search import add_search, check_search, numbers, search, write
+from ..fit.search import Search, add_search, check_search, numbers, write
+from ..fit.units import DEFAULT
+from ..options import add_options
 from ..remarks import doubts
 from .comparison import REACH, compare, curves, draw, heading, nature, table
 from .joint import SAMPLE, Joint
-
-UNITS = ("mm", "MPa")
-"""Units of the constants that are found."""
 
 FREE = ("ks", "mu", "theta", "height")
 
@@ -22,35 +21,23 @@ FIXED = {"flat": contract.default("flat"), "kc": 20.0}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("--jrc", type=float, required=True, help="joint roughness coefficient, up to 20")
-    parser.add_argument(
-        "--jcs", type=float, required=True, metavar="MPA", help="compressive strength of the joint wall"
+    needed = {"required": True}
+    add_options(
+        parser,
+        ("--jrc JRC", "joint roughness coefficient, up to 20", float, needed),
+        ("--jcs MPA", "compressive strength of the joint wall", float, needed),
+        ("--phi-r DEGREES", "residual friction angle", float, needed),
+        ("--length M", "length of the joint", float, needed),
+        ("--sample M", "length of the samples on which JRC and JCS were measured", SAMPLE),
+        (
+            "--sigma-n MPA,...",
+            "normal stresses in which the RIE is to come close, compression > 0",
+            str,
+            needed,
+        ),
+        ("--reach RATIO", "end of the curves over the slip at the peak, up to 100", REACH),
     )
-    parser.add_argument(
-        "--phi-r", type=float, required=True, metavar="DEGREES", help="residual friction angle"
-    )
-    parser.add_argument("--length", type=float, required=True, metavar="M", help="length of the joint")
-    parser.add_argument(
-        "--sample",
-        type=float,
-        default=SAMPLE,
-        metavar="M",
-        help="length of the samples on which JRC and JCS were measured (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--sigma-n",
-        required=True,
-        metavar="MPA,...",
-        help="normal stresses, positive in compression: the range in which the RIE is to come close",
-    )
-    parser.add_argument(
-        "--reach",
-        type=float,
-        default=REACH,
-        metavar="RATIO",
-        help="end of the curves over the slip at the peak, up to 100 (default: %(default)s)",
-    )
-    add_search(parser, FREE, FIXED)
+    add_search(parser, ",".join(FREE), FIXED)
     parser.set_defaults(action=_run)
 
 
@@ -65,11 +52,13 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--free {options.free}: {wrong}: expected {KS}, as a joint of Barton has no bond")
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     tests = curves(joint, stresses, options.reach)
-    found = search(options, tests, FIXED)
+    searching = Search(options, FIXED)
+    with searching.shown() as fitted:
+        found = fitted(tests, searching.given)
     from ..fit.report import props_line, report
 
     print(heading(joint, options.reach))
-    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, UNITS)}")
+    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, DEFAULT)}")
     slip = max(test.slip.max() for test in tests)
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")

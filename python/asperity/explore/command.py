@@ -7,6 +7,7 @@ import math
 import sys
 import webbrowser
 
+from ..options import add_options
 from ..starters import assigned
 from .model import VALUES
 
@@ -23,16 +24,12 @@ def add_arguments(explore: argparse.ArgumentParser) -> None:
         "Open a page in the browser with sliders for constants, pattern and load path of a slip test. The "
         "command serves this page, to this machine only, until Ctrl-C ends it."
     )
-    explore.add_argument(
-        "values",
-        nargs="*",
-        metavar="NAME=VALUE",
-        help=f"values at the start, of {', '.join(VALUES)}",
+    add_options(
+        explore,
+        ("values NAME=VALUE", f"values at the start, of {', '.join(VALUES)}", str, {"nargs": "*"}),
+        ("--port PORT", "of the page, 0 for any that is free", PORT),
+        ("--no-browser", "print the address only"),
     )
-    explore.add_argument(
-        "--port", type=int, default=PORT, help="of the page, 0 for any that is free (default: %(default)s)"
-    )
-    explore.add_argument("--no-browser", action="store_true", help="print the address only")
     explore.set_defaults(action=_run)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ..options import add_options
+
 
 def add_arguments(export: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
@@ -12,10 +14,11 @@ def add_arguments(export: argparse.ArgumentParser) -> None:
         "Write the sources for Abaqus, decks to start from, an abaqus_v6.env, and a README with the numbers "
         "that a first run must show."
     )
-    export.add_argument("host", choices=("abaqus",))
-    export.add_argument("folder", type=Path, metavar="DIR", help="a new folder, or an empty one")
-    export.add_argument(
-        "--force", action="store_true", help="replace the files of the kit in a folder with files"
+    add_options(
+        export,
+        ("host", None, str, {"choices": ("abaqus",)}),
+        ("folder DIR", "a new folder, or an empty one", Path),
+        ("--force", "replace the files of the kit in a folder with files"),
     )
     export.set_defaults(action=_export)
 

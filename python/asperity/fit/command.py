@@ -6,10 +6,11 @@ import argparse
 import shlex
 from pathlib import Path
 
+from ..options import add_options
 from ..remarks import doubts, shown_warnings
 from .fitting import Fit
 from .records import read_records
-from .search import Search, add_search, check_search, write
+from .search import CONFIDENCE, Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
 
@@ -19,51 +20,31 @@ NO_RESULT = 3
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument(
-        "records",
-        nargs="+",
-        type=Path,
-        metavar="DATA.csv",
-        help="CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test; or a row a test "
-        "with slip, peak, residual, sigma_N",
+    columns = (
+        "CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test; or a row a test with "
+        "slip, peak, residual, sigma_N"
     )
+    add_options(parser, ("records DATA.csv", columns, Path, {"nargs": "+"}))
     add_search(parser)
-    parser.add_argument(
-        "--k-N",
-        type=float,
-        dest="k_N",
-        metavar="STIFFNESS",
-        help="normal stiffness of the box (CNS), for all tests",
-    )
-    parser.add_argument(
-        "--k-T",
-        type=float,
-        dest="k_T",
-        metavar="STIFFNESS",
-        help="stiffness of the machine along the slip, where the column slip contains its deformation",
-    )
-    parser.add_argument(
-        "--sigma-N-path", action="store_true", help="prescribe sigma_N of every row as it was measured"
-    )
-    parser.add_argument(
-        "--compression-positive", action="store_true", help="sigma_N in the files is > 0 in compression"
-    )
-    parser.add_argument(
-        "--confidence", type=float, default=0.95, help="confidence of the intervals (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--model-error",
-        type=float,
-        default=0.0,
-        metavar="FRACTION",
-        help="accept a model that differs from the tests by more than noise, with a scatter of up to this "
-        "fraction of the range; the intervals are widened (default: none)",
-    )
-    parser.add_argument(
-        "--units",
-        metavar="LENGTH,STRESS",
-        help="units of the results; numbers whose header has units are converted to them (default: "
-        f"{','.join(DEFAULT)}, without units in the header none)",
+    add_options(
+        parser,
+        ("--k-N STIFFNESS", "normal stiffness of the box (CNS), for all tests", float),
+        ("--k-T STIFFNESS", "stiffness of the machine, whose deformation the column slip contains", float),
+        ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
+        ("--compression-positive", "sigma_N in the files is > 0 in compression"),
+        ("--confidence CONFIDENCE", "confidence of the intervals", CONFIDENCE),
+        (
+            "--model-error FRACTION",
+            "accept a model that differs from the tests by more than noise, with a scatter of up to this "
+            "fraction of the range; the intervals are widened (default: none)",
+            0.0,
+        ),
+        (
+            "--units LENGTH,STRESS",
+            "units of the results; numbers whose header has units are converted to them (default: "
+            f"{','.join(DEFAULT)}, without units in the header none)",
+            str,
+        ),
     )
     parser.description = (
         "Identify parameters from shear-box tests. Where the tests do not give the parameters, the exit code "

@@ -6,7 +6,6 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,9 +56,6 @@ STARTS_TRIED = 5
 
 AGREEING, MORE_STARTS = 3, 3
 """Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
-
-MOST_SIDES = 64
-"""Largest number of inclined planes of a regular pattern, by the contract."""
 
 SAMPLES = 48
 """Points of a Latin hypercube; the best of them are the starts."""
@@ -442,8 +438,6 @@ def _problem(
     bound = [name for name in bounds if name not in free]
     if bound:
         raise ValueError(f"bounds: {bound[0]}: expected one of the free ones, {', '.join(free)}")
-    if sides != 0 and not 2 <= sides <= MOST_SIDES:
-        raise ValueError(f"sides = {sides}: expected 0, or 2 to {MOST_SIDES}")
     if not np.isfinite(direction):
         raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
     unbonded = KS in free or KS in fixed
@@ -619,19 +613,7 @@ def _knowledge(problem: Problem, jacobian: Floats, residuals: Floats) -> _Knowle
 
 def _neighbours(problem: Problem, residuals: Floats) -> float:
     """Correlation of the residuals of neighbouring rows."""
-    ends = np.cumsum([0, *(part.size for part in _parts(problem, residuals))])
-    pairs = [(residuals[a : b - 1], residuals[a + 1 : b]) for a, b in pairwise(ends)]
-    first, second = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    parts = [residuals[place] for _, _, place in problem.parts]
+    first, second = (np.concatenate([part[rows] for part in parts]) for rows in (slice(-1), slice(1, None)))
     size = float(residuals @ residuals)
     return float(first @ second) / size if size > 0.0 else 0.0
-
-
-def _parts(problem: Problem, residuals: Floats) -> list[Floats]:
-    """Residuals of one quantity of one test each."""
-    cuts = []
-    at = 0
-    for test, spread in zip(problem.tests, problem.spreads, strict=True):
-        for _ in range(2 if test.s_N is not None and spread[1] > 0.0 else 1):
-            at += test.slip.size
-            cuts.append(at)
-    return np.split(residuals, cuts[:-1])

@@ -139,21 +139,22 @@ class Problem:
     @property
     def dilation(self) -> bool:
         """Whether any test has a dilation that is not zero."""
-        return any(test.s_N is not None and spread[1] > 0.0 for test, spread in self._pairs)
+        return bool(self.is_dilation.any())
 
-    @property
-    def _pairs(self) -> list[tuple[ShearTest, tuple[float, float]]]:
-        return list(zip(self.tests, self.spreads, strict=True))
+    @cached_property
+    def parts(self) -> list[tuple[ShearTest, str, slice]]:
+        """Parts of the residuals: test, column (tau or dilation) and place."""
+        parts, at = [], 0
+        for test, (_, spread) in zip(self.tests, self.spreads, strict=True):
+            for column in ("tau", "dilation")[: 1 + (test.s_N is not None and spread > 0.0)]:
+                parts.append((test, column, slice(at, at + test.slip.size)))
+                at += test.slip.size
+        return parts
 
     @cached_property
     def is_dilation(self) -> np.ndarray:
         """Mask of the residuals of s_N."""
-        parts = []
-        for test, spread in self._pairs:
-            parts.append(np.zeros(test.slip.size, dtype=bool))
-            if test.s_N is not None and spread[1] > 0.0:
-                parts.append(np.ones(test.slip.size, dtype=bool))
-        return np.concatenate(parts)
+        return np.concatenate([np.full(test.slip.size, name == "dilation") for test, name, _ in self.parts])
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all parameters by name, from the transformed free ones."""
@@ -176,7 +177,9 @@ class Problem:
         """Model less measurement, divided by the range of tau or of s_N of each test."""
         parts = []
         curves = self.curves(self.values(x))
-        for (test, spread), path, (tau, s_N, done) in zip(self._pairs, self.paths, curves, strict=True):
+        for test, spread, path, (tau, s_N, done) in zip(
+            self.tests, self.spreads, self.paths, curves, strict=True
+        ):
             rows = path.rows
             lost = PENALTY * (rows >= done)
             parts.append((_read(test, tau, rows) - test.tau) / spread[0] + lost)

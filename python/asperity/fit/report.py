@@ -118,8 +118,7 @@ def identifiability(found: Fit) -> list[str]:
     if poor and found.dependent:
         texts.append(
             f"the fit is poor: the residuals are {max(poor):.0%} of the range. Check the plot, the units "
-            "and the "
-            "constants that are set; the numbers are not reliable"
+            "and the constants that are set; the numbers are not reliable"
         )
     if {"mu", "theta"} <= set(free):
         texts += _mu_and_theta(found)
@@ -153,8 +152,7 @@ def identifiability(found: Fit) -> list[str]:
     if found.shift > ENOUGH:
         texts.append(
             f"the increments are too long: finer ones change a parameter by {found.shift:.2g} standard "
-            "errors; "
-            "raise --increments"
+            "errors; raise --increments"
         )
     if found.agreeing == 1 and len(found.costs) > 1:
         texts.append(

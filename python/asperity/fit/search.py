@@ -9,14 +9,19 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..options import add_workers, progress_bar, workers
+from ..cards.blocks import HOSTS
+from ..options import add_options, add_workers, progress_bar, workers
 from .covariance import covariance_text, file_of
 from .fitting import DEFAULT_FREE, STARTS_TRIED, Fit, fit, needed
 from .model import INCREMENTS, SCALES, SIDES
 from .shear_test import ShearTest
 from .verdict import Change
 
-HOSTS = ("abaqus", "calculix", "kratos", "ogs", "oofem")
+CONFIDENCE = 0.95
+"""Of the intervals."""
+
+PLOT = Path("fit.png")
+"""Name of the picture where none is given."""
 
 LABELS = ("starts", "increments", "intervals")
 """Stages of a fit besides its starts."""
@@ -24,75 +29,43 @@ LABELS = ("starts", "increments", "intervals")
 
 def add_search(
     parser: argparse.ArgumentParser,
-    free: Iterable[str] | None = None,
+    free: str | None = None,
     fixed: Mapping[str, float] | None = None,
 ) -> None:
     """Add the options of the search and of its results; free and fixed: the defaults, for the help."""
     known = ", ".join(f"{name}={value:.4g}" for name, value in (fixed or {}).items())
-    parser.add_argument(
-        "--free",
-        default=None if free is None else ",".join(free),
-        metavar="NAMES",
-        help=f"parameters to identify, of {','.join(SCALES)} (default: "
-        + (
-            f"all of {','.join(DEFAULT_FREE)} that are not set; the others must be set)"
-            if free is None
-            else "%(default)s)"
+    unset = f"all of {','.join(DEFAULT_FREE)} that are not set; the others must be set"
+    of_all = f"parameters to identify, of {','.join(SCALES)} (default: {unset if free is None else free})"
+    add_options(
+        parser,
+        ("--free NAMES", of_all, str, {"default": free}),
+        ("--set NAME=VALUE", f"parameters that are known{f' (default: {known})' if known else ''}", list),
+        ("--start NAME=VALUE", "additional start of the search", list),
+        ("--bounds NAME=LOW,HIGH", "bounds of a free parameter", list),
+        (
+            "--sides SIDES",
+            f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES})",
+            int,
         ),
+        ("--direction DEGREES", "direction of the slip, from Tx", 0.0),
+        (
+            "--increments INCREMENTS",
+            "smallest number along a test, refined until the parameters converge",
+            INCREMENTS,
+        ),
+        ("--starts STARTS", "number of starts of the least squares", STARTS_TRIED),
+        ("--seed SEED", "seed of the random starts", 0),
+        (
+            "--plot FILE",
+            f"plot of tests and fit, .png or .pdf (default: {PLOT})",
+            Path,
+            {"nargs": "?", "const": PLOT},
+        ),
+        ("-o --case CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json", Path),
+        ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help=f"parameters that are known{f' (default: {known})' if known else ''}",
-    )
-    parser.add_argument(
-        "--start", action="append", default=[], metavar="NAME=VALUE", help="additional start of the search"
-    )
-    parser.add_argument(
-        "--bounds", action="append", default=[], metavar="NAME=LOW,HIGH", help="bounds of a free parameter"
-    )
-    parser.add_argument(
-        "--sides",
-        type=int,
-        help=f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES})",
-    )
-    parser.add_argument(
-        "--direction", type=float, default=0.0, metavar="DEGREES", help="direction of the slip, from Tx"
-    )
-    parser.add_argument(
-        "--increments",
-        type=int,
-        default=INCREMENTS,
-        help="smallest number along a test, refined until the parameters converge (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--starts",
-        type=int,
-        default=STARTS_TRIED,
-        help="number of starts of the least squares (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--seed", type=int, default=0, help="seed of the random starts (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--plot",
-        nargs="?",
-        type=Path,
-        const=Path("fit.png"),
-        metavar="FILE",
-        help="plot of tests and fit, .png or .pdf (default: fit.png)",
-    )
-    parser.add_argument(
-        "-o",
-        "--case",
-        type=Path,
-        metavar="CASE.nml",
-        help="write a case file for run, card and select, and the covariance for uncertainty, CASE.fit.json",
-    )
-    parser.add_argument("--card", choices=HOSTS, help="also print the material block of a host")
     add_workers(parser, "threads, one for each processor")
+    parser.set_defaults(confidence=CONFIDENCE, model_error=0.0)
 
 
 def check_search(options: argparse.Namespace) -> None:
@@ -104,19 +77,6 @@ def check_search(options: argparse.Namespace) -> None:
         check_output(option, path)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
-
-
-def search(
-    options: argparse.Namespace,
-    tests: Sequence[ShearTest],
-    fixed: Mapping[str, float],
-    confidence: float = 0.95,
-) -> Fit:
-    """Fit the tests as the options say, with progress; fixed: values that --set may change."""
-    options.confidence = confidence
-    searching = Search(options, fixed)
-    with searching.shown() as fitted:
-        return fitted(tests, searching.given)
 
 
 def write(
@@ -177,9 +137,7 @@ class Search:
                 )
         taken = {*(self.free or ()), *self.fixed}
         self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
-        self.given = Change(
-            SIDES if options.sides is None else options.sides, {}, getattr(options, "model_error", 0.0)
-        )
+        self.given = Change(SIDES if options.sides is None else options.sides, {}, options.model_error)
 
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:

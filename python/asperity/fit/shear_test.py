@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..contract import Floats
+from ..steps import turns_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,6 @@ class ShearTest:
     @property
     def turns(self) -> list[float]:
         """Slips at the reversals, and the last slip."""
-        path = np.concatenate([[0.0], self.slip])
-        path = path[np.concatenate([[True], np.diff(path) != 0.0])]
-        inside = np.flatnonzero(np.diff(np.sign(np.diff(path)))) + 1
-        return [*path[inside].tolist(), float(path[-1])]
+        path = np.append(0.0, self.slip)
+        turns: list[float] = path[turns_of(path)[1:]].tolist()
+        return turns

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import Floats
+from ..options import add_options
 from .model import SIDES, Problem, slip_curve
 from .shear_test import ShearTest
 
@@ -105,22 +106,14 @@ def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write synthetic tests to a file."""
     parser = argparse.ArgumentParser(prog="python -m asperity.fit.synthetic", description=__doc__)
-    parser.add_argument("record", type=Path, metavar="RECORD.csv", help="file of the tests")
-    parser.add_argument(
-        "--noise", type=float, default=DEFAULT_NOISE, help="of the range (default: %(default)s)"
+    add_options(
+        parser,
+        ("record RECORD.csv", "file of the tests", Path),
+        ("--noise NOISE", "of the range", DEFAULT_NOISE),
+        ("--seed SEED", "of the noise", 0),
     )
-    parser.add_argument("--seed", type=int, default=0, help="default: %(default)s")
-    parser.add_argument("--no-dilation", action="store_true")
-    parser.add_argument("--cycle", action="store_true")
-    parser.add_argument("--spring", action="store_true", help=f"k_N = {K_N:g}")
     options = parser.parse_args(arguments)
-    tests = synthetic(
-        options.noise,
-        options.seed,
-        k_N=K_N if options.spring else 0.0,
-        dilation=not options.no_dilation,
-        **(CYCLIC if options.cycle else {}),  # type: ignore[arg-type]
-    )
+    tests = synthetic(options.noise, options.seed)
     write_record(options.record, tests)
     print(options.record)
     return 0

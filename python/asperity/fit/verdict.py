@@ -9,7 +9,6 @@ import numpy as np
 
 from .fitting import ENOUGH, LEAST_ERROR, Fit
 from .model import SIDES
-from .shear_test import ShearTest
 
 OUTLYING = 6.0
 """Residual, in robust standard deviations, above which a row that stands alone is an outlier."""
@@ -91,17 +90,17 @@ def refusals(found: Fit) -> list[str]:
 
 def outliers(found: Fit) -> list[Outlier]:
     """Rows with residuals far beyond those of all others and of their neighbours."""
-    rows, at = [], 0
-    for test, name, size in _parts(found):
-        residuals = found.residuals[at : at + size]
+    rows = []
+    for test, name, place in found.problem.parts:
+        residuals = found.residuals[place]
         scale = ROBUST * float(np.median(np.abs(residuals)))
         padded = np.abs(np.concatenate([residuals[1:2], residuals, residuals[-2:-1]]))
         beside = np.maximum(padded[:-2], padded[2:])
         for i in np.flatnonzero(
             (np.abs(residuals) > OUTLYING * scale) & (beside < ALONE * np.abs(residuals))
         ):
-            rows.append((at + int(i), test, name, int(i), residuals[i] / scale if scale > 0.0 else np.inf))
-        at += size
+            size = residuals[i] / scale if scale > 0.0 else np.inf
+            rows.append((place.start + int(i), test, name, int(i), size))
     if not rows:
         return []
     inverse = np.linalg.pinv(found.problem.jacobian(found.x))
@@ -119,16 +118,6 @@ def outliers(found: Fit) -> list[Outlier]:
         )
         told.append(Outlier(line, text, moves))
     return told
-
-
-def _parts(found: Fit) -> list[tuple[ShearTest, str, int]]:
-    """Test, column and number of rows of each part of the residuals, in their order."""
-    parts = []
-    for test, spread in zip(found.problem.tests, found.problem.spreads, strict=True):
-        parts.append((test, "tau", test.slip.size))
-        if test.s_N is not None and spread[1] > 0.0:
-            parts.append((test, "dilation", test.slip.size))
-    return parts
 
 
 def propose(found: Fit, fitted: Fitted, given_sides: bool, given_values: bool) -> tuple[Change, Fit] | None:

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 
 import akantu as aka
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from .. import contract
+from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
 from ..pattern import Pattern
-
-Floats = NDArray[np.float64]
 
 FACETS = {
     aka._cohesive_2d_4: aka._segment_2, aka._cohesive_2d_6: aka._segment_3,

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import contract
+from ..contract import Floats
 
 if TYPE_CHECKING:
     import meshio
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CELLS = {4: "quad", 8: "hexahedron"}

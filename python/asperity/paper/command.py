@@ -10,31 +10,19 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from ..options import add_workers, progress_bar, workers
+from ..options import add_options, add_workers, progress_bar, workers
 from ..parallel import map_in_order
 from ..style import encoded, printed
-from ..tables import fill
 from .entries import ENTRIES, Entry
 
 
 def add_arguments(paper: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    paper.add_argument(
-        "--folder",
-        type=Path,
-        default=Path("gallery"),
-        metavar="DIR",
-        help="folder of the pictures and the numbers (default: %(default)s)",
-    )
-    paper.add_argument("--pdf", action="store_true", help="also write vector pictures (PDF)")
-    paper.add_argument(
-        "--figure", nargs="+", metavar="NUMBER", help="only these, such as 4a, 4 or table5 (default: all)"
-    )
-    paper.add_argument(
-        "--page",
-        type=Path,
-        metavar="FILE.md",
-        help="fill the findings into a page between markers such as <!-- figure02 --> (default: print them)",
+    add_options(
+        paper,
+        ("--folder DIR", "folder of the pictures and the numbers", Path("gallery")),
+        ("--pdf", "also write vector pictures (PDF)"),
+        ("--figure NUMBER", "only these, such as 4a, 4 or table5 (default: all)", str, {"nargs": "+"}),
     )
     add_workers(paper, "one for each processor")
     paper.set_defaults(action=_action)
@@ -42,16 +30,9 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
 
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure) if options.figure else ENTRIES
-    page = options.page.read_text(encoding="utf-8") if options.page else None
-    missing = [entry.stem for entry in wanted if page is not None and f"<!-- {entry.stem} -->" not in page]
-    if missing:
-        raise ValueError(f"{options.page}: expected markers <!-- {missing[0]} --> ... <!-- /{missing[0]} -->")
     with workers(options, os.cpu_count()) as executor:
         found = write(wanted, options.folder, options.pdf, executor)
-    if page is None:
-        print("\n".join(f"{name}\n{text}" for name, text in found.items()))
-    else:
-        options.page.write_text(fill(page, found), encoding="utf-8")
+    print("\n".join(f"{name}\n{text}" for name, text in found.items()))
     print(options.folder)
     return 0
 

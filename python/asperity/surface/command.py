@@ -14,7 +14,7 @@ from .. import contract
 from ..case_files import read_case
 from ..contract import Floats
 from ..interface import Interface
-from ..options import progress_bar
+from ..options import add_options, progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
@@ -31,73 +31,43 @@ REQUIRED = tuple(row.name for row in contract.props_table() if row.default is No
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument(
-        "scan",
-        type=Path,
-        metavar="SCAN.csv",
-        help="columns x, z (profile) or x, y, z (map), with units in the header, or a matrix (--spacing)",
-    )
-    parser.add_argument(
-        "--spacing",
-        type=_lengths,
-        metavar="DX[,DY]",
-        help="the file is a matrix of heights: x along a row, y down the rows",
-    )
-    parser.add_argument(
-        "--unit",
-        default="mm",
-        help="unit of lengths whose header names none (default: %(default)s)",
+    add_options(
+        parser,
+        (
+            "scan SCAN.csv",
+            "columns x, z (profile) or x, y, z (map) with units, or a matrix (--spacing)",
+            Path,
+        ),
+        ("--spacing DX[,DY]", "the file is a matrix of heights: x along a row, y down the rows", _lengths),
+        ("--unit UNIT", "unit of lengths whose header names none", "mm"),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
-    scale.add_argument("--smooth", type=float, metavar="L", help="cut-off length of a Gaussian filter")
-    scale.add_argument(
-        "--sampling", type=float, metavar="L", help="length of the facets (default: that of the scan)"
+    add_options(
+        scale,
+        ("--smooth L", "cut-off length of a Gaussian filter", float),
+        ("--sampling L", "length of the facets (default: that of the scan)", float),
     )
-    planes = parser.add_argument_group("planes")
-    planes.add_argument(
-        "--regular", action="store_true", help="the nearest regular pattern, not listed planes"
+    constants = f"{', '.join(REQUIRED)}, for PROPS and residual strength (default: names, mu = {MU:g})"
+    add_options(
+        parser.add_argument_group("planes"),
+        ("--regular", "the nearest regular pattern, not listed planes"),
+        ("--sides M", "sides of the regular pattern (default: best)", int),
+        ("--directions D", "sectors of azimuth of the listed planes (default: 8)", int),
+        ("--bins B", "classes of inclination in each (default: 3)", int),
+        ("--planes N", "largest number of listed planes; it sets the bins", int),
+        ("--flat-below DEG", "facets inclined by at most this form the flat plane (default: 0)", float),
+        ("--direction DEG", "direction of the profile, or of the first sector, from Tx towards Ty", 0.0),
+        ("--material NAME=VALUE,...", constants, _material),
     )
-    planes.add_argument("--sides", type=int, metavar="M", help="sides of the regular pattern (default: best)")
-    planes.add_argument(
-        "--directions", type=int, metavar="D", help="sectors of azimuth of the listed planes (default: 8)"
-    )
-    planes.add_argument("--bins", type=int, metavar="B", help="classes of inclination in each (default: 3)")
-    planes.add_argument(
-        "--planes", type=int, metavar="N", help="largest number of listed planes; it sets the bins"
-    )
-    planes.add_argument(
-        "--flat-below",
-        type=float,
-        metavar="DEG",
-        help="facets inclined by at most this form the flat plane (default: 0)",
-    )
-    planes.add_argument(
-        "--direction",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="direction of the profile, or of the first sector, from Tx towards Ty (default: 0)",
-    )
-    planes.add_argument(
-        "--material",
-        type=_material,
-        metavar="NAME=VALUE,...",
-        help=f"{', '.join(REQUIRED)} for the PROPS line and the residual strength (default: names, "
-        f"mu = {MU:g})",
-    )
-    parser.add_argument(
-        "--case",
-        type=Path,
-        metavar="CASE.nml",
-        help="case of the driver; the same case with the pattern found is written, for run, card and select",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE.csv",
-        help="table of the planes; picture, and with --case the case, are written beside it, .png and .nml "
-        "(default: the name of the scan with _planes.csv, here)",
+    add_options(
+        parser,
+        ("--case CASE.nml", "case of the driver, which is written with the pattern that is found", Path),
+        (
+            "-o --output FILE.csv",
+            "table of the planes; beside it the picture, .png, and with --case the case, .nml "
+            "(default: the name of the scan with _planes.csv, here)",
+            Path,
+        ),
     )
     parser.set_defaults(action=_run)
 

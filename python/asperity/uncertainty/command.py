@@ -15,7 +15,7 @@ from ..case_files import Case, read_case
 from ..fit import covariance
 from ..fit.command import NO_RESULT
 from ..fit.search import check_output, numbers
-from ..options import add_workers, check_picture, progress_bar, units_of, workers
+from ..options import add_options, add_workers, check_picture, progress_bar, units_of, workers
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
 from .paths import CURVES, load_paths
@@ -30,6 +30,9 @@ MOST_SAMPLES = 1_000_000
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
 
+PLOT = Path("uncertainty.png")
+"""Name of the picture where none is given."""
+
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
 
@@ -42,56 +45,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "writes to CASE.fit.json, or is given by --sd. Samples without a result are counted; if they are "
         f"more than {MOST_LEFT_OUT:.0%}, the exit code is {NO_RESULT}."
     )
-    parser.add_argument(
-        "case", type=Path, metavar="CASE.nml", help="case file with a prescribed slip or opening"
-    )
-    parser.add_argument(
-        "--fit",
-        type=Path,
-        metavar="FILE.json",
-        help="covariance, written by asperity fit (default: CASE.fit.json, unless --sd is given)",
-    )
-    parser.add_argument(
-        "--sd",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help=f"standard deviation of a constant, of {', '.join(CONSTANTS)}; normally distributed about the "
-        "value of the case",
-    )
-    parser.add_argument(
-        "--correlation",
-        action="append",
-        default=[],
-        metavar="NAME,NAME=VALUE",
-        help="correlation of two of them (default: 0)",
-    )
-    parser.add_argument(
-        "--samples", type=int, default=10_000, help="number of samples (default: %(default)s)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the random numbers (default: %(default)s)")
-    parser.add_argument(
-        "--quantiles",
-        default=",".join(map(str, LEVELS)),
-        metavar="LEVELS",
-        help="between 0 and 1 (default: %(default)s)",
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="OUT.csv", help="write the quantiles of the curves"
-    )
-    parser.add_argument(
-        "--plot",
-        nargs="?",
-        type=Path,
-        const=Path("uncertainty.png"),
-        metavar="FILE",
-        help="draw the quantiles of the curves, .png or .pdf (default: uncertainty.png)",
-    )
-    parser.add_argument(
-        "--units",
-        default="mm,MPa",
-        metavar="LENGTH,STRESS",
-        help="units for the labels (default: %(default)s)",
+    names = ", ".join(CONSTANTS)
+    add_options(
+        parser,
+        ("case CASE.nml", "case file with a prescribed slip or opening", Path),
+        ("--fit FILE.json", "written by asperity fit (default: CASE.fit.json, unless --sd is given)", Path),
+        ("--sd NAME=VALUE", f"standard deviation (normal, about the value of the case), of {names}", list),
+        ("--correlation NAME,NAME=VALUE", "correlation of two of them (default: 0)", list),
+        ("--samples SAMPLES", "number of samples", 10_000),
+        ("--seed SEED", "of the random numbers", 0),
+        ("--quantiles LEVELS", "between 0 and 1", ",".join(map(str, LEVELS))),
+        ("-o --output OUT.csv", "write the quantiles of the curves", Path),
+        ("--plot FILE", f"draw them, .png or .pdf (default: {PLOT})", Path, {"nargs": "?", "const": PLOT}),
+        ("--units LENGTH,STRESS", "units for the labels", "mm,MPa"),
     )
     add_workers(parser, "one for each processor")
     parser.set_defaults(action=_run)

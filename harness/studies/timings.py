@@ -1,4 +1,4 @@
-"""Timings of the benchmark that comes with the package."""
+"""Timings of the benchmark."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..installed import bench
+BENCH = Path(__file__).parents[2] / "build" / "release" / "bin" / "bench"
+"""The benchmark, built by `make build`."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +48,11 @@ def read_timings(path: Path) -> list[Timing]:
     return timings
 
 
-def measure(*options: str, quiet: bool = False) -> list[Timing]:
-    """Run the benchmark and return its rows; the benchmark prints its table unless `quiet`."""
+def measure(*options: str) -> list[Timing]:
+    """Run the benchmark, which prints its table, and return its rows."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "bench.csv")
-        command = [bench(), "--csv", path, *options]
-        done = subprocess.run(command, check=False, stdout=subprocess.DEVNULL if quiet else None)
+        done = subprocess.run([BENCH, "--csv", path, *options], check=False)
         if done.returncode != 0:
-            raise ValueError(f"{bench()}: exit code {done.returncode}: expected 0")
+            raise ValueError(f"{BENCH}: exit code {done.returncode}: expected 0")
         return read_timings(path)
