@@ -13,7 +13,7 @@ $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif
 export JOBS ?= 2
 
-builds := suites wide debug flang
+builds := suites debug flang
 parts := lint $(builds) coverage pytest
 passed := build/passed
 venv := .venv/bin

@@ -33,11 +33,6 @@ if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
   target_compile_options(asperity_flags INTERFACE $<$<COMPILE_LANGUAGE:C>:-Wall -Wextra>)
 endif()
 
-if(ASPERITY_ARCH)
-  # instruction set, e.g. native or x86-64-v3 (AVX2, FMA); empty: the compiler's portable baseline
-  target_compile_options(asperity_flags INTERFACE -march=${ASPERITY_ARCH})
-endif()
-
 if(ASPERITY_SANITIZE)
   # without -fno-sanitize-recover undefined behaviour is printed, and the suite passes; in Fortran the address sanitizer
   # finds null pointers as well, and the compiler aligns what it declares

@@ -27,6 +27,10 @@ enum asperity_status {
 /* Version of the library as text; returns its length. */
 int asperity_version(char *text, int size);
 
+/* Kernels that run. 3: for x86-64-v3 (AVX2, FMA); 1: for any x86-64; 0: the library has one set of kernels.
+ * The processor decides when the library is loaded; ASPERITY_ISA=v1 in the environment chooses 1. */
+int asperity_isa(void);
+
 /* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
 int asperity_nstatv(const double *props, int nprops, char *message, int size);
 

@@ -11,14 +11,6 @@ python=$PWD/.venv/bin/python
 [ -x "$python" ] || python=$(command -v python3)
 
 case $preset in
-wide)
-  if ! grep -qsw avx2 /proc/cpuinfo || ! grep -qsw fma /proc/cpuinfo; then
-    echo "not this processor, left out"
-    exit 77
-  fi
-  # the law and what is compared with it bit for bit
-  : "${SUITES:=test_same_results test_block test_points}"
-  ;;
 flang)
   compiler=$(tools/flang.sh)
   if [ -z "$compiler" ]; then

@@ -6,6 +6,7 @@ program bench
   use aims, only: print_aims
   use build_facts, only: build
   use many_points, only: most_threads
+  use asperity_instruction_set, only: instruction_set
   use asperity_contract, only: p_guard, p_turn, prop_table
   use start_states, only: state_names, slip
   use table, only: add_limits, print_table, write_csv
@@ -57,7 +58,7 @@ program bench
   calls = merge(8, n_calls, quick)
   array_points = [n_cache, merge(n_memory_quick, n_memory, quick)]
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
-  print "(a)", build
+  print "(2a, i0)", build, "asperity_isa() = ", instruction_set()
   print "(2a)", "Table 2. Times are medians of runs taken in turn. ", &
     "Kernel test: time of an increment of confined slip, with iterations."
   allocate (times(0, 0))

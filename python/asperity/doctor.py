@@ -25,6 +25,9 @@ HOST_MODULES = {"Kratos": "KratosMultiphysics", "scikit-fem": "skfem"}
 LONGEST_VERSION = 32
 """Characters of the version, with the final null."""
 
+KERNELS = {0: "the platform of the build", 1: "any x86-64", 3: "x86-64-v3 (AVX2)"}
+"""Meaning of asperity_isa."""
+
 ROUNDING = 1.0e-9
 """Largest relative difference between the library and closed forms."""
 
@@ -82,11 +85,13 @@ def _library(version: str) -> Finding:
     try:
         path = installed.library()
         text = ctypes.create_string_buffer(LONGEST_VERSION)
-        ctypes.CDLL(str(path)).asperity_version(text, LONGEST_VERSION)
+        library = ctypes.CDLL(str(path))
+        library.asperity_version(text, LONGEST_VERSION)
         found = text.value.decode()
+        kernels = KERNELS.get(library.asperity_isa(), "unknown")
     except (OSError, AttributeError) as error:
         return Finding("library", f"{error}", False)
-    return Finding("library", f"{found}, {path}", found == version)
+    return Finding("library", f"{found}, kernels for {kernels}, {path}", found == version)
 
 
 def _driver(version: str) -> Finding:

@@ -9,10 +9,13 @@ module asperity_law
   use asperity_kinds, only: wp
   use asperity_material, only: damage_share, double_material_type => material_type, material_type
   use asperity_pattern, only: max_lanes, pattern_type
+  use asperity_types_double, only: damage_type, dissipation_type, facet_type, forces_type, friction_type, growth_type, &
+    history_type, local_type, moduli_type, plane_type, response_type, separation_type, tensor_type, unseen, &
+    vector_type, wear_type
+  use asperity_width, only: lane_width
   implicit none
   private
   public :: update_point, update_point_in_place, plane_kinematics
-  include "asperity_plane_types.inc"
 
   !> Separations of a plane, components along its axes (n, t, h).
   type, public :: kinematics_type
@@ -73,25 +76,26 @@ contains
     type(lanes_type) :: lanes
     type(sums_type) :: sums
     real(wp) :: worn_share
-    integer :: i, k
+    integer :: i, k, n_lanes
 
     worn_share = 1.0_wp
     if (present(share)) worn_share = share
     growth = growth_of(joint%material, dt)
+    n_lanes = whole_vectors(joint%pattern%n)
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
       lanes%alpha(k) = state(i)
       lanes%s_dit(k) = state(i + 1)
       lanes%s_dih(k) = state(i + 2)
     end do
-    do k = joint%pattern%n + 1, joint%pattern%lanes
+    do k = joint%pattern%n + 1, n_lanes
       lanes%alpha(k) = 0.0_wp
       lanes%s_dit(k) = 0.0_wp
       lanes%s_dih(k) = 0.0_wp
     end do
     if (joint%material%general) then
-      lanes%omega(:joint%pattern%lanes) = 0.0_wp
-      lanes%wear_work(:joint%pattern%lanes) = 0.0_wp
+      lanes%omega(:n_lanes) = 0.0_wp
+      lanes%wear_work(:n_lanes) = 0.0_wp
     end if
     if (joint%material%wears) then
       do k = 1, joint%pattern%n
@@ -162,6 +166,13 @@ contains
     kinematics%touch = facet%z
   end function plane_kinematics
 
+  !> Number of planes rounded up to whole vectors.
+  pure function whole_vectors(n) result(lanes)
+    integer, intent(in) :: n   !! planes
+    integer :: lanes
+    lanes = ((n + lane_width - 1)/lane_width)*lane_width
+  end function whole_vectors
+
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
   pure subroutine sum_planes(joint, kernel, whole, share, from, to, lanes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
@@ -185,8 +196,9 @@ contains
     real(wp) :: damage, stored, rupture, friction, t_n, t_x, t_y, d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy
     real(wp), dimension(max_lanes) :: drive_old, limit, rho, rho_old, worn
     real(wp) :: drive, weight
-    integer :: k
+    integer :: k, n_lanes
 
+    n_lanes = whole_vectors(joint%pattern%n)
     m = joint%material
     m%general = kernel > 0
     m%bends = kernel == 2
@@ -206,15 +218,15 @@ contains
     d_ny = 0.0_wp
     d_xy = 0.0_wp
     d_yy = 0.0_wp
-    limit(:joint%pattern%lanes) = whole%limit
+    limit(:n_lanes) = whole%limit
     if (m%general) then
-      rho_old(:joint%pattern%lanes) = 1.0_wp - lanes%omega(:joint%pattern%lanes)
-      rho(:joint%pattern%lanes) = rho_old(:joint%pattern%lanes)
-      worn(:joint%pattern%lanes) = 0.0_wp
-      drive_old(:joint%pattern%lanes) = 0.0_wp
+      rho_old(:n_lanes) = 1.0_wp - lanes%omega(:n_lanes)
+      rho(:n_lanes) = rho_old(:n_lanes)
+      worn(:n_lanes) = 0.0_wp
+      drive_old(:n_lanes) = 0.0_wp
       if (m%wears) then
         !$omp simd
-        do k = 1, joint%pattern%lanes
+        do k = 1, n_lanes
           plane = plane_of(joint%pattern, k)
           old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
           wear = wear_at_start(m, plane, from, old, lanes%omega(k), lanes%wear_work(k))
@@ -227,7 +239,7 @@ contains
     end if
     if (m%guard) then
       !$omp simd
-      do k = 1, joint%pattern%lanes
+      do k = 1, n_lanes
         plane = plane_of(joint%pattern, k)
         old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
         at_start = separations(m, plane, rho_old(k), from)
@@ -237,7 +249,7 @@ contains
     end if
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
-    do k = 1, joint%pattern%lanes
+    do k = 1, n_lanes
       plane = plane_of(joint%pattern, k)
       weight = plane%gamma*m%k_t
       old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))

@@ -1,11 +1,13 @@
 !> Patterns of planes (RIE): normals, frames (1) and weights of the regular family (41)-(43) and of listed planes.
 module asperity_pattern
-  use asperity_kinds, only: lane_width, wp
+  use asperity_kinds, only: wp
   use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
   implicit none
   private
   public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
 
+  !> Multiple of the vectors of every instruction set, doubles.
+  integer, parameter :: lane_width = 4
   !> Length of the arrays over the planes: a whole number of vectors. Spare lanes hold a flat plane with weight zero.
   integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
 

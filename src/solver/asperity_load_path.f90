@@ -109,7 +109,8 @@ contains
     row%traction = run%point%traction
     row%work = run%point%work
     call name_events(run%law%joint, run%before%state, run%point%state, run%planes, row)
-    row%state = run%point%state
+    if (.not. allocated(row%state)) allocate (row%state(run%law%n_state))
+    row%state(:) = run%point%state
   end subroutine next_row
 
   !> Begin the way to the next target, if there is one.

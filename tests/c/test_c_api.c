@@ -28,6 +28,13 @@ static int version_is_text(void) {
   return bad + FAILS(asperity_version(NULL, 0) == length);
 }
 
+static int kernels_are_those_of_the_environment(void) {
+  /* tests/c/CMakeLists.txt runs this program a second time with ASPERITY_ISA=v1 */
+  const char *wanted = getenv("ASPERITY_ISA");
+  int isa = asperity_isa();
+  return FAILS(isa == 0 || isa == 1 || isa == 3) + FAILS(!wanted || isa <= 1);
+}
+
 static int nstatv_counts_planes(void) {
   /* The contract gives 8 + 3 Np, with m inclined planes and, by the default share, the flat one. */
   const double regular[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, flat[] = FLAT_PROPS;
@@ -237,7 +244,7 @@ static int initial_state_carries_the_traction(void) {
 }
 
 int main(void) {
-  int (*const tests[])(void) = {version_is_text,
+  int (*const tests[])(void) = {version_is_text, kernels_are_those_of_the_environment,
                                 nstatv_counts_planes,
                                 bad_props_are_named_all_at_once,
                                 elastic_points_follow_the_stiffness,
