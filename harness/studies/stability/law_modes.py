@@ -311,8 +311,8 @@ def stiffness() -> list[Trial]:
         if errors[-1] < np.inf:
             found = f"error of t_N {errors[-1]:.0e} sigma0: some hundred rounding errors of K s"
         else:
-            found = "no equilibrium is found within the limit of updates: the steps of the motion are relative to "
-            found += "s_0 in shear, 1e-9 of s_0 in opening"
+            found = "no equilibrium is found within the limit of updates: the steps of the motion are "
+            found += "relative to s_0 in shear, 1e-9 of s_0 in opening"
         trials.append(Trial(f"solver, {name} = 1e9", False, errors[-1] < 1e-9, found))
     return trials
 
