@@ -88,10 +88,10 @@ def snap() -> list[Trial]:
 SNAP = FailureMode(
     "snap",
     "Fold of the slip path at low pressure",
-    "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last planes "
-    "open; the next equilibrium is far away. Small steps stop at the fold; large ones pass it by chance.",
-    "Small steps do not help. Use viscous damage, an implicit dynamic step, or a solver that continues at "
-    "the next equilibrium, as the driver does with the event snap, or follows the whole branch (arc length).",
+    "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last "
+    "planes open. Small steps stop at the fold; large ones pass it by chance.",
+    "Use viscous damage, an implicit dynamic step, or a solver that continues at the next equilibrium, "
+    "as the driver does, or follows the whole branch (arc length).",
     snap,
     draw_branches,
 )
@@ -181,10 +181,9 @@ def full_damage() -> list[Trial]:
 FULL_DAMAGE = FailureMode(
     "full-damage",
     "Fully damaged interface under a prescribed traction",
-    "An open and fully damaged interface has no stiffness. Under tension there is no solution at all; under "
+    "An open and fully damaged interface has no stiffness. Under tension there is no solution; under "
     "pressure there is one, but no tangent leads to it.",
-    "Prescribe separations, or add stiffness around the point (the adjacent bodies, or a weak spring). Never "
-    "delete the point: its contact must remain.",
+    "Prescribe separations, or add a weak spring. Never delete the point: its contact must remain.",
     full_damage,
 )
 
@@ -232,9 +231,9 @@ def unloading() -> list[Trial]:
 UNLOADING = FailureMode(
     "unloading",
     "Reversal of a slip with dilation",
-    "When a joint dilates while it slips, only the facing planes are in contact. A first step back of more "
-    "than |s_n|/sin(theta), where s_n is the closure of a facing plane, opens these planes, because s_N has "
-    "not changed yet. The joint then has no stiffness.",
+    "When a joint dilates, only the facing planes are in contact. A first step back of more than "
+    "|s_n|/sin(theta), where s_n is the closure of a facing plane, opens these planes, and the joint has "
+    "no stiffness.",
     "Use steps below |s_n|/sin(theta) at reversals, or a weak spring in the normal direction.",
     unloading,
 )
@@ -280,8 +279,8 @@ SOFTENING = FailureMode(
     "Softening after the peak",
     "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
     "surroundings softer than K_s snap back with every step size.",
-    "Prescribe separations, or use arc length. Refine until the bulk beside the interface is stiffer than "
-    "K_s, or use viscous damage.",
+    "Prescribe separations, use arc length or viscous damage, or refine until the bulk beside the "
+    "interface is stiffer than K_s.",
     softening,
 )
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import argparse
 import csv
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from asperity import contract
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
 from asperity.style import printed, save
-from asperity.tables import markdown
 from matplotlib.figure import Figure
 
 from ..program import DIFFERS, run
@@ -38,9 +35,6 @@ BOUNDS = {
     "Gc": (0.01, 10.0),
 }
 """Bounds of the constants: mm, MPa, degrees."""
-
-STIFFNESSES = {"kn": "stiffness in closing", "ks": "stiffness in shear"}
-"""Meaning of the constants of `Material.from_joint` that are no entries of PROPS."""
 
 ETA, KC = 0.9, 100.0
 """Shape of the softening and stiffness of the contact of a joint with a bond."""
@@ -102,13 +96,12 @@ def fitted(
 
 @dataclass(frozen=True)
 class Study:
-    """A comparison: fits by their names, tables and picture of its page; shown: fits with constants there."""
+    """A comparison: fits by their names, tables and picture of its page."""
 
     name: str
     fit: Callable[[], dict[str, Constants]]
     tables: Callable[[Mapping[str, Constants]], dict[str, str]]
     draw: Callable[[Mapping[str, Constants]], Figure]
-    shown: tuple[str, ...]
 
     @property
     def page(self) -> Path:
@@ -121,8 +114,8 @@ class Study:
         return DOCS / "images" / f"validation_{self.name}.png"
 
     def constants(self) -> dict[str, Constants]:
-        """Constants that the fits have found, from the folder `data`."""
-        if not self.shown:
+        """Constants that the fits have found, from the folder `data`; none if there are no fits."""
+        if not self._constants_file.exists():
             return {}
         return {
             row.pop("fit"): {name: float(value) for name, value in row.items() if value}
@@ -131,21 +124,24 @@ class Study:
 
     def contents(self) -> dict[str, Callable[[], str]]:
         """Text of each marker of the page."""
-        found = self.constants()
-        shown = {name: found[name] for name in self.shown}
-        texts = ({"constants": constants_table(shown)} if shown else {}) | self.tables(found)
+        texts = self.tables(self.constants())
         return {name: lambda text=text: text for name, text in texts.items()}  # type: ignore[misc]
 
+    @property
+    def _constants_file(self) -> Path:
+        return DATA / f"{self.name}_constants.csv"
+
     def write_constants(self) -> None:
-        """Fit, and write what is found to the folder `data`."""
+        """Fit, and write what is found to the folder `data`; nothing if there are no fits."""
         found = self.fit()
+        if not found:
+            return
         names = list(dict.fromkeys(name for one in found.values() for name in one))
         lines = [f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit"]
         lines.append(",".join(["fit", *names]))
         for fit, one in found.items():
             lines.append(",".join([fit, *(f"{one[name]:g}" if name in one else "" for name in names)]))
-        path = DATA / f"{self.name}_constants.csv"
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        self._constants_file.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run the program."""
@@ -160,7 +156,7 @@ class Study:
 
     def _action(self, options: argparse.Namespace) -> int:
         """Fill the page and draw its picture, or check the page."""
-        if options.fit and self.shown and not options.check:
+        if options.fit and not options.check:
             self.write_constants()
         same = refresh(self.page, options.check, self.contents())
         if options.check:
@@ -170,22 +166,3 @@ class Study:
             save(self.draw(self.constants()), self.picture)
         print(self.page, self.picture, sep="\n")
         return 0
-
-
-def constants_table(found: Mapping[str, Constants]) -> str:
-    """Table of the constants of fits with their meaning."""
-    known = {row.name: re.split(r"[;,] | \(", row.meaning)[0] for row in contract.props_table()} | STIFFNESSES
-    names = list(dict.fromkeys(name for one in found.values() for name in one))
-    body = []
-    for name in names:
-        shown = [_shown(name, one[name]) if name in one else "" for one in found.values()]
-        body.append([name, known[name], *shown])
-    return markdown(["constant", "meaning", *found], body)
-
-
-def _shown(name: str, value: float) -> str:
-    """Constant with three digits, and a star at a bound."""
-    low, high = BOUNDS[name]
-    return f"{float(f'{value:.3g}'):g}" + (
-        "*" if value in (float(f"{low:.4g}"), float(f"{high:.4g}")) else ""
-    )

@@ -171,8 +171,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-SHOWN = tuple(f"{name}: {text}" for name in SPECIMENS for text in STAGES if text != "all")
-STUDY = Study("granite", fits, tables, draw, SHOWN)
+STUDY = Study("granite", fits, tables, draw)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())

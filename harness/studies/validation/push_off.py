@@ -173,8 +173,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-SHOWN = ("friction 6.8", "friction 3.6", "wear both", "bond both")
-STUDY = Study("push-off", fits, tables, draw, SHOWN)
+STUDY = Study("push-off", fits, tables, draw)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())

@@ -121,7 +121,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-STUDY = Study("sandstone", fits, tables, draw, tuple(f"{form} JA" for form in FORMS))
+STUDY = Study("sandstone", fits, tables, draw)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())

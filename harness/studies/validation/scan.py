@@ -88,7 +88,7 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-STUDY = Study("scan", dict, tables, draw, ())
+STUDY = Study("scan", dict, tables, draw)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())
