@@ -5,8 +5,7 @@ module asperity_newton
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: decrease, largest_residual, most_iterations, residual_tolerance, shortest_step, &
-    worst_condition
+  use asperity_tolerances, only: decrease, most_iterations, residual_tolerance, shortest_step, worst_condition
   implicit none
   private
   public :: newton_solve
@@ -51,10 +50,7 @@ contains
       result%converged = error <= residual_tolerance
       if (result%converged .or. i == most_iterations) return
       call newton_step(equations, law%stiffness, result%last, r, step, good)
-      if (.not. good) then
-        result%converged = dissolved(law, equations, point, r)
-        return
-      end if
+      if (.not. good) return
       if (i == 0) result%step = step
       if (0.25_wp*maxval(abs(x + step - x_0)) > reach) return
       equations%iterations = equations%iterations + 1
@@ -73,19 +69,6 @@ contains
       error = next_error
     end do
   end subroutine newton_solve
-
-  !> Whether a residual is no more than a bond without noticeable stiffness carries: viscous damage dissolves a bond,
-  !> and never breaks it.
-  pure function dissolved(law, equations, point, r) result(yes)
-    class(point_law), intent(in) :: law             !! the law
-    type(equations_type), intent(in) :: equations   !! the equations
-    type(point_type), intent(in) :: point           !! the point
-    real(wp), intent(in) :: r(3)                    !! its residual, stress
-    logical :: yes
-    yes = law%relaxes .and. .not. equations%damping > 0.0_wp
-    if (yes) yes = maxval(abs(r)) <= min(law%stiffness/worst_condition*maxval(abs(point%s)), &
-      largest_residual*law%stress)
-  end function dissolved
 
   !> Newton step, or a small step if the derivative is singular, for example along a single frictionless plane.
   pure subroutine newton_step(equations, stiffness, a, r, step, good)

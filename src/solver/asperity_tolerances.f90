@@ -16,9 +16,6 @@ module asperity_tolerances
   !> in docs/reference/driver.md.
   real(wp), parameter, public :: coarsest_scale = 1.0e6_wp, coarsest_initial_scale = 500.0_wp
 
-  !> Largest residual of a joint whose stiffness is too small to remove it, relative to the strength.
-  real(wp), parameter, public :: largest_residual = 1.0e-7_wp
-
   ! --- Newton's method -----------------------------------------------------------------------------------------------
   !> Largest number of iterations: quadratic convergence needs fewer than 10, and switches of planes add a few.
   integer, parameter, public :: most_iterations = 25
