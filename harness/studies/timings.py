@@ -8,8 +8,9 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-BENCH = Path(__file__).parents[2] / "build" / "release" / "bin" / "bench"
-"""The benchmark, built by `make build`."""
+BUILDS = [Path(__file__).parents[2] / "build" / name / "bin" / "bench" for name in ("release", "suites")]
+BENCH = next((path for path in BUILDS if path.exists()), BUILDS[0])
+"""The benchmark, built by `make build` or with the Python package."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ module asperity_law
   private
   public :: kinematics_type, plane_kinematics, update_point, update_point_in_place
 
-  !> Number of planes up to which the shorter vectors are faster (docs/results/speed.md).
+  !> Number of planes up to which the shorter vectors are faster, measured.
   integer, parameter :: few = 4
 
 contains

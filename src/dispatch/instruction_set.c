@@ -11,7 +11,8 @@ __attribute__((constructor)) static void choose(void)
 {
   const char *wanted = getenv("ASPERITY_ISA");
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2") &&
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+      __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("lzcnt") && __builtin_cpu_supports("f16c") &&
       !(wanted && strcmp(wanted, "v1") == 0))
     level = 3;
 }

@@ -107,6 +107,7 @@ contains
     end if
     step%from(:n) = point%s(equations%free(:n))
     step%from(n + 1) = branch%factor*step%unit
+    equations%moved = maxval(abs(point%s))
     call move_point(point, equations%old)
     call find_direction(law, equations, branch%last, step)
     step%length = branch%length

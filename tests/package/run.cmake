@@ -27,7 +27,7 @@ step(install ${CMAKE_COMMAND} --install ${BINARY_DIR} --prefix ${prefix})
 
 file(GLOB_RECURSE library ${prefix}/${LIBRARY})
 step(exports ${NM} -D --defined-only ${library})
-foreach(symbol umat_ vumat_ vumat_single_ asperity_version asperity_nstatv asperity_update)
+foreach(symbol umat_ vumat_ vumat_single_ asperity_version asperity_isa asperity_nstatv asperity_initial_state asperity_update)
   if(NOT output MATCHES " T ${symbol}\n")
     message("${LIBRARY} does not export ${symbol}:\n${output}")
     finish(1)

@@ -87,8 +87,8 @@ def main() -> None:
     settings = ProjectSettings(
         project="asperity",
         src_dir=[ROOT / "src"],
-        # messages of the single sources: variants of modules of the library
-        exclude_dir=[ROOT / "src" / "adapters" / "abaqus"],
+        # variants of modules of the library: messages of the single sources, and the choice of kernels
+        exclude_dir=[ROOT / "src" / "adapters" / "abaqus", ROOT / "src" / "dispatch"],
         docmark="!",
         predocmark=">",
         display=["public"],
