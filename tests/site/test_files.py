@@ -58,12 +58,12 @@ def test_versions(newest: Path) -> None:
 
 def test_gallery_has_small_pictures(newest: Path, pages: dict[Path, Page]) -> None:
     """The gallery has a small picture of each entry."""
-    headings = re.findall(
-        r"^## ", (ROOT / "docs" / "gallery" / "README.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
+    entries = (ROOT / "docs" / "gallery" / "README.md").read_text(encoding="utf-8").split("\n## ")[1:]
+    drawn = [entry for entry in entries if "![" in entry]
     text = (newest / "docs" / "gallery" / "index.html").read_text(encoding="utf-8")
     grid = re.findall(r'<div class="gallery">(.*?)</div>', text, re.DOTALL)
-    assert len(grid) == 1 and grid[0].count("<img") == len(re.findall(r"<h2 ", text)) <= len(headings)
+    assert len(grid) == 1 and grid[0].count("<img") == len(drawn) > 10
+    assert len(re.findall(r"<h2 ", text)) == len(entries)
 
 
 def test_api_has_comments(newest: Path) -> None:
