@@ -9,9 +9,6 @@ module asperity_law
   private
   public :: kinematics_type, plane_kinematics, update_point, update_point_in_place
 
-  !> Number of planes up to which the shorter vectors are faster, measured.
-  integer, parameter :: few = 4
-
 contains
 
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
@@ -41,7 +38,7 @@ contains
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
     real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
-    if (instruction_set() >= 3 .and. joint%pattern%n > few) then
+    if (instruction_set() >= 3) then
       call update_v3(joint, s_old, s, state, traction, tangent, dt, share)
     else
       call update_v1(joint, s_old, s, state, traction, tangent, dt, share)
