@@ -4,7 +4,7 @@ module asperity_pattern
   use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
   implicit none
   private
-  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
+  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector, whole_vectors
 
   !> Multiple of the vectors of every instruction set, doubles.
   integer, parameter :: lane_width = 4
@@ -57,7 +57,7 @@ contains
 
     first = merge(1, 0, m == 0 .or. flat > 0.0_wp)
     pattern%n = first + merge(0, m, flat >= 1.0_wp)
-    pattern%lanes = n_lanes(pattern%n)
+    pattern%lanes = whole_vectors(pattern%n, lane_width)
     weight = (1.0_wp - flat)/real(max(m, 1), wp)
     share = merge(1.0_wp, flat, m == 0)
     c = cos(theta*degree)
@@ -116,7 +116,7 @@ contains
         pattern%h_y(k) = -pattern%e_x(k)
       end if
     end do
-    pattern%lanes = n_lanes(n_listed)
+    pattern%lanes = whole_vectors(n_listed, lane_width)
     do k = n_listed + 1, pattern%lanes
       call set_flat(pattern, k)
       pattern%gamma(k) = 0.0_wp
@@ -137,11 +137,12 @@ contains
   end subroutine set_flat
 
   !> Number of planes rounded up to whole vectors.
-  pure function n_lanes(n) result(lanes)
-    integer, intent(in) :: n   !! planes
+  pure function whole_vectors(n, width) result(lanes)
+    integer, intent(in) :: n       !! planes
+    integer, intent(in) :: width   !! length of a vector
     integer :: lanes
-    lanes = ((n + lane_width - 1)/lane_width)*lane_width
-  end function n_lanes
+    lanes = ((n + width - 1)/width)*width
+  end function whole_vectors
 
   !> Unit normal (N, Tx, Ty) of plane k.
   pure function plane_normal(pattern, k) result(n)

@@ -1,0 +1,31 @@
+!> The law of an interface point: the kernels of two instruction sets.
+module asperity_point_kernel
+  use asperity_instruction_set, only: instruction_set
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_point_kernel_v1, only: kinematics_type, plane_kinematics, update_v1 => update_point_in_place
+  use asperity_point_kernel_v3, only: update_v3 => update_point_in_place
+  implicit none
+  private
+  public :: kinematics_type, plane_kinematics, update_point_in_place
+
+contains
+
+  !> As update_point of asperity_law, but one array holds the state at the start and then the state at the end.
+  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
+    type(interface_type), intent(in) :: joint          !! material and pattern
+    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
+    real(wp), intent(in) :: s(3)                       !! separation at its end, length
+    real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> end, size >= n_statev(Np)
+    real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
+    real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
+    if (instruction_set() >= 3) then
+      call update_v3(joint, s_old, s, state, traction, tangent, dt, share)
+    else
+      call update_v1(joint, s_old, s, state, traction, tangent, dt, share)
+    end if
+  end subroutine update_point_in_place
+
+end module asperity_point_kernel

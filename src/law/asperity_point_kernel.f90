@@ -1,0 +1,278 @@
+!> The law of an interface point: the sum (3) over the planes of its pattern, one point at a time.
+!>
+!> asperity_plane.inc holds the law of one plane. The compiler vectorises the loop over the planes.
+module asperity_point_kernel
+  use, intrinsic :: iso_fortran_env, only: real64
+  use asperity_contract, only: facet_statev, n_plane_statev, n_point_statev, v_damage, v_friction, v_offset, &
+    v_rupture, v_status, v_stored
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_material, only: damage_share, double_material_type => material_type, material_type
+  use asperity_pattern, only: max_lanes, pattern_type, whole_vectors
+  use asperity_types_double, only: damage_type, dissipation_type, facet_type, forces_type, friction_type, growth_type, &
+    history_type, local_type, moduli_type, plane_type, response_type, separation_type, tensor_type, unseen, &
+    vector_type, wear_type
+  use asperity_width, only: lane_width
+  implicit none
+  private
+  public :: update_point_in_place, plane_kinematics
+
+  !> Separations of a plane, components along its axes (n, t, h).
+  type, public :: kinematics_type
+    real(wp) :: bond(3)          !! of the bond (2), length
+    real(wp) :: contact(3)       !! of the contact: on a facet the gap and the climbed length, else as the bond, length
+    real(wp) :: gradient(3, 3)   !! derivatives of contact (rows) with respect to (N, Tx, Ty)
+    real(wp) :: touch            !! opening s_N at which the plane just touches at this tangential separation, length
+  end type kinematics_type
+
+  !> State of the planes, plane by plane and in the spare lanes.
+  type :: lanes_type
+    real(wp), dimension(max_lanes) :: alpha          !! damage
+    real(wp), dimension(max_lanes) :: s_dit, s_dih   !! inelastic slip, length
+    real(wp), dimension(max_lanes) :: omega          !! worn share of the facets
+    real(wp), dimension(max_lanes) :: wear_work      !! their frictional work, stress*length
+  end type lanes_type
+
+  !> Sums (3) over the planes.
+  type :: sums_type
+    real(wp) :: damage, stored, rupture, friction   !! energies: stored, increments of rupture and friction
+    real(wp) :: traction(3), tangent(3, 3)          !! stress, stress/length
+  end type sums_type
+
+contains
+
+  include "asperity_plane.inc"
+  include "asperity_facet.inc"
+
+  !> As update_point of asperity_law, but one array holds the state at the start and then the state at the end.
+  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
+    type(interface_type), intent(in) :: joint          !! material and pattern
+    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
+    real(wp), intent(in) :: s(3)                       !! separation at its end, length
+    real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> end, size >= n_statev(Np)
+    real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
+    real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
+    type(vector_type) :: from, to
+    type(growth_type) :: growth
+    type(lanes_type) :: lanes
+    type(sums_type) :: sums
+    real(wp) :: worn_share
+    integer :: i, k, n_lanes
+
+    worn_share = 1.0_wp
+    if (present(share)) worn_share = share
+    growth = growth_of(joint%material, dt)
+    n_lanes = whole_vectors(joint%pattern%n, lane_width)
+    do k = 1, joint%pattern%n
+      i = n_point_statev + n_plane_statev*(k - 1) + 1
+      lanes%alpha(k) = state(i)
+      lanes%s_dit(k) = state(i + 1)
+      lanes%s_dih(k) = state(i + 2)
+    end do
+    do k = joint%pattern%n + 1, n_lanes
+      lanes%alpha(k) = 0.0_wp
+      lanes%s_dit(k) = 0.0_wp
+      lanes%s_dih(k) = 0.0_wp
+    end do
+    if (joint%material%general) then
+      lanes%omega(:n_lanes) = 0.0_wp
+      lanes%wear_work(:n_lanes) = 0.0_wp
+    end if
+    if (joint%material%wears) then
+      do k = 1, joint%pattern%n
+        lanes%omega(k) = state(facet_statev(joint%pattern%n, k))
+        lanes%wear_work(k) = state(facet_statev(joint%pattern%n, k) + 1)
+      end do
+    end if
+    from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
+    to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
+    ! the flag is a literal, so that the compiler generates a separate loop for each value
+    if (joint%material%bends) then
+      call sum_planes(joint, 2, growth, worn_share, from, to, lanes, sums)
+    else if (joint%material%general) then
+      call sum_planes(joint, 1, growth, worn_share, from, to, lanes, sums)
+    else
+      call sum_planes(joint, 0, growth, worn_share, from, to, lanes, sums)
+    end if
+    do k = 1, joint%pattern%n
+      i = n_point_statev + n_plane_statev*(k - 1) + 1
+      state(i) = lanes%alpha(k)
+      state(i + 1) = lanes%s_dit(k)
+      state(i + 2) = lanes%s_dih(k)
+    end do
+    if (joint%material%wears) then
+      do k = 1, joint%pattern%n
+        state(facet_statev(joint%pattern%n, k)) = lanes%omega(k)
+        state(facet_statev(joint%pattern%n, k) + 1) = lanes%wear_work(k)
+      end do
+    end if
+    ! weights whose sum is rounded up
+    state(v_damage) = min(sums%damage, 1.0_wp)
+    state(v_stored) = sums%stored
+    state(v_rupture) = state(v_rupture) + sums%rupture
+    state(v_friction) = state(v_friction) + sums%friction
+    state(v_status) = 1.0_wp
+    traction = sums%traction
+    tangent = sums%tangent
+  end subroutine update_point_in_place
+
+  !> Separations of bond and contact of plane k.
+  pure function plane_kinematics(joint, k, s, state) result(kinematics)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    integer, intent(in) :: k                    !! plane, 1..Np
+    real(wp), intent(in) :: s(3)                !! separation (N, Tx, Ty), the offset included, length
+    real(wp), intent(in) :: state(:)            !! STATEV
+    type(kinematics_type) :: kinematics
+    type(plane_type) :: plane
+    type(local_type) :: bond
+    type(facet_type) :: facet
+    real(wp) :: rho
+    plane = plane_of(joint%pattern, k)
+    bond = local_separation(plane, vector_type(s(1), s(2), s(3)))
+    rho = 1.0_wp
+    if (joint%material%wears) rho = 1.0_wp - state(facet_statev(joint%pattern%n, k))
+    if (joint%material%curved) then
+      facet = facet_at(joint%material, plane, rho, vector_type(s(1), s(2), s(3)))
+    else
+      facet = facet_type(bond, plane%slope*(plane%e_x*s(2) + plane%e_y*s(3)), plane%n%n, plane%t%n, 1.0_wp, 0.0_wp, &
+        0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+    end if
+    kinematics%bond = [bond%n, bond%t, bond%h]
+    kinematics%contact = [facet%s%n, facet%s%t, facet%s%h]
+    associate (e => [0.0_wp, plane%e_x, plane%e_y], normal => [1.0_wp, 0.0_wp, 0.0_wp])
+      kinematics%gradient(1, :) = facet%c*normal - (facet%q*facet%f)*e
+      kinematics%gradient(2, :) = facet%q*normal + (facet%c*facet%f)*e
+    end associate
+    kinematics%gradient(3, :) = [0.0_wp, plane%h%x, plane%h%y]
+    kinematics%touch = facet%z
+  end function plane_kinematics
+
+  !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
+  pure subroutine sum_planes(joint, kernel, whole, share, from, to, lanes, sums)
+    type(interface_type), intent(in) :: joint     !! material and pattern
+    integer, intent(in) :: kernel                 !! 0: straight planes, 1: facets, 2: hyperbolic closure, too
+    type(growth_type), intent(in) :: whole        !! growth of the damage that no guard limits
+    real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
+    type(vector_type), intent(in) :: from, to     !! separation at start and end, length
+    type(lanes_type), intent(inout) :: lanes      !! state of the planes, start -> end
+    type(sums_type), intent(out) :: sums          !! the sums
+    type(material_type) :: m
+    type(growth_type) :: growth
+    type(plane_type) :: plane
+    type(wear_type) :: wear
+    type(history_type) :: old
+    type(separation_type) :: at, at_start
+    type(response_type) :: now
+    type(forces_type) :: before, after
+    type(dissipation_type) :: spent
+    type(vector_type) :: t
+    type(tensor_type) :: d
+    real(wp) :: damage, stored, rupture, friction, t_n, t_x, t_y, d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy
+    real(wp), dimension(max_lanes) :: drive_old, limit, rho, rho_old, worn
+    real(wp) :: drive, weight
+    integer :: k, n_lanes
+
+    n_lanes = whole_vectors(joint%pattern%n, lane_width)
+    m = joint%material
+    m%general = kernel > 0
+    m%bends = kernel == 2
+    damage = 0.0_wp
+    stored = 0.0_wp
+    rupture = 0.0_wp
+    friction = 0.0_wp
+    t_n = 0.0_wp
+    t_x = 0.0_wp
+    t_y = 0.0_wp
+    d_nn = 0.0_wp
+    d_xn = 0.0_wp
+    d_yn = 0.0_wp
+    d_nx = 0.0_wp
+    d_xx = 0.0_wp
+    d_yx = 0.0_wp
+    d_ny = 0.0_wp
+    d_xy = 0.0_wp
+    d_yy = 0.0_wp
+    limit(:n_lanes) = whole%limit
+    if (m%general) then
+      rho_old(:n_lanes) = 1.0_wp - lanes%omega(:n_lanes)
+      rho(:n_lanes) = rho_old(:n_lanes)
+      worn(:n_lanes) = 0.0_wp
+      drive_old(:n_lanes) = 0.0_wp
+      if (m%wears) then
+        !$omp simd
+        do k = 1, n_lanes
+          plane = plane_of(joint%pattern, k)
+          old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+          wear = wear_at_start(m, plane, from, old, lanes%omega(k), lanes%wear_work(k))
+          drive_old(k) = wear%drive
+          worn(k) = share*(wear%omega - lanes%omega(k))
+          lanes%omega(k) = merge(wear%omega, lanes%omega(k) + worn(k), share >= 1.0_wp)
+          rho(k) = 1.0_wp - lanes%omega(k)
+        end do
+      end if
+    end if
+    if (m%guard) then
+      !$omp simd
+      do k = 1, n_lanes
+        plane = plane_of(joint%pattern, k)
+        old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+        at_start = separations(m, plane, rho_old(k), from)
+        at = separations(m, plane, rho(k), to)
+        limit(k) = guarded_limit(m, whole, at_start, at, old)
+      end do
+    end if
+    !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
+    !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
+    do k = 1, n_lanes
+      plane = plane_of(joint%pattern, k)
+      weight = plane%gamma*m%k_t
+      old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
+      growth = whole
+      growth%limit = limit(k)
+      at_start = separations(m, plane, rho_old(k), from)
+      at = separations(m, plane, rho(k), to)
+      now = plane_response(m, growth, at, old)
+      lanes%alpha(k) = now%new%alpha
+      lanes%s_dit(k) = now%new%s_dit
+      lanes%s_dih(k) = now%new%s_dih
+      before = plane_forces(m, at_start, old)
+      after = plane_forces(m, at, now%new)
+      spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
+      if (m%general) then
+        ! wear: work of the friction, and energy that the facet releases
+        drive = wear_drive(m, at%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
+        lanes%wear_work(k) = lanes%wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)
+        spent%friction = spent%friction + (drive_old(k) + max(drive, 0.0_wp))*worn(k)
+      end if
+      damage = damage + plane%gamma*now%new%alpha
+      stored = stored + weight*stored_energy(m, at, now)
+      rupture = rupture + weight*spent%rupture
+      friction = friction + weight*spent%friction
+      t = plane_traction(m, plane, at, now)
+      t_n = t_n + weight*t%n
+      t_x = t_x + weight*t%x
+      t_y = t_y + weight*t%y
+      d = plane_tangent(m, growth, plane, at, to, old, now)
+      d_nn = d_nn + weight*d%nn
+      d_xn = d_xn + weight*d%xn
+      d_yn = d_yn + weight*d%yn
+      d_nx = d_nx + weight*d%nx
+      d_xx = d_xx + weight*d%xx
+      d_yx = d_yx + weight*d%yx
+      d_ny = d_ny + weight*d%ny
+      d_xy = d_xy + weight*d%xy
+      d_yy = d_yy + weight*d%yy
+    end do
+    sums%damage = damage
+    sums%stored = 0.5_wp*stored
+    sums%rupture = 0.5_wp*rupture
+    sums%friction = 0.5_wp*friction
+    sums%traction = [t_n, t_x, t_y]
+    sums%tangent(:, 1) = [d_nn, d_xn, d_yn]
+    sums%tangent(:, 2) = [d_nx, d_xx, d_yx]
+    sums%tangent(:, 3) = [d_ny, d_xy, d_yy]
+  end subroutine sum_planes
+
+end module asperity_point_kernel
