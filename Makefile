@@ -36,7 +36,7 @@ tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
 	  echo build/release'
-demo: build .venv/installed
+demo: .venv/installed
 	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) tools/demo.sh
 	@$(venv)/python tools/demo_numbers.py build/demo/figure05b.csv
 test: $(passed)/suites $(passed)/fast
