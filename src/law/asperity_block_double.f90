@@ -1,16 +1,30 @@
 !> The law for blocks of points in double precision.
 module asperity_block_double
   use, intrinsic :: iso_fortran_env, only: real64
-  use asperity_contract, only: facet_statev, max_planes, n_facet_statev, n_plane_statev, n_point_statev, n_statev, &
-    status_ok, status_props, v_damage, v_friction, v_offset, v_rupture, v_status, v_stored
-  use asperity_kinds, only: wp
+  use asperity_block_kernel_double, only: update_block
+  use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_share, double_material_type => material_type, largest_share, material_type
+  use asperity_kinds, only: wp
+  use asperity_material, only: damage_share, double_material_type => material_type, material_type
   use asperity_pattern, only: pattern_type
-  use asperity_types_double, only: block_type, chunk, damage_type, dissipation_type, facet_type, forces_type, &
-    friction_type, growth_type, history_type, largest_energy, largest_separation, local_type, moduli_type, &
-    plane_type, points_type, response_type, separation_type, tensor_type, unseen, vector_type, wear_type
+  use asperity_types_double, only: block_type, chunk, growth_type, largest_energy, largest_separation, plane_type, &
+    points_type, vector_type
   implicit none
   private
+  public :: block_type, chunk, largest_energy, largest_separation, new_block, points_type, update_block
+
+contains
+
   include "asperity_block.inc"
+
+  !> The interface for blocks; the status is that of the single precision, where constants may be out of range.
+  pure subroutine new_block(joint, block, status, dt)
+    type(interface_type), intent(in) :: joint   !! material and pattern in double precision
+    type(block_type), intent(out) :: block      !! the same in kind wp, defined if status is 0
+    integer, intent(out) :: status              !! 0 or status_props
+    real(real64), intent(in), optional :: dt    !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    status = status_ok
+    call set_block(joint, joint%material, block, dt)
+  end subroutine new_block
+
 end module asperity_block_double

@@ -41,6 +41,7 @@ module asperity_point_kernel
 
 contains
 
+  include "asperity_plane_setup.inc"
   include "asperity_plane.inc"
   include "asperity_facet.inc"
 
