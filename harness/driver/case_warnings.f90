@@ -1,4 +1,4 @@
-!> Warnings about cases that are admissible, but where the law does not do what one may expect.
+!> Warnings about cases that are admissible but outside the law's range of validity.
 module case_warnings
   use asperity_kinds, only: wp
   use asperity_warnings, only: m_tension, measures, n_measures, warned, warning_text

@@ -1,4 +1,4 @@
-"""Command `asperity masonry`: constants of the law for a mortar joint, and what the law makes of them."""
+"""Command `asperity masonry`: constants of the law for a mortar joint, and the peaks that follow from them."""
 
 from __future__ import annotations
 
@@ -29,19 +29,20 @@ INCREMENTS = 2000
 SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height")
 """Constants in the group &material; others have their default."""
 
-LOST = """\
+DIFFERENCES = """\
 kc = 1: kn acts in compression, too, because it is that of a mortar joint as a whole.
 The shear stiffness is c^2/(2 GfII (1 - eta)) = {Kt:.3g} and not ks = {ks:g}: one eta serves both modes.
-The peak is below c + tan_phi |sigma_N|, because only the damaged share of the joint rubs. A sigma02 in place
-of c meets it at one pressure:
+The peak is below c + tan_phi |sigma_N|, because friction acts on the damaged part of the joint only. With a
+sigma02 above c the peak reaches this value at one pressure:
 """
+"""Where the law differs from an interface model of masonry."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     names = (
         f"constants of the joint: {', '.join(REQUIRED)}; and for a dilatancy tan_psi exp(-delta slip): "
-        f"{', '.join(OPTIONAL)} (delta = 0: it never ends)"
+        f"{', '.join(OPTIONAL)} (delta = 0: the dilation never ends)"
     )
     pressures = f"normal tractions of the peaks, <= 0 (default: {PRESSURES})"
     add_options(
@@ -82,7 +83,7 @@ def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, want
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Print the constants and the losses, and write the groups of a case."""
+    """Print the constants, the differences and the peaks, and write the groups of a case."""
     values, stresses = _checked(options)
     material = Material.from_masonry(**values)
     tan_psi = values.get("tan_psi", 0.0)
@@ -99,8 +100,8 @@ def _run(options: argparse.Namespace) -> int:
         height = f"{material.height:.4g}" if material.height else "infinite"
         print(f"The dilation along Tx ends at the height tan_psi/delta: {height}.")
     Kt = material.sigma02**2 / (2.0 * material.Gc2 * (1.0 - material.eta))
-    print(LOST.format(Kt=Kt, ks=values["ks"]))
-    print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 that meets it':>24}")
+    print(DIFFERENCES.format(Kt=Kt, ks=values["ks"]))
+    print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 for this peak':>24}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         for sigma_N in stresses:

@@ -98,8 +98,8 @@ class Material(_Constants):
     ) -> Material:
         """Material of a mortar joint from the constants of interface models of masonry (Lourenço 1996).
 
-        The law has no stiffness of its own in shear: it is c^2/(2 GfII (1 - eta)), and not ks.  The peak is
-        below c + tan_phi |sigma_N|, because friction acts on the damaged part only.
+        The shear stiffness of the law is c^2/(2 GfII (1 - eta)), because both modes have one eta; ks has no
+        effect.  The peak is below c + tan_phi |sigma_N|, because friction acts on the damaged part only.
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class Material(_Constants):
         tan_psi, delta
             Dilatancy tan_psi exp(-delta u) at the slip u; delta: 1/length.  It is that of planes of the slope
             tan_psi, `Pattern.regular(2, degrees(arctan(tan_psi)), flat=0.0)` for a slip along Tx, with the
-            friction mu = tan(phi - psi) and the height tan_psi/delta, or without an end if delta = 0.
+            friction mu = tan(phi - psi) and the height tan_psi/delta, infinite if delta = 0.
 
         Raises
         ------

@@ -27,12 +27,12 @@ class Remark:
 
 
 def doubts(material: Material, pattern: Pattern, *tractions: float, slip: float = 0.0) -> list[str]:
-    """Warnings about a joint with the normal tractions and the largest slip that occur."""
+    """Warnings about a joint under these normal tractions and up to this slip."""
     return _sentences(material, pattern, tractions, slip)[0]
 
 
 def warn_of_physics(material: Material, pattern: Pattern, *tractions: float, slip: float = 0.0) -> None:
-    """Issue a ModelWarning for each doubt."""
+    """Issue each of these warnings as a ModelWarning."""
     for text in doubts(material, pattern, *tractions, slip=slip):
         warnings.warn(text, ModelWarning, stacklevel=3)
 

@@ -1,5 +1,5 @@
-!> Doubts about an interface that is admissible, but where the law does not do what one may expect: measures, the limits
-!> above which a user is warned, and the sentences. Driver and Python take all three from here.
+!> Warnings about an interface whose constants are admissible but outside the law's range of validity: measures, the
+!> limits above which a user is warned, and the sentences. Driver and Python take all three from here.
 module asperity_warnings
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
   use asperity_interface, only: interface_type, new_interface
@@ -10,8 +10,8 @@ module asperity_warnings
   private
   public :: measures, warned, warning_text, increment_text, largest_slip_increment, climbed_height
 
-  !> The measures. Planes that press are thought of as the inclined plane of the smallest weight that carries the whole
-  !> pressure. Those up to m_tension are known before a run.
+  !> The measures. Those of the contact assume that the inclined plane of the smallest weight carries the whole pressure.
+  !> Those up to m_tension are known before a run.
   integer, parameter, public :: m_modes = 1, &   !! 1 if strength or energy of mode II differ from those of mode I
     m_locking = 2, &       !! mu tan(theta) of the steepest plane, 0 where a finite height ends the climb
     m_radians = 3, &       !! inclination of a regular pattern, degrees, where it may have been meant in radians
@@ -24,7 +24,7 @@ module asperity_warnings
     m_steep = 10, &        !! closure over the largest closure Vm
     n_measures = 10
 
-  !> Limits: a larger measure is a doubt.
+  !> Limits: a larger measure gives a warning.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
     nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_share]
   !> Length of a text that holds each sentence.

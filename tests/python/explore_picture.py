@@ -18,6 +18,9 @@ VALUES = ("sides=4", "theta=25", "height=0.25", "direction=20", "sigma_N=-2", "k
 POSITION = 5
 """Position on the path, per cent, where the damage of the planes differs."""
 
+SIZE = (1560, 1080)
+"""Width and height of the window, which show the whole page."""
+
 
 def main(picture: Path) -> None:
     """Write the picture."""
@@ -30,6 +33,7 @@ def main(picture: Path) -> None:
         browser(Path(folder, "profile")) as driver,
     ):
         page = Opened(driver, address)
+        driver.set_window_size(*SIZE)
         driver.execute_script(
             f"Bokeh.documents[0].get_model_by_name('position').value = {POSITION};"
             "Bokeh.documents[0].get_model_by_name('mu').value = 0.55"

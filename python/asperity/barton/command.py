@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--sample M", "length of the samples on which JRC and JCS were measured", SAMPLE),
         (
             "--sigma-n MPA,...",
-            "normal stresses in which the RIE is to come close, compression > 0",
+            "normal stresses of the curves, compression > 0",
             str,
             needed,
         ),
@@ -63,6 +63,6 @@ def _run(options: argparse.Namespace) -> int:
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")
     print(f"\n{props_line(found)}")
-    # the curves have no scatter, so that there is no covariance
+    # without scatter there is no covariance
     write(options, found, lambda path: draw(joint, found, path), scatter=False)
     return 0

@@ -26,8 +26,9 @@ REACH = 10.0
 """Default end of the curves, in slips at the peak."""
 
 BY_NATURE = (
-    "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0. The RIE has damage0 = 1: ks "
-    "stands for the stiffness before the peak, mu, theta and height for strength and dilation.",
+    "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0. The RIE, the planes "
+    "of the law, has damage0 = 1: ks stands for the stiffness before the peak, mu, theta and height for "
+    "strength and dilation.",
     "The dilation angle of Barton falls with sigma_n, because JRC log10(JCS/sigma_n)/M does. The slope theta "
     "of the RIE does not depend on the stress: one theta stands for the whole range of stresses.",
     "The slip at the peak of Barton does not depend on sigma_n. That of the RIE grows with it, because its "
@@ -174,7 +175,7 @@ def _figure(joint: Joint, found: Fit) -> Figure:
         ax.grid(alpha=0.3)
     handles, texts = axes[0].get_legend_handles_labels()
     title = (
-        f"normal stress; dashed: Barton, JRC {joint.jrc:g}; lines: the closest RIE; dotted: slip at the peak"
+        f"normal stress; dashed: Barton, JRC {joint.jrc:g}; solid: the law; dotted: slip at the peak"
     )
     figure.legend(handles, texts, loc="outside upper center", ncols=min(6, len(texts)), title=title)
     return figure

@@ -78,7 +78,7 @@ def _abaqus(block: Block) -> str:
         *_constants(block.props),
         "** There is no DELETE, because contact survives rupture. status is 1 after the first call of a "
         "point.",
-        "** Zero state variables are the interface at its start, so no initial conditions are needed.",
+        "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
         "** The first call of a point reads an initial stress (TYPE=STRESS); TYPE=SOLUTION gives cracked "
         "planes.",
         "*Depvar",
@@ -114,7 +114,7 @@ def _calculix(block: Block) -> str:
         "line, with the temperature.",
         f"*USER MATERIAL, CONSTANTS={len(props)}",
         *_constants(props),
-        "** Zero state variables are the interface at its start, so no initial conditions are needed.",
+        "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
         "** The first call of a point reads an initial stress (TYPE=STRESS).",
         "** TYPE=SOLUTION, USER gives cracked planes.",
         "*DEPVAR",
@@ -158,7 +158,7 @@ def _kratos(block: Block) -> str:
         "libasperity.so in its place runs, but damage heals on unloading"
     )
     initial = (
-        "Zero STATE_VARIABLES are the interface at its start. Kratos passes no initial stress to a UMAT; a "
+        "Zero STATE_VARIABLES are the initial state of the joint. Kratos passes no initial stress to a UMAT; a "
         "state of Interface.initial in place of the zeros has an initial stress"
     )
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
@@ -176,7 +176,7 @@ def _ogs(block: Block) -> str:
         f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
         "axes: N, Tx, Ty of the layer, here of a horizontal one; a project has one local_coordinate_system, "
         "whose parameters may be of the type MeshElement",
-        "zero state variables are the interface at its start; cracked planes by initial_values",
+        "zero state variables are the initial state of the joint; initial_values gives another one",
     ]
     return opengeosys.patch(block.name, law, block.props, block.dimension, comments)
 

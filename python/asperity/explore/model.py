@@ -202,7 +202,7 @@ def as_case(choice: Choice) -> str:
     """Case file of a choice."""
     values = choice.values
     entries = [f"{name} = {values[name]!r}" for name in MATERIAL]
-    material = f"{', '.join(entries[:4])},\n          {', '.join(entries[4:])}"
+    material = _lines(entries, " " * len("&material "))
     pattern = f"sides = {int(values['sides'])}"
     if values["sides"]:
         pattern += f", theta = {values['theta']!r}, flat = {values['flat']!r}"
@@ -217,11 +217,16 @@ def as_case(choice: Choice) -> str:
     )
 
 
+def _lines(entries: list[str], indent: str) -> str:
+    """Entries in lines of four, which fit beside the section."""
+    return f",\n{indent}".join(", ".join(entries[i : i + 4]) for i in range(0, len(entries), 4))
+
+
 def as_python(choice: Choice) -> str:
     """Python script of a choice."""
     values = choice.values
     entries = [f"{name}={values[name]!r}" for name in MATERIAL]
-    material = f"\n    {', '.join(entries[:4])},\n    {', '.join(entries[4:])},\n"
+    material = f"\n    {_lines(entries, '    ')},\n"
     theta = values["theta"] if values["sides"] else 0.0
     pieces = [
         f"    np.linspace({a!r}, {b!r}, {n + 1})[1:],\n"

@@ -21,15 +21,15 @@ NO_RESULT = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     columns = (
-        "CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test; or a row a test with "
+        "CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test; or one row per test with "
         "slip, peak, residual, sigma_N"
     )
     add_options(parser, ("records DATA.csv", columns, Path, {"nargs": "+"}))
     add_search(parser)
     add_options(
         parser,
-        ("--k-N STIFFNESS", "normal stiffness of the box (CNS), for all tests", float),
-        ("--k-T STIFFNESS", "stiffness of the machine, whose deformation the column slip contains", float),
+        ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
+        ("--k-T STIFFNESS", "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip", float),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
         ("--confidence CONFIDENCE", "confidence of the intervals", CONFIDENCE),

@@ -52,7 +52,7 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
     """Read the load case from a case file of the driver; a sweep may give several sigma_N or directions.
 
     Raises ValueError with the messages of the driver, and for a case that is not a slip under a constant t_N.
-    Doubts about the joint are a ModelWarning.
+    Warnings about the joint are issued as ModelWarning.
     """
     tests = list(slip_tests(read_case(path)))
     first = tests[0]
