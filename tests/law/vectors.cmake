@@ -3,7 +3,7 @@
 string(REPLACE "|" ";" OBJECTS "${OBJECTS}")
 set(passed 0)
 foreach(object IN LISTS OBJECTS)
-  if(NOT object MATCHES "asperity_(block_double|block_single|point_kernel)_v([13])\\.f90")
+  if(NOT object MATCHES "asperity_(block_kernel_double|block_kernel_single|point_kernel)_v([13])\\.f90")
     continue()
   endif()
   set(register xmm)
