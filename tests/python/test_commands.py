@@ -15,8 +15,9 @@ import pytest
 from asperity import doctor, installed, results
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import COMMANDS, main
-from asperity.fit import synthetic as study
 from asperity.installed import all_cases
+
+from harness.studies import synthetic as study
 
 
 @pytest.fixture(autouse=True)

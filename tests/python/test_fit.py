@@ -13,14 +13,15 @@ import pytest
 from asperity import contract
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fitting
+from asperity.fit import fitting, outcome
 from asperity.fit import model as fit_model
-from asperity.fit import synthetic as study
-from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit.fitting import fit
+from asperity.fit.outcome import residual_ratio
 from asperity.fit.records import read_records
 from asperity.fit.report import case_text, identifiability, report
 from asperity.fit.shear_test import ShearTest
 
+from harness.studies import synthetic as study
 from harness.studies.fits import NOISES, coverage
 from tests.oracle import reference
 
@@ -40,13 +41,13 @@ def write(folder: Path, text: str, name: str = "record.csv") -> Path:
 
 
 @pytest.fixture(scope="module")
-def three_percent() -> fitting.Fit:
+def three_percent() -> outcome.Fit:
     """Fit of tests with 3 % noise, from random starts."""
     return fit(study.synthetic(0.03, 0), fixed=study.SET)
 
 
 @pytest.fixture(scope="module")
-def no_dilation() -> fitting.Fit:
+def no_dilation() -> outcome.Fit:
     """Fit of the same tests without dilation."""
     return fit(study.synthetic(0.03, 0, dilation=False), fixed=study.SET, start=AT_TRUTH, starts=1)
 
@@ -141,20 +142,20 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     start = AT_TRUTH | {"mu": 0.7, "theta": 25.0}
     found = fit(tests, fixed=study.SET, start=start, starts=1)
     assert found.problem.increments == fit_model.INCREMENTS and found.problem.refinement > 1
-    assert found.shift <= fitting.ENOUGH
+    assert found.shift <= outcome.ENOUGH
     # the error is of first order: dividing increments by four removes three quarters of it
-    most = 2.0 * fitting.ENOUGH * fitting.LEAST_ERROR
+    most = 2.0 * outcome.ENOUGH * outcome.LEAST_ERROR
     for name, value in AT_TRUTH.items():
         assert found.values[name] == pytest.approx(value, rel=most), name
     monkeypatch.setattr(fitting, "REFINEMENTS", 0)
     coarse = fit(tests, fixed=study.SET, start=start, starts=1)
-    assert coarse.problem.refinement == 1 and coarse.shift > fitting.ENOUGH
+    assert coarse.problem.refinement == 1 and coarse.shift > outcome.ENOUGH
     assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.004
     assert "the increments are too long: finer ones change" in "\n".join(identifiability(coarse))
 
 
 @pytest.mark.slow
-def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
+def test_own_starts_and_derivatives(three_percent: outcome.Fit) -> None:
     """Random starts find the minimum near the true values; derivatives with a smaller step agree."""
     problem = three_percent.problem
     truth = np.array([fit_model.SCALES[name].to(TRUTH[name]) for name in problem.free])
@@ -177,12 +178,12 @@ def test_stiffness_and_cycles() -> None:
 # --- what cannot be known -----------------------------------------------------------------------------------
 
 
-def test_coupling_without_dilation(no_dilation: fitting.Fit, three_percent: fitting.Fit) -> None:
+def test_coupling_without_dilation(no_dilation: outcome.Fit, three_percent: outcome.Fit) -> None:
     """Without dilation mu and theta are not separated; the residual ratio is known, as reported."""
     free = no_dilation.problem.free
     i, j = free.index("mu"), free.index("theta")
-    assert no_dilation.correlation[i, j] < -fitting.COUPLED
-    assert abs(three_percent.correlation[i, j]) < fitting.COUPLED
+    assert no_dilation.correlation[i, j] < -outcome.COUPLED
+    assert abs(three_percent.correlation[i, j]) < outcome.COUPLED
     ratio = no_dilation.of(residual_ratio)
     assert ratio.low <= residual_ratio(TRUTH) <= ratio.high
     mu = no_dilation.estimates["mu"]
@@ -210,7 +211,7 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
     assert "Gc is not determined" in text and "poor" not in text, text
 
 
-def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
+def test_bond_that_is_told_apart(three_percent: outcome.Fit) -> None:
     """The reported widths are those of the intervals, for K = sigma0^2/(2 Gc (1 - eta)) from both."""
     [text] = [one for one in identifiability(three_percent) if one.startswith("sigma0, Gc and K")]
     told = re.fullmatch(r"sigma0, Gc and K are separated: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
@@ -225,7 +226,7 @@ def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
     assert [float(one) for one in told.groups()] == pytest.approx(widths.tolist(), abs=0.006)
 
 
-def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bounds_and_ends_are_told(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     """A parameter at its bound and a fit that did not converge are reported."""
     tests = three_percent.problem.tests
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
@@ -544,7 +545,7 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """The command writes report, picture and a case that driver, card and select read."""
     monkeypatch.chdir(tmp_path)
-    assert study.main(["record.csv"]) == 0
+    assert study.write_record(Path("record.csv"), study.synthetic(study.DEFAULT_NOISE, 0)) == 0
     start = " ".join(f"{name}={value}" for name, value in AT_TRUTH.items())
     options = [
         "--set",
@@ -624,7 +625,7 @@ def test_units_of_the_results(
 ) -> None:
     """The results have the units of the option; --units of a header without units is an error."""
     monkeypatch.chdir(tmp_path)
-    study.main(["record.csv", "--noise", "0.01"])
+    study.write_record(Path("record.csv"), study.synthetic(0.01, 0))
     options = ["--set", "kc=20 eta=0.9 flat=0.3333", "--starts", "1", "--increments", "60"]
     found = {}
     for units, unit in (("mm,MPa", "MPa mm"), ("m,kPa", "kPa m"), ("in,psi", "psi in")):

@@ -16,9 +16,11 @@ import pytest
 from asperity import contract
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import synthetic as study
 from asperity.fit.fitting import fit
+from asperity.fit.outcome import Fit
 from asperity.fit.verdict import outliers, refusals
+
+from harness.studies import synthetic as study
 
 HELD_OUT = {"sigma0": 1.1, "Gc": 0.09, "eta": 0.85, "mu": 0.55, "theta": 18.0, "flat": 0.3, "kc": 30.0}
 SIGMA_N = (-0.5, -3.0)
@@ -167,6 +169,13 @@ def test_outliers() -> None:
         assert refusals(found) == ["outliers move the parameters (test 2: line 42)"]
 
 
+def having(found: Fit, model_error: float = 0.0, **properties: object) -> Fit:
+    """The fit with other values of properties that it computes."""
+    changed = study.replace(found, model_error=model_error)
+    vars(changed).update(properties)
+    return changed
+
+
 def test_starts_go_on() -> None:
     """More starts are tried until three agree; one that is alone at the end is a reason to refuse."""
     tests = study.synthetic(NOISE, SEED, HELD_OUT, SIGMA_N)
@@ -177,11 +186,11 @@ def test_starts_go_on() -> None:
     assert refusals(alone) == ["only one start reached the smallest sum of squares"]
     late = study.replace(found, converged=False, shift=1.0)
     assert refusals(late) == ["the least squares did not converge", "the increments are too long"]
-    correlated = study.replace(found, neighbours=0.5)
+    correlated = having(found, neighbours=0.5)
     assert refusals(correlated) == ["the residuals of neighbouring rows are correlated (0.50)"]
-    assert refusals(study.replace(correlated, model_error=0.05)) == []
+    assert refusals(having(found, 0.05, neighbours=0.5)) == []
     # a scatter of less than a thousandth is no reason
-    exact = study.replace(correlated, scatter=(1e-4, 1e-4))
+    exact = having(found, neighbours=0.5, scatter=(1e-4, 1e-4))
     assert refusals(exact) == []
-    few = study.replace(correlated, residuals=np.zeros(16))
+    few = having(study.replace(found, residuals=np.zeros(16)), neighbours=0.5)
     assert not few.dependent

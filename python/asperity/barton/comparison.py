@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..contract import Floats
-from ..fit.fitting import Fit
+from ..fit.outcome import Fit
 from ..fit.report import WIDTH
 from ..fit.shear_test import ShearTest
 from .joint import MOBILISED, Joint

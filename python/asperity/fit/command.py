@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..options import add_options
 from ..remarks import doubts, shown_warnings
-from .fitting import Fit
+from .outcome import Fit
 from .records import read_records
 from .search import CONFIDENCE, Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..contract import Floats
-from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
-from .model import FINER, KS, MATERIAL, STEP, TIMELESS, transformed
+from .model import FINER, KS, MATERIAL, STEP, TIMELESS, material_of, transformed
+from .outcome import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, residual_ratio
 from .shear_test import ShearTest
 from .units import NONE
 
@@ -66,8 +66,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         + "".join(f", {name} = {value:g}" for name, value in given.items()),
         f"scatter     of the residuals, relative to the range of each test: tau {found.scatter[0]:.2%}"
         + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
-        f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}; "
-        f"{found.evaluations} evaluations",
+        f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
         f"derivatives central differences, step {STEP:g}; with {FINER * STEP:g} a column changes by at most "
         f"{found.derivative_error:.1e}",
         f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
@@ -101,10 +100,9 @@ def _derived(found: Fit) -> dict[str, Estimate]:
     """Intervals of s_f, s0, K and of the residual ratio, where they depend on free parameters."""
     free = set(found.problem.free)
     numbers = {}
-    for name in ("s_f", "s0", "K"):
-        needs = {"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())
-        if needs & free:
-            numbers[name] = found.of(lambda values, name=name: derived(values)[name])  # type: ignore[misc]
+    for name, entry in (("s_f", "s_f"), ("s0", "s_0"), ("K", "K")):
+        if ({"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())) & free:
+            numbers[name] = found.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
     if {"mu", "theta"} & free and np.isfinite(residual_ratio(found.values)):
         numbers["ratio"] = found.of(residual_ratio)
     return numbers
@@ -207,7 +205,7 @@ def _bond(found: Fit) -> str:
     free = found.problem.free
     names = [name for name in ("sigma0", "Gc", "eta") if name in free]
     numbers = {name: found.estimates[name] for name in names} | {
-        "K": found.of(lambda values: derived(values)["K"])
+        "K": found.of(lambda values: material_of(values).K)
     }
     widths = {name: _width(one) for name, one in numbers.items()}
     known = ", ".join(f"{name} {text}" for name, text in widths.items())

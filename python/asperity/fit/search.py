@@ -12,8 +12,10 @@ from pathlib import Path
 from ..cards.blocks import HOSTS
 from ..options import add_options, add_workers, progress_bar, workers
 from .covariance import covariance_text, file_of
-from .fitting import DEFAULT_FREE, STARTS_TRIED, Fit, fit, needed
+from .fitting import STARTS_TRIED, fit
 from .model import INCREMENTS, SCALES, SIDES
+from .outcome import Fit
+from .ranges import DEFAULT_FREE, needed
 from .shear_test import ShearTest
 from .verdict import Change
 

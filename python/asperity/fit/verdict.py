@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .fitting import ENOUGH, LEAST_ERROR, Fit
 from .model import SIDES
+from .outcome import ENOUGH, LEAST_ERROR, Fit
 
 OUTLYING = 6.0
 """Residual, in robust standard deviations, above which a row that stands alone is an outlier."""
@@ -103,7 +103,7 @@ def outliers(found: Fit) -> list[Outlier]:
             rows.append((place.start + int(i), test, name, int(i), size))
     if not rows:
         return []
-    inverse = np.linalg.pinv(found.problem.jacobian(found.x))
+    inverse = found.inverse
     good = np.setdiff1d(np.arange(found.residuals.size), [row[0] for row in rows])
     noise = ROBUST * float(np.median(np.abs(found.residuals[good])))
     errors = np.maximum(noise * np.linalg.norm(inverse, axis=1), np.finfo(float).tiny)
