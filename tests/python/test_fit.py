@@ -265,18 +265,20 @@ def test_model_that_does_not_fit_is_reported() -> None:
         (HEADER + ROWS + "0.9,nan,0.1,-1\n", "line 9, column tau: nan: expected a finite number"),
         (HEADER + ROWS + "0.9,1,0.1,inf\n", "line 9, column sigma_N: inf: expected a finite number"),
         (HEADER + ROWS + "0.9,high,0.1,-1\n", "line 9, column tau: high: expected a finite number"),
-        (HEADER + ROWS + "0.9,,0.1,-1\n", "line 9, column tau: empty: expected a finite number"),
-        (HEADER + ROWS + "0.9,1,,-1\n", "line 9, column dilation: empty: expected a number, or none in the"),
+        (
+            HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n",
+            "line 10, column dilation: low: expected a finite number",
+        ),
         (HEADER + ROWS + "0.9,1,0.1\n", "line 9: 3 values: expected 4"),
         (HEADER + ROWS.replace(",-1", ",1"), "line 2, column sigma_N: 1 is tension: expected compression"),
-        (HEADER.replace(",", ";") + "1;2;3;-1\n", "'slip;tau;dilation;sigma_N': expected commas between the"),
+        (HEADER + ROWS + '"0,9",1,0.1,-1\n', "line 9: 0,9 beside 0."),
         (
             "slip [mm],tau [kPa],sigma_N\n",
             "line 1: column sigma_N has no unit: expected one for every column, as slip [mm] has, or none",
         ),
         (
             "slip [furlong],tau [MPa],sigma_N [MPa]\n",
-            "line 1: slip [furlong]: expected m, cm, mm, um, in, ft",
+            "line 1: slip [furlong]: expected m, cm, mm, um, nm, in, ft",
         ),
         ("slip [mm],tau [mm],sigma_N [MPa]\n", "line 1: tau [mm]: expected Pa, kPa, MPa, GPa, bar, psi, ksi"),
         (
@@ -339,6 +341,42 @@ def test_bad_records(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=re.escape(message)) as caught:
         read_records([path])
     assert "record.csv" in str(caught.value)
+
+
+def test_files_of_instruments(tmp_path: Path) -> None:
+    """Semicolons, decimal commas, other names of columns and gaps give the same test, without the gaps."""
+    [plain] = read_records([write(tmp_path, HEADER + ROWS)])
+    text = (HEADER + ROWS).replace(",", ";").replace(".", ",")
+    [test] = read_records([write(tmp_path, text)])
+    for name in ("slip", "tau", "s_N", "sigma_N"):
+        assert np.array_equal(getattr(test, name), getattr(plain, name)), name
+    other = text.replace("slip", "Shear displacement (mm)").replace("tau", "Shear stress (MPa)")
+    other = other.replace("dilation", "dilation (mm)").replace("sigma_N", "sigma_N (MPa)")
+    path = write(tmp_path, other)
+    with pytest.raises(ValueError, match="expected slip, tau, too .*--columns slip=HEADER for a column"):
+        read_records([path])
+    names = {"slip": "shear displacement", "tau": "Shear stress"}
+    [test] = read_records([path], columns=names)
+    assert np.array_equal(test.tau, plain.tau) and test.units == {"length": "mm", "stress": "MPa"}
+    with pytest.raises(ValueError, match="line 1: columns Shear.*: expected Weg, too"):
+        read_records([path], columns={"slip": "Weg"})
+    lines = text.splitlines()
+    lines[2:2] = ["0,15;;0,01;-1", "0,16;1;;-1"]
+    with pytest.warns(asperity.ModelWarning, match=r"a cell is empty: 2 \(line 3, 4\)"):
+        [test] = read_records([write(tmp_path, "\n".join(lines))])
+    assert np.array_equal(test.slip, plain.slip) and 3 not in test.lines and 4 not in test.lines
+
+
+def test_all_errors_at_once(tmp_path: Path) -> None:
+    """The errors of all rows and files are listed together."""
+    first = write(tmp_path, HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n")
+    second = write(tmp_path, HEADER + "0.9,1,0.1\n", "second.csv")
+    with pytest.raises(ValueError, match="line 9") as caught:
+        read_records([first, second])
+    told = str(caught.value).splitlines()
+    assert (
+        len(told) == 3 and "line 10, column dilation: low" in told[1] and "second.csv: line 2: 3" in told[2]
+    )
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
@@ -545,7 +583,7 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """The command writes report, picture and a case that driver, card and select read."""
     monkeypatch.chdir(tmp_path)
-    assert study.write_record(Path("record.csv"), study.synthetic(study.DEFAULT_NOISE, 0)) == 0
+    study.write_record(Path("record.csv"), study.synthetic(study.DEFAULT_NOISE, 0))
     start = " ".join(f"{name}={value}" for name, value in AT_TRUTH.items())
     options = [
         "--set",
@@ -594,7 +632,7 @@ def test_case_without_a_sweep() -> None:
         (["--bounds", "mu=0.1"], "--bounds mu=0.1: expected NAME=LOW,HIGH"),
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
-        (["--units", "mm,mm"], "--units mm,mm: expected LENGTH,STRESS, of m, cm, mm, um, in, ft and Pa"),
+        (["--units", "mm,mm"], "--units mm,mm: expected LENGTH,STRESS, of m, cm, mm, um, nm, in, ft and Pa"),
         (
             ["--free", "sigma0,mu"],
             "--free sigma0,mu: Gc, eta, theta, flat, kc: expected each parameter free or",

@@ -174,8 +174,6 @@ def _figure(joint: Joint, found: Fit) -> Figure:
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)
     handles, texts = axes[0].get_legend_handles_labels()
-    title = (
-        f"normal stress; dashed: Barton, JRC {joint.jrc:g}; solid: the law; dotted: slip at the peak"
-    )
+    title = f"normal stress; dashed: Barton, JRC {joint.jrc:g}; solid: the law; dotted: slip at the peak"
     figure.legend(handles, texts, loc="outside upper center", ncols=min(6, len(texts)), title=title)
     return figure

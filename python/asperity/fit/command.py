@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..options import add_options
@@ -29,8 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(
         parser,
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
-        ("--k-T STIFFNESS", "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip", float),
+        (
+            "--k-T STIFFNESS",
+            "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip",
+            float,
+        ),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
+        (
+            "--columns NAME=HEADER",
+            "column of the files with another name, as slip='Shear displacement'",
+            list,
+        ),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
         ("--confidence CONFIDENCE", "confidence of the intervals", CONFIDENCE),
         (
@@ -66,6 +76,7 @@ def _run(options: argparse.Namespace) -> int:
             target,
             options.k_T,
             options.sigma_N_path,
+            headers(options.columns),
         )
     if options.units is not None and not tests[0].units:
         raise ValueError(
@@ -94,6 +105,17 @@ def _run(options: argparse.Namespace) -> int:
         print(f"\n{props_line(found)}")
     write(options, found, lambda path: draw(found, path, units), drawing_only=bool(reasons))
     return NO_RESULT if reasons else 0
+
+
+def headers(texts: Sequence[str]) -> dict[str, str]:
+    """Headers by the names of the columns."""
+    found = {}
+    for text in texts:
+        name, equals, header = text.partition("=")
+        if not (name and equals and header.strip()):
+            raise ValueError(f"--columns {text}: expected NAME=HEADER")
+        found[name.strip()] = header.strip()
+    return found
 
 
 def _next(options: argparse.Namespace, found: Fit, proposal: tuple[Change, Fit] | None) -> str:

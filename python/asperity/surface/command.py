@@ -13,13 +13,14 @@ import numpy as np
 from .. import contract
 from ..case_files import read_case
 from ..contract import Floats
+from ..fit.units import LENGTHS
 from ..interface import Interface
 from ..options import add_options, progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
 from .scan import Scan, lengths_of
-from .scan_files import UNITS, read_scan
+from .scan_files import read_scan
 from .slopes import Facets, Planes, Slips
 
 MU = 0.5
@@ -175,8 +176,8 @@ def _check(options: argparse.Namespace) -> None:
         raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
     if not np.isfinite(options.direction):
         raise ValueError(f"--direction {options.direction}: expected a finite angle")
-    if options.unit not in UNITS:
-        raise ValueError(f"--unit {options.unit}: expected one of {', '.join(UNITS)}")
+    if options.unit not in LENGTHS:
+        raise ValueError(f"--unit {options.unit}: expected one of {', '.join(LENGTHS)}")
     if options.case is not None and options.material is not None:
         raise ValueError("--case, --material: expected one of them, a case has its material")
 
