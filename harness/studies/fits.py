@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 from asperity.fit.fitting import STARTS_TRIED, fit
 from asperity.fit.outcome import SAME, Fit, residual_ratio
+from asperity.fit.picture import draw
 from asperity.fit.records import read_records
-from asperity.fit.report import draw, props_line, report
+from asperity.fit.report import props_line, report
 from asperity.fit.shear_test import ShearTest
 from asperity.fit.units import DEFAULT
 from asperity.options import add_workers, progress_bar, workers

@@ -353,12 +353,12 @@ def test_files_of_instruments(tmp_path: Path) -> None:
     other = text.replace("slip", "Shear displacement (mm)").replace("tau", "Shear stress (MPa)")
     other = other.replace("dilation", "dilation (mm)").replace("sigma_N", "sigma_N (MPa)")
     path = write(tmp_path, other)
-    with pytest.raises(ValueError, match="expected slip, tau, too .*--columns slip=HEADER for a column"):
+    with pytest.raises(ValueError, match=r"expected slip, tau, too .*--columns slip=HEADER for a column"):
         read_records([path])
     names = {"slip": "shear displacement", "tau": "Shear stress"}
     [test] = read_records([path], columns=names)
     assert np.array_equal(test.tau, plain.tau) and test.units == {"length": "mm", "stress": "MPa"}
-    with pytest.raises(ValueError, match="line 1: columns Shear.*: expected Weg, too"):
+    with pytest.raises(ValueError, match=r"line 1: columns Shear.*: expected Weg, too"):
         read_records([path], columns={"slip": "Weg"})
     lines = text.splitlines()
     lines[2:2] = ["0,15;;0,01;-1", "0,16;1;;-1"]

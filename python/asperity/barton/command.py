@@ -10,7 +10,7 @@ from ..fit.search import Search, add_search, check_search, numbers, write
 from ..fit.units import DEFAULT
 from ..options import add_options
 from ..remarks import doubts
-from .comparison import REACH, compare, curves, draw, heading, nature, table
+from .comparison import BY_NATURE, REACH, compare, curves, heading, table
 from .joint import SAMPLE, Joint
 
 FREE = ("ks", "mu", "theta", "height")
@@ -55,14 +55,14 @@ def _run(options: argparse.Namespace) -> int:
     searching = Search(options, FIXED)
     with searching.shown() as fitted:
         found = fitted(tests, searching.given)
-    from ..fit.report import props_line, report
+    from ..fit.report import lines_of, props_line, report
 
     print(heading(joint, options.reach))
-    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, DEFAULT)}")
+    print(f"\n{table(compare(joint, found))}\n\n{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}")
     slip = max(test.slip.max() for test in tests)
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")
     print(f"\n{props_line(found)}")
     # without scatter there is no covariance
-    write(options, found, lambda path: draw(joint, found, path), scatter=False)
+    write(options, found, DEFAULT, f"Barton, JRC {joint.jrc:g}")
     return 0

@@ -1,23 +1,16 @@
-"""Closest RIE of a joint of Barton: curves to fit, differences for each normal stress, picture."""
+"""Closest RIE of a joint of Barton: curves to fit, differences for each normal stress."""
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..contract import Floats
 from ..fit.outcome import Fit
-from ..fit.report import WIDTH
 from ..fit.shear_test import ShearTest
 from .joint import MOBILISED, Joint
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROWS = 100
 """Rows of a curve, equally spaced in the slip."""
@@ -134,46 +127,3 @@ def table(rows: Sequence[Row]) -> str:
         cells += [f"{row.misfit[0]:>12.1%}{row.misfit[1]:>8.1%}"]
         lines.append("".join(cells))
     return "\n".join(lines)
-
-
-def nature() -> str:
-    """Sentences of BY_NATURE, in lines."""
-    return "\n".join(
-        line for text in BY_NATURE for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ")
-    )
-
-
-def draw(joint: Joint, found: Fit, path: Path) -> None:
-    """Draw shear traction and dilation of both laws over the slip."""
-    from ..style import printed, save
-
-    with printed():
-        save(_figure(joint, found), path)
-
-
-def _figure(joint: Joint, found: Fit) -> Figure:
-    """Figure of `draw`."""
-    from ..style import COLOURS, TWO, new_figure
-
-    figure, axes = new_figure(TWO, 3.0, ncols=2)
-    problem = found.problem
-    models = problem.curves(found.values)
-    for i, (test, track, (tau, s_N, done)) in enumerate(
-        zip(problem.tests, problem.paths, models, strict=True)
-    ):
-        colour = COLOURS[i % len(COLOURS)]
-        sigma_n = -test.sigma_N
-        fine = np.linspace(0.0, float(test.slip[-1]), 2001)
-        wanted = joint.shear(fine, sigma_n), joint.dilation(fine, sigma_n)
-        for ax, barton, model in zip(axes, wanted, (tau, s_N), strict=True):
-            ax.plot(fine, barton, "--", color=colour)
-            ax.plot(track.slips[:done], model[:done], "-", color=colour, label=f"{sigma_n:g} MPa")
-    for ax, name in zip(axes, (r"shear traction $\tau$ [MPa]", "dilation $s_N$ [mm]"), strict=True):
-        ax.axvline(joint.peak_slip, color="black", linewidth=0.6, linestyle=":")
-        ax.set_xlabel("slip [mm]")
-        ax.set_ylabel(name)
-        ax.grid(alpha=0.3)
-    handles, texts = axes[0].get_legend_handles_labels()
-    title = f"normal stress; dashed: Barton, JRC {joint.jrc:g}; solid: the law; dotted: slip at the peak"
-    figure.legend(handles, texts, loc="outside upper center", ncols=min(6, len(texts)), title=title)
-    return figure

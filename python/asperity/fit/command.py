@@ -89,7 +89,7 @@ def _run(options: argparse.Namespace) -> int:
         reasons = refusals(found)
         given = options.sides is not None, bool(searching.fixed)
         proposal = propose(found, lambda change: fitted(tests, change), *given) if reasons else None
-    from .report import draw, props_line, report
+    from .report import props_line, report
 
     print(report(found, units))
     for one in outliers(found):
@@ -103,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
         print(_next(options, found, proposal))
     else:
         print(f"\n{props_line(found)}")
-    write(options, found, lambda path: draw(found, path, units), drawing_only=bool(reasons))
+    write(options, found, units, drawing_only=bool(reasons))
     return NO_RESULT if reasons else 0
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import contract
 from ..contract import Floats
@@ -76,10 +77,11 @@ class Scale:
         """Transformed value."""
         return float(np.log(value) if self.top == np.inf else np.log(value / (self.top - value)))
 
-    def back(self, x: float) -> float:
-        """Parameter from its transformed value, which is cut to the range of doubles."""
-        x = float(np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT))
-        return float(np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x)))
+    def back(self, x: ArrayLike) -> Floats:
+        """Parameters from their transformed values, which are cut to the range of doubles."""
+        x = np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT)
+        found: Floats = np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x))
+        return found
 
 
 LARGEST_TOP = 90.0
@@ -159,7 +161,7 @@ class Problem:
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all parameters by name, from the transformed free ones."""
         return dict(self.fixed) | {
-            name: SCALES[name].back(value) for name, value in zip(self.free, x, strict=True)
+            name: float(SCALES[name].back(value)) for name, value in zip(self.free, x, strict=True)
         }
 
     def interface(self, values: Mapping[str, float]) -> Interface:

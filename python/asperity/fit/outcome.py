@@ -161,7 +161,7 @@ class Fit:
         """Free parameters with their intervals, which are symmetric in the transformed parameters."""
         half = self.quantile * np.sqrt(np.diag(self.covariance))
         return {
-            name: Estimate(self.values[name], *(SCALES[name].back(x + sign * h) for sign in (-1.0, 1.0)))
+            name: Estimate(self.values[name], *SCALES[name].back([x - h, x + h]).tolist())
             for name, x, h in zip(self.problem.free, self.x, half, strict=True)
         }
 
@@ -180,7 +180,7 @@ class Fit:
         gradient = np.array([(log(self.x + d) - log(self.x - d)) / (2.0 * STEP) for d in shifts])
         half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
         value = log(self.x)
-        return Estimate(*(Scale().back(v) for v in (value, value - half, value + half)))
+        return Estimate(*Scale().back([value, value - half, value + half]).tolist())
 
     def shift_by(self, change: Floats) -> float:
         """Largest change of a parameter, in standard errors, due to a change of the residuals (n,)."""

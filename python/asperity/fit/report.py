@@ -1,11 +1,9 @@
-"""Results of a fit as text, picture and case file."""
+"""Results of a fit as text and case file."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -14,9 +12,6 @@ from .model import FINER, KS, MATERIAL, STEP, TIMELESS, material_of, transformed
 from .outcome import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, residual_ratio
 from .shear_test import ShearTest
 from .units import NONE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
@@ -79,10 +74,12 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
     for name, row in zip(problem.free, found.correlation, strict=True):
         lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
-    lines.append("")
-    for text in identifiability(found):
-        lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
-    return "\n".join(lines)
+    return "\n".join([*lines, "", lines_of(identifiability(found))])
+
+
+def lines_of(texts: Iterable[str]) -> str:
+    """Sentences in lines."""
+    return "\n".join(line for text in texts for line in textwrap.wrap(text, WIDTH, subsequent_indent="  "))
 
 
 def props_line(found: Fit) -> str:
@@ -261,53 +258,6 @@ def _combination(names: Sequence[str], weights: Floats) -> str:
         if abs(weight) > least
     ]
     return " ".join(terms).removeprefix("+ ")
-
-
-def draw(found: Fit, path: Path, units: tuple[str, str] = NONE) -> None:
-    """Draw tests (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
-    from ..style import printed, save
-
-    with printed():
-        save(_figure(found, units), path)
-
-
-def _figure(found: Fit, units: tuple[str, str]) -> Figure:
-    """Figure of `draw`."""
-    from ..style import COLOURS, LINES, ONE, TWO, new_figure
-
-    problem = found.problem
-    has_dilation = any(test.s_N is not None for test in problem.tests)
-    figure, axes = new_figure(TWO if has_dilation else ONE, 3.0, ncols=1 + has_dilation)
-    length, stress = units
-    for i, (test, track, (tau, s_N, done)) in enumerate(
-        zip(problem.tests, problem.paths, found.problem.curves(found.values), strict=True)
-    ):
-        colour, line = COLOURS[i % len(COLOURS)], LINES[i % len(LINES)]
-        label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−") + (
-            f", $k_N$ = {test.k_N:g}" if test.k_N else ""
-        )
-        for ax, measured, model in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
-            if measured is not None and test.envelope:
-                ax.axhline(measured[0], color=colour, linewidth=0.6)
-                ax.plot(test.slip[1:], measured[1:], "osD^v"[i % 5], color=colour, markersize=4.0)
-            elif measured is not None:
-                ax.plot(test.slip, measured, "osD^v"[i % 5], color=colour, markersize=2.0, alpha=0.5)
-            ax.plot(track.slips[:done], model[:done], line, color=colour, label=label)
-    labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
-    for ax, name in zip(axes, labels, strict=False):
-        ax.set_xlabel(f"slip [{length}]")
-        ax.set_ylabel(name)
-        ax.grid(alpha=0.3)
-    handles, texts = axes[0].get_legend_handles_labels()
-    title = f"points: test data, lines: fit; stresses in {stress}"
-    figure.legend(
-        handles,
-        texts,
-        loc="outside upper center",
-        ncols=min(4, len(texts)),
-        title=title,
-    )
-    return figure
 
 
 def case_text(found: Fit) -> str:

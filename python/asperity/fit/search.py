@@ -84,24 +84,26 @@ def check_search(options: argparse.Namespace) -> None:
 def write(
     options: argparse.Namespace,
     found: Fit,
-    draw: Callable[[Path], None],
+    units: tuple[str, str],
+    of_tests: str = "",
     drawing_only: bool = False,
-    scatter: bool = True,
 ) -> None:
     """Print the card and write picture, case file and covariance, as far as the options ask for them.
 
-    scatter: whether the tests have one; without it there is no covariance.
+    of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.
     """
     from .report import case_text
 
     if options.card is not None and not drawing_only:
         print("\n" + found.interface.card(options.card), end="")
     if options.plot is not None:
-        draw(options.plot)
+        from .picture import draw
+
+        draw(found, options.plot, units, of_tests)
         print(options.plot)
     if options.case is not None and not drawing_only:
         files = {options.case: case_text(found)}
-        if scatter:
+        if not of_tests:
             files[file_of(options.case)] = covariance_text(found)
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")

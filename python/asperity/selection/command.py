@@ -147,7 +147,7 @@ def report(answer: Selection) -> str:
         f"cost       {ratio:.1f} times fewer planes than RP-{REFERENCE_SIDES}; "
         "the time of an update is nearly proportional to them"
     )
-    props = answer.props()
+    props = answer.interface.props()
     return "\n".join(
         [*lines, f"PROPS({len(props)})   " + ", ".join(f"{value!r}" for value in props.tolist())]
     )
