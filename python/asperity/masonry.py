@@ -13,9 +13,8 @@ import numpy as np
 from . import contract
 from .interface import Interface
 from .material import Material, ModelWarning
-from .options import add_options
+from .options import add_options, assigned
 from .pattern import Pattern
-from .starters import assigned
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
 OPTIONAL = ("tan_psi", "delta")

@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 import re
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 from .installed import all_cases, driver, named_case
-from .options import add_options
+from .options import add_options, assigned
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
 """Entries of the load path, and their values in a new case."""
@@ -98,19 +97,6 @@ def _cases(options: argparse.Namespace) -> int:
     _write(output, path.read_bytes())
     print(output)
     return 0
-
-
-def assigned(texts: Sequence[str]) -> dict[str, str]:
-    """Values by name of NAME=VALUE entries."""
-    found: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not (re.fullmatch(r"\w+", name) and equals and re.fullmatch(r"[-+.\w]+", value)):
-            raise ValueError(f"{text}: expected NAME=VALUE, as sigma0=3.0")
-        if name in found:
-            raise ValueError(f"{text}: {name} is given twice: expected one value")
-        found[name] = value
-    return found
 
 
 def _entries(values: dict[str, str]) -> str:

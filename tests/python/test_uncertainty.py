@@ -324,7 +324,7 @@ def test_page(tmp_path: Path) -> None:
             capture_output=True,
             text=True,
             cwd=tmp_path,
-            env=os.environ | {"PATH": path},
+            env=os.environ | {"PATH": path, "PYTHONPATH": str(PAGE.parents[2])},
             check=True,
         )
         rows = [

@@ -6,9 +6,9 @@ import argparse
 
 from .. import contract
 from ..fit.model import BOND, KS
-from ..fit.search import Search, add_search, check_search, numbers, write
+from ..fit.search import Search, add_search, check_search, write
 from ..fit.units import DEFAULT
-from ..options import add_options
+from ..options import add_options, numbers
 from ..remarks import doubts
 from .comparison import BY_NATURE, REACH, compare, curves, heading, table
 from .joint import SAMPLE, Joint

@@ -93,6 +93,10 @@ def of_all(tests: Sequence[ShearTest]) -> None:
         _sizes(tests)
 
 
+def _warn(text: str) -> None:
+    warnings.warn(text, ModelWarning, stacklevel=5)
+
+
 def _place(test: ShearTest, row: int) -> str:
     """Name of the test, and line of the file where there is one."""
     return f"{test.name}: line {test.lines[row]}" if test.lines else test.name
@@ -110,12 +114,10 @@ def _dilation(test: ShearTest) -> None:
             f"{np.abs(test.slip).max():g}: expected the unit of slip (at most {STEEPEST:g} times it)"
         )
     if 0.0 < np.ptp(s_N) < SHALLOWEST * np.ptp(test.slip):
-        warnings.warn(
+        _warn(
             f"{test.name}: column dilation changes by {np.ptp(s_N):.3g} over slips of "
             f"{np.ptp(test.slip):.3g}: expected the unit of slip, or no such column for a joint that "
-            "does not dilate",
-            ModelWarning,
-            stacklevel=5,
+            "does not dilate"
         )
     first, reached = float(s_N[0]), STEEPEST * abs(float(test.slip[0]))
     if abs(first) > reached + OFFSET * float(np.ptp(s_N)):
@@ -124,11 +126,9 @@ def _dilation(test: ShearTest) -> None:
             "change since the start of the slip"
         )
     if -float(s_N.min()) > CLOSES * max(float(s_N.max()), 0.0) and -float(s_N[-1]) > OFFSET * np.ptp(s_N):
-        warnings.warn(
+        _warn(
             f"{test.name}: column dilation: {s_N[-1]:g} at the end, the joint closes as it slips: expected "
-            "dilation > 0 where the joint opens",
-            ModelWarning,
-            stacklevel=5,
+            "dilation > 0 where the joint opens"
         )
 
 
@@ -151,11 +151,10 @@ def _order(test: ShearTest) -> None:
     way = float(np.abs(np.diff([0.0, *test.slip])).sum() / np.ptp([0.0, *test.slip]))
     turns = len(test.turns) - 1
     if way > LONGEST_PATH and turns > MOST_TURNS * test.slip.size:
-        text = (
+        _warn(
             f"{test.name}: the slip reverses at {turns} of {test.slip.size} rows and covers {way:.0f} "
             "times its range: expected the rows in the order of the test"
         )
-        warnings.warn(text, ModelWarning, stacklevel=5)
 
 
 def _work(test: ShearTest) -> None:
@@ -191,9 +190,7 @@ def _sizes(tests: Sequence[ShearTest]) -> None:
         unit = tests[0].units[kind]
         low, high = USUAL[kind]
         if not low <= size * units.size(kind, unit) <= high:
-            warnings.warn(
+            _warn(
                 f"the largest {what} is {size:.3g} {unit}, which is unusual for a shear box: check the units "
-                "of the header",
-                ModelWarning,
-                stacklevel=4,
+                "of the header"
             )

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 
-from ..options import add_options
+from ..options import add_options, assigned
 from ..remarks import doubts, shown_warnings
 from .outcome import Fit
 from .records import read_records
-from .search import CONFIDENCE, Search, add_search, check_search, write
+from .search import Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
 
@@ -42,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             list,
         ),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
-        ("--confidence CONFIDENCE", "confidence of the intervals", CONFIDENCE),
+        ("--confidence CONFIDENCE", "confidence of the intervals", 0.95),
         (
             "--model-error FRACTION",
             "accept a model that differs from the tests by more than noise, with a scatter of up to this "
@@ -76,7 +75,7 @@ def _run(options: argparse.Namespace) -> int:
             target,
             options.k_T,
             options.sigma_N_path,
-            headers(options.columns),
+            assigned(options.columns, "--columns", "NAME=HEADER", ".+"),
         )
     if options.units is not None and not tests[0].units:
         raise ValueError(
@@ -105,17 +104,6 @@ def _run(options: argparse.Namespace) -> int:
         print(f"\n{props_line(found)}")
     write(options, found, units, drawing_only=bool(reasons))
     return NO_RESULT if reasons else 0
-
-
-def headers(texts: Sequence[str]) -> dict[str, str]:
-    """Headers by the names of the columns."""
-    found = {}
-    for text in texts:
-        name, equals, header = text.partition("=")
-        if not (name and equals and header.strip()):
-            raise ValueError(f"--columns {text}: expected NAME=HEADER")
-        found[name.strip()] = header.strip()
-    return found
 
 
 def _next(options: argparse.Namespace, found: Fit, proposal: tuple[Change, Fit] | None) -> str:

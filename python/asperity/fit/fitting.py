@@ -12,7 +12,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..parallel import map_in_order
-from .model import FINER, INCREMENTS, SCALES, SIDES, STEP, Problem
+from .model import INCREMENTS, SCALES, SIDES, Problem
 from .outcome import ENOUGH, REFINE, SAME, Fit
 from .ranges import SAMPLES, checked_problem, hypercube, needed
 from .shear_test import ShearTest
@@ -116,11 +116,7 @@ def fit(
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
             break
         best = solve(problem, best.x, executor)
-    difference = jacobian - found.problem.jacobian(best.x, FINER * STEP, executor)
-    tick("intervals")
-    columns = np.maximum(np.linalg.norm(jacobian, axis=0), np.finfo(float).tiny)
-    error = float(np.max(np.linalg.norm(difference, axis=0) / columns))
-    return replace(found, shift=shift, derivative_error=error)
+    return replace(found, shift=shift)
 
 
 def _solve(

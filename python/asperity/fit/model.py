@@ -51,9 +51,6 @@ Their error is STEP**2 times the third derivative, 1e-6 where the law is smooth;
 difference is a mean of the two slopes.
 """
 
-FINER = 0.1
-"""Factor on STEP of the second differences that check the derivatives."""
-
 PENALTY = 3.0
 """Residual, in multiples of the range, added to a row that the model does not reach (lost equilibrium)."""
 
@@ -189,12 +186,12 @@ class Problem:
                 parts.append((s_N[rows] - test.s_N) / spread[1] + lost)
         return np.concatenate(parts)
 
-    def jacobian(self, x: Floats, step: float = STEP, executor: Executor | None = None) -> Floats:
+    def jacobian(self, x: Floats, executor: Executor | None = None) -> Floats:
         """Central differences of the residuals, whose evaluations the executor distributes."""
-        shifts = step * np.eye(x.size)
+        shifts = STEP * np.eye(x.size)
         points = [x + sign * shift for shift in shifts for sign in (1.0, -1.0)]
         found = map_in_order(self.residuals, points, executor)
-        return np.column_stack([(a - b) / (2.0 * step) for a, b in zip(found[::2], found[1::2], strict=True)])
+        return np.column_stack([(a - b) / (2.0 * STEP) for a, b in zip(found[::2], found[1::2], strict=True)])
 
 
 def material_of(values: Mapping[str, float]) -> Material:

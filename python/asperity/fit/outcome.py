@@ -63,7 +63,6 @@ class Fit:
     intervals.  model_error: accepted scatter, as a fraction of the range.  converged: whether the least
     squares converged.  costs: sums of squares from the starts with the requested increments, the best first.
     shift: largest change of a parameter, in standard errors, if each increment is divided into REFINE.
-    derivative_error: largest relative difference of a column of the Jacobian from one with a smaller step.
     """
 
     problem: Problem
@@ -75,7 +74,6 @@ class Fit:
     converged: bool
     costs: tuple[float, ...]
     shift: float = np.inf
-    derivative_error: float = np.inf
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..contract import Floats
-from .model import FINER, KS, MATERIAL, STEP, TIMELESS, material_of, transformed
+from .model import KS, MATERIAL, TIMELESS, material_of, transformed
 from .outcome import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, residual_ratio
 from .shear_test import ShearTest
 from .units import NONE
@@ -62,8 +62,6 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         f"scatter     of the residuals, relative to the range of each test: tau {found.scatter[0]:.2%}"
         + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
-        f"derivatives central differences, step {STEP:g}; with {FINER * STEP:g} a column changes by at most "
-        f"{found.derivative_error:.1e}",
         f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
         f"they change a parameter by at most {found.shift:.1g} standard errors",
         "",

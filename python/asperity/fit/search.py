@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..cards.blocks import HOSTS
-from ..options import add_options, add_workers, progress_bar, workers
+from ..options import add_options, add_workers, check_outputs, numbers, progress_bar, workers
 from .covariance import covariance_text, file_of
 from .fitting import STARTS_TRIED, fit
 from .model import INCREMENTS, SCALES, SIDES
@@ -18,15 +17,6 @@ from .outcome import Fit
 from .ranges import DEFAULT_FREE, needed
 from .shear_test import ShearTest
 from .verdict import Change
-
-CONFIDENCE = 0.95
-"""Of the intervals."""
-
-PLOT = Path("fit.png")
-"""Name of the picture where none is given."""
-
-LABELS = ("starts", "increments", "intervals")
-"""Stages of a fit besides its starts."""
 
 
 def add_search(
@@ -59,24 +49,22 @@ def add_search(
         ("--seed SEED", "seed of the random starts", 0),
         (
             "--plot FILE",
-            f"plot of tests and fit, .png or .pdf (default: {PLOT})",
+            "plot of tests and fit, .png or .pdf (default: fit.png)",
             Path,
-            {"nargs": "?", "const": PLOT},
+            {"nargs": "?", "const": Path("fit.png")},
         ),
         ("-o --case CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json", Path),
         ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
     add_workers(parser, "threads, one for each processor")
-    parser.set_defaults(confidence=CONFIDENCE, model_error=0.0)
+    parser.set_defaults(confidence=0.95, model_error=0.0)
 
 
 def check_search(options: argparse.Namespace) -> None:
     """Raise ValueError for options of the search that can be refused before the work starts."""
-    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
-        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
     beside = None if options.case is None else file_of(options.case)
-    for option, path in (("--plot", options.plot), ("--case", options.case), ("--case", beside)):
-        check_output(option, path)
+    read = getattr(options, "records", ())
+    check_outputs(read, ("--plot", options.plot), ("--case", options.case), ("--case", beside))
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
 
@@ -146,8 +134,8 @@ class Search:
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
         """Function that fits tests with changed arguments and shows its stages and the remaining time."""
-        stages = self.options.starts + len(LABELS)
-        with workers(self.options) as executor, progress_bar(stages, "stage") as bar:
+        # besides the starts of the search there are the choice of these and the refinement
+        with workers(self.options) as executor, progress_bar(self.options.starts + 2, "stage") as bar:
 
             def tick(label: str) -> None:
                 bar.set_description(label, refresh=False)
@@ -181,30 +169,3 @@ class Search:
             change.model_error,
             executor,
         )
-
-
-def check_output(option: str, path: Path | None) -> None:
-    """Raise ValueError for a file that cannot be written, before the work starts."""
-    if path is None:
-        return
-    if not path.parent.is_dir():
-        raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
-    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise ValueError(f"{option} {path}: expected a file that can be written")
-
-
-def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
-    """Parse the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
-    found = {}
-    for text in (one for several in texts for one in several.split()):
-        name, _, values = text.partition("=")
-        try:
-            numbers = [float(value) for value in values.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != count:
-            raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
-        if name.strip() in found:
-            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected one value")
-        found[name.strip()] = numbers
-    return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..material import ModelWarning
-from ..options import add_options, add_workers, progress_bar, workers
+from ..options import add_options, add_workers, check_outputs, progress_bar, workers
 from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
@@ -23,9 +23,6 @@ from .search import (
     Selection,
     select,
 )
-
-TOLERANCE = 0.01
-"""Largest error where none is given."""
 
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
@@ -40,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "case of the driver: t_N, then slip under it; a sweep gives the stress range",
             Path,
         ),
-        ("--tolerance ERROR", "largest error of traction, dilation and residual strength", TOLERANCE),
+        ("--tolerance ERROR", "largest error of traction, dilation and residual strength", 0.01),
         ("--planar", "the surface is a ridge and slips across it, along the direction of the case only"),
         ("-o --output CHOSEN.nml", "write the case with the selected pattern, for run and card", Path),
     )
@@ -90,8 +87,7 @@ def _turns(test: SlipTest) -> tuple[float, ...]:
 
 def _run(options: argparse.Namespace) -> int:
     """Select a pattern for a load case."""
-    if options.output is not None and options.output.resolve() == options.case.resolve():
-        raise ValueError(f"-o {options.output}: expected another name than that of the case that is read")
+    check_outputs([options.case], ("-o", options.output))
     with shown_warnings():
         case = read_load_case(options.case, options.planar)
     with warnings.catch_warnings():

@@ -23,9 +23,6 @@ MOST_CELLS = 600
 AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
 """Colours of slopes that rise towards Tx, Ty, -Tx, -Ty (Okabe and Ito), mixed for other directions."""
 
-GREY = 0.85
-"""Shade of a flat facet."""
-
 LONGEST = 12.0
 """Length of the drawn part of a profile over its height: the picture is to scale."""
 
@@ -73,7 +70,7 @@ def _colours(planes: Planes) -> Floats:
     at = planes.azimuth % (2.0 * np.pi) / (0.5 * np.pi)
     base = np.column_stack([np.interp(at, np.arange(5), channel) for channel in knots.T])
     share = (0.3 + 0.7 * depth)[:, None] * (depth > 0.0)[:, None]
-    colours: Floats = share * base + (1.0 - share) * GREY
+    colours: Floats = share * base + (1.0 - share) * 0.85  # grey where a facet is flat
     return colours
 
 

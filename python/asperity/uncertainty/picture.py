@@ -12,9 +12,6 @@ from ..steps import turns_of
 from ..style import COLOURS, new_figure, printed, save
 from .spread import Spread
 
-BAND = 0.25
-"""Opacity of a band between two quantiles."""
-
 
 @printed()
 def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tuple[str, str]) -> None:
@@ -35,7 +32,7 @@ def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tup
                 # pairs of levels, from the outside to the middle
                 for k in range(len(one.levels) // 2):
                     low, high = one.curves[k, branch, i], one.curves[-1 - k, branch, i]
-                    ax.fill_between(x[branch], low, high, color=colour, alpha=BAND, linewidth=0.0)
+                    ax.fill_between(x[branch], low, high, color=colour, alpha=0.25, linewidth=0.0)
             for median in np.flatnonzero(one.levels == 0.5):
                 ax.plot(x, one.curves[median, :, i], color=colour, linewidth=1.5)
             ax.plot(one.path.x, one.case[0][:, i], "--", color=colour, linewidth=0.9)
