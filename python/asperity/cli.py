@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 
@@ -21,7 +22,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if "_ARGCOMPLETE" in os.environ:
         _complete()
-    return execute(_parser(next((text for text in arguments if text in COMMANDS), "")), arguments)
+    parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
+    word = next((text for text in arguments if not text.startswith("-")), None)
+    if word is not None and word not in COMMANDS:
+        near = get_close_matches(word, COMMANDS, 1)
+        parser.error(
+            f"{word}: did you mean {near[0]}?" if near else f"{word}: expected one of {', '.join(COMMANDS)}"
+        )
+    return execute(parser, arguments)
 
 
 def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
@@ -57,8 +65,6 @@ def _complete() -> None:
 
 
 class _Version(argparse.Action):
-    """Print the version of the library and exit."""
-
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from . import __version__
 

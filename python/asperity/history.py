@@ -243,6 +243,5 @@ class History(_Named):
 
 
 def _freeze(*arrays: Floats) -> None:
-    """Make arrays of a result read-only."""
     for array in arrays:
         array.flags.writeable = False

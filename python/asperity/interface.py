@@ -371,7 +371,6 @@ class Interface:
         return history
 
     def _empty(self) -> History:
-        """History without rows."""
         return no_rows(self.nstatv, self.n_planes)
 
     def props(
@@ -388,7 +387,6 @@ class Interface:
         return self._pack(h=h, map=map, dalpha=dalpha, r=r)
 
     def _pack(self, **of_host: float) -> Floats:
-        """Vector PROPS, checked."""
         values = self.material.values() | self.pattern.values() | of_host
         props = contract.pack(values, self.pattern.constants())
         contract.check(props)

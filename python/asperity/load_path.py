@@ -64,13 +64,11 @@ def no_rows(nstatv: int, n_planes: int) -> History:
 
 
 def _lost(row: Floats, why: str) -> str:
-    """Text of a lost equilibrium."""
     s, t = (", ".join(f"{value:.6g}" for value in part) for part in (row[4:7], row[7:10]))
     return f"equilibrium lost beyond step {row[0]:g} increment {row[1]:g}, s = ({s}), t = ({t}): {why}"
 
 
 def _history(numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str) -> History:
-    """History of rows as the library gives them."""
     happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
     events = tuple((row, name) for row, name in happened if name)
     if lost:

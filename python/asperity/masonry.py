@@ -82,7 +82,6 @@ def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, want
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Print the constants, the differences and the peaks, and write the groups of a case."""
     values, stresses = _checked(options)
     material = Material.from_masonry(**values)
     tan_psi = values.get("tan_psi", 0.0)

@@ -6,7 +6,7 @@ import argparse
 import os
 import re
 import signal
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -35,6 +35,25 @@ def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> N
             settings |= {"type": type(kind), "default": kind}
             text += "" if "default" in text else " (default: %(default)s)"
         parser.add_argument(*names, help=text, **settings | (more[1] if len(more) > 1 else {}))
+
+
+def command_line(
+    parser: argparse.ArgumentParser, options: argparse.Namespace, changed: Mapping[str, Any]
+) -> list[str]:
+    """Words of a command with the parsed options, some of them changed, without those at their defaults."""
+    words = parser.prog.split()
+    for action in parser._actions:
+        value = changed.get(action.dest, getattr(options, action.dest, None))
+        if value is None or value == action.default or action.dest == "help":
+            continue
+        name = action.option_strings[-1:]
+        if action.nargs == 0:
+            words += name
+        elif isinstance(value, list) and name:
+            words += [word for one in value for word in (*name, str(one))]
+        else:
+            words += [*name, *map(str, value if isinstance(value, list) else [value])]
+    return words
 
 
 def add_workers(parser: argparse.ArgumentParser, default: str) -> None:

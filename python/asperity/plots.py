@@ -122,7 +122,6 @@ def figure_of(
 
 
 def _geometry(ax: Axes, joint: Interface) -> None:
-    """Draw the pattern of a joint, and name its constants."""
     pattern, material = joint.pattern, joint.material
     if pattern.m in (0, 2):
         section(ax, pattern)

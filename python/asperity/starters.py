@@ -65,7 +65,6 @@ def cases_arguments(cases: argparse.ArgumentParser) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    """Write a case, which the driver has checked."""
     values = assigned(options.values)
     taken = {name: values.pop(name, value) for name, value in LOAD.items()}
     pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
@@ -85,7 +84,6 @@ def _new(options: argparse.Namespace) -> int:
 
 
 def _cases(options: argparse.Namespace) -> int:
-    """List the cases of the package, or copy one."""
     if options.name is None:
         if options.output is not None:
             raise ValueError(f"-o {options.output}: expected the name of a case to copy")
@@ -104,7 +102,6 @@ def _entries(values: dict[str, str]) -> str:
 
 
 def _write(path: Path, text: bytes) -> None:
-    """Write a new file; raises ValueError where there is one already."""
     try:
         with path.open("xb") as file:
             file.write(text)

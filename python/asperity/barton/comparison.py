@@ -96,7 +96,6 @@ def compare(joint: Joint, found: Fit) -> list[Row]:
 
 
 def _misfit(model: Floats, wanted: Floats) -> float:
-    """Root mean square difference over the range of the curve that is wanted."""
     return float(np.sqrt(np.mean((model - wanted) ** 2)) / np.ptp(wanted))
 
 

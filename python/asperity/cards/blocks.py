@@ -268,12 +268,10 @@ def _remarks(block: Block, run: str) -> list[str]:
 
 
 def _text(*lines: str) -> str:
-    """Text of lines, each with its line end."""
     return "\n".join(lines) + "\n"
 
 
 def _constants(props: contract.Floats) -> list[str]:
-    """Text of constants with all digits, eight on a line."""
     texts = [repr(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
 

@@ -27,7 +27,6 @@ def add_arguments(explore: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Serve the page until the user ends it."""
     values = _values(options.values)
     if not 0 <= options.port <= 65535:
         raise ValueError(f"--port {options.port}: expected 0 to 65535")

@@ -98,7 +98,6 @@ def _warn(text: str) -> None:
 
 
 def _place(test: ShearTest, row: int) -> str:
-    """Name of the test, and line of the file where there is one."""
     return f"{test.name}: line {test.lines[row]}" if test.lines else test.name
 
 

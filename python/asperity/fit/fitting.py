@@ -12,6 +12,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..parallel import map_in_order
+from ..steps import thinned
 from .model import INCREMENTS, SCALES, SIDES, Problem
 from .outcome import ENOUGH, REFINE, SAME, Fit
 from .ranges import SAMPLES, checked_problem, hypercube, needed
@@ -25,6 +26,12 @@ STARTS_TRIED = 5
 
 AGREEING, MORE_STARTS = 3, 3
 """Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
+
+SEARCHED, MOST_SEARCHED = 1.0e-4, 250
+"""Relative change of the sum of squares at which a start ends, and most rows of a test that it uses."""
+
+MOST_STEPS = 4
+"""Largest number of Gauss-Newton steps of a finer model with the derivatives of the coarser one."""
 
 REFINEMENTS = 3
 """Largest number of refinements, which divide an increment by at most 64."""
@@ -93,36 +100,61 @@ def fit(
     low, high = (
         np.array([SCALES[name].to(problem.bounds[name][i]) for name in problem.free]) for i in (0, 1)
     )
-    points = _starts(problem, start or {}, low, high, starts, seed, executor)
+    few = replace(problem, tests=[_with_fewer_rows(test) for test in problem.tests])
+    points = _starts(few, start or {}, low, high, starts, seed, executor)
     tick("starts")
     solve = partial(_solve, low, high)
     solutions: list[OptimizeResult] = []
     costs: tuple[float, ...] = ()
-    for i, one in enumerate(_solutions(problem, solve, points, starts, executor)):
+    for i, one in enumerate(_solutions(few, solve, points, starts, executor)):
         if i >= starts and costs[min(AGREEING, starts) - 1] <= SAME * costs[0]:
             break
         solutions.append(one)
         costs = tuple(sorted(2.0 * float(one.cost) for one in solutions))
         tick(f"start {i + 1} of {starts}")
-    best = min(solutions, key=lambda one: float(one.cost))
+    best = solve(problem, min(solutions, key=lambda one: float(one.cost)).x, executor)
+    x, residuals = best.x, best.fun
     while True:
-        jacobian = problem.jacobian(best.x, executor=executor)
-        found = Fit(problem, best.x, best.fun, jacobian, confidence, model_error, best.status > 0, costs)
+        jacobian = problem.jacobian(x, executor=executor)
+        found = Fit(problem, x, residuals, jacobian, confidence, model_error, best.status > 0, costs)
         parts = problem.refinement * REFINE
         problem = replace(problem, refinement=parts)
-        shift = found.shift_by(problem.residuals(best.x) - best.fun)
+        fine = problem.residuals(x)
+        shift = found.shift_by(fine - residuals)
         tick(f"1/{parts} of the increments")
         longest = max(path.slips.size for path in problem.paths)
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
             break
-        best = solve(problem, best.x, executor)
+        residuals = fine
+        for _ in range(MOST_STEPS):
+            step = np.clip(x - found.inverse @ residuals, low, high)
+            fine = problem.residuals(step)
+            if not fine @ fine < (1.0 - SEARCHED) * (residuals @ residuals):
+                break
+            x, residuals = step, fine
     return replace(found, shift=shift)
 
 
+def _with_fewer_rows(test: ShearTest) -> ShearTest:
+    """Test with the rows from which the starts search."""
+    if test.slip.size <= MOST_SEARCHED:
+        return test
+    rows = thinned(test.slip, MOST_SEARCHED)
+    columns = {name: getattr(test, name) for name in ("slip", "tau", "s_N", "path_N")}
+    return replace(
+        test, **{name: one if one is None else one[rows] for name, one in columns.items()}, lines=()
+    )
+
+
 def _solve(
-    low: Floats, high: Floats, problem: Problem, x: Floats, executor: Executor | None = None
+    low: Floats,
+    high: Floats,
+    problem: Problem,
+    x: Floats,
+    executor: Executor | None = None,
+    tolerance: float = 1e-8,
 ) -> OptimizeResult:
-    """Least squares from a start."""
+    """Least squares from a start; tolerance: relative change of the sum of squares at its end."""
     from scipy.optimize import least_squares
 
     return least_squares(
@@ -131,9 +163,9 @@ def _solve(
         lambda x: problem.jacobian(x, executor=executor),
         bounds=(low, high),
         x_scale=1.0,
-        ftol=1e-8,
-        xtol=1e-7,
-        gtol=1e-8,
+        ftol=tolerance,
+        xtol=10.0 * tolerance,
+        gtol=tolerance,
         max_nfev=MOST_EVALUATIONS,
     )
 
@@ -150,10 +182,10 @@ def _solutions(
     Without an executor the derivatives are distributed over threads; with one, `starts` searches at a time.
     """
     if executor is None:
-        yield from (solve(problem, x) for x in points)
+        yield from (solve(problem, x, tolerance=SEARCHED) for x in points)
         return
     for i in range(0, len(points), starts):
-        yield from map_in_order(partial(solve, problem), points[i : i + starts], executor)
+        yield from map_in_order(partial(solve, problem, tolerance=SEARCHED), points[i : i + starts], executor)
 
 
 def _starts(

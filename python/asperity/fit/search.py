@@ -57,7 +57,7 @@ def add_search(
         ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
     add_workers(parser, "threads, one for each processor")
-    parser.set_defaults(confidence=0.95, model_error=0.0)
+    parser.set_defaults(confidence=0.95, model_error=0.0, accept=False)
 
 
 def check_search(options: argparse.Namespace) -> None:
@@ -74,24 +74,27 @@ def write(
     found: Fit,
     units: tuple[str, str],
     of_tests: str = "",
-    drawing_only: bool = False,
+    reasons: Sequence[str] = (),
 ) -> None:
     """Print the card and write picture, case file and covariance, as far as the options ask for them.
 
-    of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.
+    of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.  reasons: why the fit
+    is no result; without --accept there is then a picture only.
     """
     from .report import case_text
 
-    if options.card is not None and not drawing_only:
+    taken = not reasons or options.accept
+    if options.card is not None and taken:
         print("\n" + found.interface.card(options.card), end="")
     if options.plot is not None:
         from .picture import draw
 
         draw(found, options.plot, units, of_tests)
         print(options.plot)
-    if options.case is not None and not drawing_only:
-        files = {options.case: case_text(found)}
-        if not of_tests:
+    if options.case is not None and taken:
+        poor = f"! Poor: {'; '.join(reasons)}.\n" if reasons else ""
+        files = {options.case: poor + case_text(found)}
+        if not of_tests and not reasons:
             files[file_of(options.case)] = covariance_text(found)
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
@@ -129,7 +132,9 @@ class Search:
                 )
         taken = {*(self.free or ()), *self.fixed}
         self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
-        self.given = Change(SIDES if options.sides is None else options.sides, {}, options.model_error)
+        sides = SIDES if options.sides is None else options.sides
+        free = None if self.free is None else tuple(self.free)
+        self.given = Change(sides, free, self.fixed, options.model_error)
 
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
@@ -151,12 +156,10 @@ class Search:
         executor: Executor | None,
     ) -> Fit:
         options = self.options
-        fixed = self.assumed | ({} if change.freed else self.fixed) | dict(change.fixed)
-        free = self.free and [name for name in self.free if name not in change.fixed]
         return fit(
             tests,
-            None if change.freed else free,
-            fixed,
+            change.free,
+            self.assumed | dict(change.fixed),
             {name: value for name, value in self.start.items() if name not in change.fixed},
             {name: ends for name, ends in self.bounds.items() if name not in change.fixed},
             change.sides,

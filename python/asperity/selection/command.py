@@ -80,13 +80,11 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
 
 
 def _turns(test: SlipTest) -> tuple[float, ...]:
-    """Slips at the reversals of a path, and its last slip."""
     path = np.append(0.0, test.slips)
     return tuple(path[turns_of(path)[1:]].tolist()) if path.any() else ()
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Select a pattern for a load case."""
     check_outputs([options.case], ("-o", options.output))
     with shown_warnings():
         case = read_load_case(options.case, options.planar)

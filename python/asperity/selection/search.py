@@ -232,7 +232,6 @@ class DenseRun:
         self.fully_damaged = any(end >= FULLY_DAMAGED for end in ends)
 
     def _of_tractions(self, run: SlipCurves) -> list[NDArray[np.bool_]]:
-        """Curves of each normal traction."""
         return [run.sigma_N == sigma_N for sigma_N in self.case.sigma_N]
 
     @property
@@ -262,7 +261,6 @@ class DenseRun:
         return total
 
     def _run(self, pattern: Pattern, angles: Floats) -> SlipCurves:
-        """Curves in all directions for each normal traction."""
         sigma_N, directions = (one.ravel() for one in np.meshgrid(self.case.sigma_N, angles))
         interface = Interface(self.case.material, pattern)
         return slip_curves(interface, directions, self.slips, sigma_N, PRELOAD, self.executor)

@@ -184,7 +184,6 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
 
 
 def _shown(error: float) -> str:
-    """Text of an error in the table."""
     if np.isinf(error):
         return "locks"
     return f"{error:.1e}" if error > ROUNDING else "0"
@@ -203,7 +202,6 @@ def _scales(
 
 
 def _directions(options: argparse.Namespace, found: Facets) -> int:
-    """Number of sectors of azimuth."""
     if found.profile:
         if options.directions not in (None, 2):
             raise ValueError(f"--directions {options.directions}: expected 2 for a profile")
@@ -244,7 +242,6 @@ def _nearest(found: Facets, pattern: Pattern) -> np.ndarray:
 
 
 def _name(pattern: Pattern) -> str:
-    """Short name of a pattern, with its angle."""
     if pattern.m < 0:
         return "listed"
     if pattern.m == 0:
@@ -253,7 +250,6 @@ def _name(pattern: Pattern) -> str:
 
 
 def _write(path: Path, pattern: Pattern) -> None:
-    """Planes of a pattern as CSV."""
     planes = Planes.of(pattern)
     columns = planes.inclination, np.degrees(planes.azimuth), planes.normals, planes.gamma, planes.nominal
     rows = np.column_stack([np.arange(len(planes.gamma)) + 1, _rounded(np.column_stack(columns))])
@@ -268,7 +264,6 @@ def _rounded(values: Floats) -> Floats:
 
 
 def _lengths(text: str) -> tuple[float, ...]:
-    """Read the spacings of the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -279,7 +274,6 @@ def _lengths(text: str) -> tuple[float, ...]:
 
 
 def _material(text: str) -> Material:
-    """Read the constants of the option."""
     try:
         values = assigned(text.split(","))
         if set(values) != set(REQUIRED):

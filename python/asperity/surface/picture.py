@@ -181,7 +181,6 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, star
 
 
 def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
-    """Draw mean and rms slope over the sampling length."""
     ax.semilogx(scales[:, 0], scales[:, 1], "o-", color=COLOURS[0], label="mean")
     ax.semilogx(scales[:, 0], scales[:, 2], "s--", color=COLOURS[1], label="rms")
     ax.axvline(scan.spacing, color=COLOURS[3], linestyle=":", label="in use")
@@ -215,7 +214,6 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
 
 
 def _axis(found: Facets) -> Floats:
-    """Unit vector along a profile."""
     g = found.gradients[found.slopes.argmax()]
     size = float(np.hypot(*g))
     e = g / size if size > 0.0 else np.array([1.0, 0.0])
@@ -223,6 +221,5 @@ def _axis(found: Facets) -> Floats:
 
 
 def _signed(planes: Planes, e: Floats) -> Floats:
-    """Inclination along e, degrees."""
     found: Floats = np.degrees(np.arctan(planes.gradients @ e))
     return found

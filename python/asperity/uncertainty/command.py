@@ -58,7 +58,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Draw samples, run them, report the quantiles."""
     levels = _levels(options.quantiles)
     if not 2 <= options.samples <= MOST_SAMPLES:
         raise ValueError(f"--samples {options.samples}: expected 2 to {MOST_SAMPLES}")

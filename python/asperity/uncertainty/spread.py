@@ -13,7 +13,7 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
-from ..steps import turns_of
+from ..steps import thinned
 from .distribution import bad_constant
 from .paths import CURVES, LoadPath
 
@@ -65,7 +65,7 @@ def spread(
     Raises ValueError where no sample has the whole path.
     """
     case = path.curve(path.props)
-    points = points_of(path.x)
+    points = thinned(path.x, MOST_POINTS)
     batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
     done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
     parts = list(zip(*done, strict=True))
@@ -80,12 +80,6 @@ def spread(
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
     own = (case[0], _results(path.x, *case))
     return Spread(path, points, np.array(levels), quantiles, results, refused, lost, own)
-
-
-def points_of(x: Floats) -> np.ndarray:
-    """Rows of a path for which quantiles are computed."""
-    even = np.linspace(0, x.size - 1, MOST_POINTS).round().astype(int)
-    return np.unique(np.concatenate([even, turns_of(x)]))
 
 
 def _batch(
