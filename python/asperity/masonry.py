@@ -1,4 +1,4 @@
-"""Command `asperity masonry`: constants of the law for a mortar joint, and the peaks that follow from them."""
+"""Command `asperity masonry`: constants of the law for a mortar joint, and the peaks that they give."""
 
 from __future__ import annotations
 

@@ -313,9 +313,9 @@ def test_model_that_does_not_fit_is_reported() -> None:
         (HEADER + ROWS + "0.9,1,0.1,-2\n", "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
         (
             HEADER + ROWS.replace(",-1", ",-1e6"),
-            "column tau: 0.8 where |sigma_N| is up to 1e+06: expected the",
+            "column tau: 0.8 at the end where |sigma_N| is 1e+06: expected the",
         ),
-        (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 where |sigma_N| is up to 1e-06: expected"),
+        (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 at the end where |sigma_N| is 1e-06"),
         (
             HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)),
             "column tau is 1 in all rows: expected values that",

@@ -158,8 +158,8 @@ def _kratos(block: Block) -> str:
         "libasperity.so in its place runs, but damage heals on unloading"
     )
     initial = (
-        "Zero STATE_VARIABLES are the initial state of the joint. Kratos passes no initial stress to a UMAT; a "
-        "state of Interface.initial in place of the zeros has an initial stress"
+        "Zero STATE_VARIABLES are the initial state of the joint. Kratos passes no initial stress to a UMAT; "
+        "a state of Interface.initial in place of the zeros has an initial stress"
     )
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"

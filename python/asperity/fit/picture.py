@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..style import COLOURS, LINES, ONE, TWO, new_figure, printed, save
+from ..style import COLOURS, LINES, ONE, TWO, label_axes, new_figure, printed, save
 from .outcome import Fit
 from .units import NONE
 
@@ -38,9 +38,7 @@ def draw(found: Fit, path: Path, units: tuple[str, str] = NONE, of_tests: str = 
             ax.plot(track.slips[:done], model[:done], line, color=colour, label=label)
     labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
     for ax, name in zip(axes, labels, strict=False):
-        ax.set_xlabel(f"slip [{length}]")
-        ax.set_ylabel(name)
-        ax.grid(alpha=0.3)
+        label_axes(ax, f"slip [{length}]", name)
     handles, texts = axes[0].get_legend_handles_labels()
     shown = f"dashed: {of_tests}, solid" if of_tests else "points: test data, lines"
     title = f"{shown}: fit; stresses in {stress}"

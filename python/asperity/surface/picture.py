@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from ..contract import Floats
 from ..pattern import Pattern, unit_vector
-from ..style import COLOURS, TWO, printed, save
+from ..style import COLOURS, TWO, label_axes, printed, save
 from .scan import Scan
 from .slopes import Facets, Planes, Slips
 
@@ -152,31 +152,16 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, star
     e = unit_vector(start)
     incl = _signed(found, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
-    ax.hist(
-        incl,
-        bins=41,
-        range=(-top, top),
-        weights=100.0 * found.gamma,
-        color="#BBBBBB",
-        label="facets",
-    )
+    bars = {"bins": 41, "range": (-top, top), "weights": 100.0 * found.gamma}
+    ax.hist(incl, color="#BBBBBB", label="facets", **bars)
     for one, mark, colour, label in (
         (planes, "o-", COLOURS[1], "listed planes"),
         (regular, "s--", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),
     ):
         for i, (at, share) in enumerate(zip(_signed(one, e), one.gamma, strict=True)):
-            ax.plot(
-                [at, at],
-                [0.0, 100.0 * share],
-                mark,
-                color=colour,
-                markevery=[1],
-                markerfacecolor="none",
-                label=None if i else label,
-            )
-    ax.set_xlabel("inclination, + rises along the profile [degrees]")
-    ax.set_ylabel("share of the true area [%]")
-    ax.grid(alpha=0.3)
+            stick = {"color": colour, "markevery": [1], "markerfacecolor": "none"}
+            ax.plot([at, at], [0.0, 100.0 * share], mark, label=None if i else label, **stick)
+    label_axes(ax, "inclination, + rises along the profile [degrees]", "share of the true area [%]")
     ax.legend()
 
 
@@ -206,10 +191,8 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
     if np.isfinite(slips.residual).any():
         ax.set_ylim(bottom=0.0)
-    ax.set_xlabel("direction of slip, from Tx [degrees]")
-    ax.set_ylabel(r"residual $\tau_L / |\sigma_N|$ [-]")
+    label_axes(ax, "direction of slip, from Tx [degrees]", r"residual $\tau_L / |\sigma_N|$ [-]")
     ax.set_title(f"$\\mu$ = {mu:g}")
-    ax.grid(alpha=0.3)
     ax.legend()
 
 

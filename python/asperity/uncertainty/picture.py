@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..steps import turns_of
-from ..style import COLOURS, new_figure, printed, save
+from ..style import COLOURS, label_axes, new_figure, printed, save
 from .spread import Spread
 
 
@@ -39,9 +39,7 @@ def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tup
         if one.path.value is not None:
             axes[0].plot([], [], color=colour, label=f"{one.path.value:g}")
     for ax, label in zip(axes, labels, strict=True):
-        ax.set_xlabel(f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]")
-        ax.set_ylabel(label)
-        ax.grid(alpha=0.3)
+        label_axes(ax, f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]", label)
     levels = found[0].levels
     text = " to ".join(f"{100.0 * level:g} %" for level in (levels[0], levels[-1]))
     parts = [f"band: quantiles {text}" if len(levels) > 1 else "", "line: median" if 0.5 in levels else ""]
