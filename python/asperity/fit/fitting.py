@@ -27,8 +27,11 @@ STARTS_TRIED = 5
 AGREEING, MORE_STARTS = 3, 3
 """Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
 
+FOUND = 1.0e-8
+"""Relative change of the sum of squares at which the least squares end."""
+
 SEARCHED, MOST_SEARCHED = 1.0e-4, 250
-"""Relative change of the sum of squares at which a start ends, and most rows of a test that it uses."""
+"""The same for a start, and the most rows of a test that it uses."""
 
 MOST_STEPS = 4
 """Largest number of Gauss-Newton steps of a finer model with the derivatives of the coarser one."""
@@ -152,15 +155,25 @@ def _solve(
     problem: Problem,
     x: Floats,
     executor: Executor | None = None,
-    tolerance: float = 1e-8,
+    searching: bool = False,
 ) -> OptimizeResult:
-    """Least squares from a start; tolerance: relative change of the sum of squares at its end."""
+    """Least squares from a start; searching: with forward differences, to the accuracy of a search."""
     from scipy.optimize import least_squares
 
+    last: list[Floats] = []
+
+    def residuals(x: Floats) -> Floats:
+        last[:] = x, problem.residuals(x)
+        return last[1]
+
+    def jacobian(x: Floats) -> Floats:
+        return problem.jacobian(x, executor, last[1] if searching and np.array_equal(x, last[0]) else None)
+
+    tolerance = SEARCHED if searching else FOUND
     return least_squares(
-        problem.residuals,
+        residuals,
         x,
-        lambda x: problem.jacobian(x, executor=executor),
+        jacobian,
         bounds=(low, high),
         x_scale=1.0,
         ftol=tolerance,
@@ -182,10 +195,10 @@ def _solutions(
     Without an executor the derivatives are distributed over threads; with one, `starts` searches at a time.
     """
     if executor is None:
-        yield from (solve(problem, x, tolerance=SEARCHED) for x in points)
+        yield from (solve(problem, x, searching=True) for x in points)
         return
     for i in range(0, len(points), starts):
-        yield from map_in_order(partial(solve, problem, tolerance=SEARCHED), points[i : i + starts], executor)
+        yield from map_in_order(partial(solve, problem, searching=True), points[i : i + starts], executor)
 
 
 def _starts(
