@@ -194,21 +194,6 @@ class Interface:
 
         It is `run` without its warnings and without `EquilibriumLost`, for many runs in threads: the library
         works without the lock of the interpreter.
-
-        Parameters
-        ----------
-        steps, state, tolerance
-            As in `run`.
-
-        Returns
-        -------
-        tuple[History, str]
-            The rows in equilibrium, and the text of `EquilibriumLost`.
-
-        Raises
-        ------
-        ValueError
-            As `run` does.
         """
         start = self._start(state)
         return rows_of(

@@ -197,7 +197,7 @@ def test_load_case_of_a_case_file(tmp_path: Path):
     path.write_text(CASE_FILE)
     case = read_load_case(path)
     assert (case.theta, case.flat, case.sigma_N, case.material.kc) == (20.0, 0.25, (-1.0, -2.0), 10.0)
-    assert case.turns == (0.2, -0.2, 0.2, -0.2, 0.3) and case.cyclic and not case.planar
+    assert case.turns == (0.2, -0.2, 0.2, -0.2, 0.3) and not case.planar
     path.write_text(CASE_FILE.replace("sides = 4", "sides = 0"))
     assert read_load_case(path, planar=True).smooth
 

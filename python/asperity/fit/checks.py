@@ -19,7 +19,7 @@ LARGEST_RATIO = 1.0e3
 """Largest ratio of two lengths or two stresses: more indicates mixed units, such as MPa and kPa."""
 
 LARGEST_FRICTION = 100.0
-"""Largest ratio of tau at the end of a test to |sigma_N|; its inverse is the smallest.
+"""Largest ratio of tau at the end of a test to |sigma_N| without units; its inverse is the smallest.
 
 A friction of 0.8 on planes of 45 degrees gives 9; a ratio of kPa to MPa is near 1000.
 """
@@ -161,14 +161,15 @@ def _work(test: ShearTest) -> None:
 
 def _friction(test: ShearTest) -> None:
     """Raise ValueError where tau at the end and sigma_N differ as two units do."""
+    most = LARGEST_RATIO if test.units else LARGEST_FRICTION
     rows = max(1, int(END * test.slip.size))
     held = abs(test.sigma_N - (0.0 if test.s_N is None else test.k_N * float(test.s_N[-1])))
     held = held if test.path_N is None else abs(float(test.path_N[-1]))
     tau = float(np.mean(np.abs(test.tau[-rows:])))
-    if held > 0.0 and not 1.0 / LARGEST_FRICTION <= tau / held <= LARGEST_FRICTION:
+    if held > 0.0 and not 1.0 / most <= tau / held <= most:
         raise ValueError(
             f"{test.name}: column tau: {tau:.3g} at the end where |sigma_N| is {held:.3g}: expected the same "
-            f"unit (a ratio of {1.0 / LARGEST_FRICTION:g} to {LARGEST_FRICTION:g}); numbers are converted if "
+            f"unit (a ratio of {1.0 / most:g} to {most:g}); numbers are converted if "
             "the header has units, such as tau [kPa], sigma_N [MPa]"
         )
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ..case_files import case_lines
 from ..contract import Floats
 from .model import KS, MATERIAL, TIMELESS, material_of, transformed
 from .outcome import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, residual_ratio
@@ -278,9 +279,6 @@ def case_text(found: Fit) -> str:
         if name in values and (found.values[name] or name not in ABSENT) and not (there and name == "kc")
     ]
     material = ", ".join(f"{name} = {values[name]}" for name in there)
-    pattern = f"sides = {problem.sides}"
-    if problem.sides > 0:
-        pattern += f", theta = {values['theta']}, flat = {values['flat']}"
     slips = ", ".join(f"{slip:.6g}" for slip in turns)
     increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
     lines = ["! Identified by asperity fit."]
@@ -288,7 +286,7 @@ def case_text(found: Fit) -> str:
         lines.append(
             "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
         )
-    lines += ["&case title = 'Shear box' /", f"&material {material} /", f"&pattern {pattern} /"]
+    lines += ["&case title = 'Shear box' /", f"&material {material} /", case_lines(found.interface.pattern)]
     if several:
         lines.append(f"&sweep name = 'sigma_N', values = {', '.join(map(str, held))} /")
     lines += [

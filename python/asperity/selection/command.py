@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_files import SlipTest, read_case, slip_tests
+from ..case_files import SlipTest, case_lines, read_case, slip_tests
 from ..material import ModelWarning
 from ..options import add_options, add_workers, check_outputs, progress_bar, workers
-from ..pattern import Pattern
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
 from .search import (
@@ -102,17 +101,10 @@ def _run(options: argparse.Namespace) -> int:
                 raise ValueError(f"{options.case}: {error}") from None
     print(report(answer))
     if options.output is not None:
-        write_case(options.case, answer.pattern, options.output)
+        source = read_case(options.case)
+        options.output.write_bytes(source.before + case_lines(answer.pattern).encode() + source.after)
         print(options.output)
     return 0
-
-
-def write_case(source: Path, pattern: Pattern, output: Path) -> None:
-    """Write the case of a file with another pattern."""
-    from ..surface.command import case_lines
-
-    case = read_case(source)
-    output.write_bytes(case.before + case_lines(pattern).encode() + case.after)
 
 
 def report(answer: Selection) -> str:

@@ -94,11 +94,6 @@ class LoadCase:
             raise ValueError(f"turns = {self.turns}: expected a path of some length")
 
     @property
-    def cyclic(self) -> bool:
-        """Whether the slip has a reversal."""
-        return len(self.turns) > 1
-
-    @property
     def smooth(self) -> bool:
         """Whether the surface is flat."""
         return self.theta == 0.0 or self.flat == 1.0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import contract
-from ..case_files import read_case
+from ..case_files import case_lines, read_case
 from ..contract import Floats
 from ..fit.units import LENGTHS
 from ..interface import Interface
@@ -71,20 +71,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
     )
     parser.set_defaults(action=_run)
-
-
-def case_lines(pattern: Pattern) -> str:
-    """Group &pattern of a case file, with a line for each plane."""
-    if pattern.m >= 0:
-        text = f"&pattern sides = {pattern.m}"
-        if pattern.m > 0:
-            text += f", theta = {pattern.theta:.9g}, flat = {pattern.flat:.9g}, turn = {pattern.turn:.9g}"
-        return f"{text} /"
-    rows = [", ".join(f"{value:.9f}" for value in normal) for normal in _rounded(pattern.normals)]
-    weights = [f"{value:.9f}" for value in pattern.weights]
-    wrapped = [", ".join(weights[i : i + 6]) for i in range(0, len(weights), 6)]
-    join = ",\n" + " " * 19
-    return f"&pattern normals = {join.join(rows)},\n         weights = {join.join(wrapped)} /"
 
 
 def props_line(pattern: Pattern, material: Material | None) -> str:
@@ -252,15 +238,9 @@ def _name(pattern: Pattern) -> str:
 def _write(path: Path, pattern: Pattern) -> None:
     planes = Planes.of(pattern)
     columns = planes.inclination, np.degrees(planes.azimuth), planes.normals, planes.gamma, planes.nominal
-    rows = np.column_stack([np.arange(len(planes.gamma)) + 1, _rounded(np.column_stack(columns))])
+    rows = np.column_stack([np.arange(len(planes.gamma)) + 1, np.round(np.column_stack(columns), 9) + 0.0])
     header = "plane,theta_deg,azimuth_deg,n_N,n_Tx,n_Ty,gamma,nominal_share"
     np.savetxt(path, rows, ["%d", *["%.9f"] * 7], ",", header=header, comments="")
-
-
-def _rounded(values: Floats) -> Floats:
-    """Values rounded to the digits that are printed, without -0."""
-    found: Floats = np.round(values, 9) + 0.0
-    return found
 
 
 def _lengths(text: str) -> tuple[float, ...]:
