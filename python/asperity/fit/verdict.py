@@ -177,8 +177,8 @@ def saturates(test: ShearTest) -> bool:
     """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
     if test.s_N is None or test.envelope:
         return False
-    way = np.abs(test.slip) / abs(test.turns[0]) if test.turns[0] else np.zeros(test.slip.size)
-    stroke = np.arange(test.slip.size) <= int(np.argmax(way >= 1.0 - 1e-9))
+    end = int(np.argmax(np.abs(test.slip) >= 0.98 * np.abs(test.slip).max()))
+    way, stroke = test.slip / test.slip[end], np.arange(test.slip.size) <= end
     slopes = []
     for low, high in ((0.25, 0.5), (0.75, 1.0)):
         part = stroke & (way >= low) & (way <= high)
