@@ -35,7 +35,6 @@ module asperity_load_path
   type, public :: run_type
     type(rie_law) :: law                             !! of the interface
     type(step_type), allocatable :: steps(:)         !! checked
-    real(wp), allocatable :: mesh(:)                 !! positions of the rows; not allocated: increments of the steps
     type(point_type) :: before, point                !! at the start and at the end of the last increment
     type(control_type) :: control                    !! of the last increment
     real(wp) :: given(3) = 0.0_wp                    !! prescribed values at its end: separation, or traction +
@@ -43,7 +42,6 @@ module asperity_load_path
     integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), of all steps
     integer, private :: step = 0, target = 0         !! where the run is
     integer, private :: n = 0                        !! increments to this target so far
-    integer, private :: rows = 0                     !! increments of all steps so far
     integer, private :: passed = 0                   !! targets that were reached before
     integer, private :: earlier = 0                  !! increments of all targets before
     real(wp), private :: share = 1.0_wp              !! of the way to the target
@@ -92,7 +90,6 @@ contains
     associate (step => run%steps(run%step))
       duration = step%durations(run%target)
       run%n = run%n + 1
-      run%rows = run%rows + 1
       if (step%arc > 0.0_wp) then
         call take_branch_step(run, row)
         run%done = run%earlier + int(run%share*real(step%increments(run%target), wp))
@@ -160,17 +157,11 @@ contains
     integer :: parts
     start = run%given
     first = run%share
-    if (allocated(run%mesh)) then
-      share = run%mesh(run%rows) - real(run%passed - 1, wp)
-      run%given = ramp(run%from, run%to, share)
-      run%control%dt = duration*(share - first)
-    else
-      parts = run%steps(run%step)%increments(run%target)
-      share = real(run%n, wp)/real(parts, wp)
-      run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
-      if (run%n == parts) run%given = run%to
-      run%control%dt = duration/real(parts, wp)
-    end if
+    parts = run%steps(run%step)%increments(run%target)
+    share = real(run%n, wp)/real(parts, wp)
+    run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
+    if (run%n == parts) run%given = run%to
+    run%control%dt = duration/real(parts, wp)
     call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
     row%turn = .false.
     row%lost = reached < 1.0_wp
