@@ -204,26 +204,22 @@ contains
   !> stiffness.
   pure function unstable(n, a, scale) result(yes)
     integer, intent(in) :: n               !! 0 to 3
-    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
+    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual, zero beyond
     real(wp), intent(in) :: scale          !! elastic stiffness, stress/length
     logical :: yes
     real(wp) :: b(3, 3), first, second, third
-    if (n < 2) then
-      yes = n == 1 .and. a(1, 1)/scale < -instability
-      return
-    end if
+    integer :: i
+    ! missing unknowns add eigenvalues of 1
     b = a/scale
-    select case (n)
-    case (2)
-      yes = b(1, 1) + b(2, 2) < -instability .or. b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) < -instability
-    case default
-      first = b(1, 1) + b(2, 2) + b(3, 3)
-      second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
-        b(2, 3)*b(3, 2)
-      third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
-        b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
-      yes = first < -instability .or. third < -instability .or. first*second - third < -instability
-    end select
+    do i = n + 1, 3
+      b(i, i) = 1.0_wp
+    end do
+    first = b(1, 1) + b(2, 2) + b(3, 3)
+    second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
+      b(2, 3)*b(3, 2)
+    third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
+      b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
+    yes = first < -instability .or. third < -instability .or. first*second - third < -instability
   end function unstable
 
   !> Whether a point has no stiffness at all: it is open and fully damaged. The comparison is exact, as every term of
