@@ -96,6 +96,9 @@ module asperity_tolerances
   !> Largest prescribed separation of a load path, relative to s_f: the numbers beside it differ by 1e-4 s_f, so that no
   !> damage could be resolved beyond it.
   real(wp), parameter, public :: farthest_prescribed = 1.0e12_wp
+  !> Largest rounding error of the stiffness times a prescribed separation, relative to the prescribed tractions plus the
+  !> strength: where it is larger, the traction is lost in it.
+  real(wp), parameter, public :: resolved = 1.0e-6_wp
   !> Number of equal increments of an initial traction: the slips of inclined planes depend on the path.
   integer, parameter, public :: initial_increments = 32
 
