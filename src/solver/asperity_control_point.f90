@@ -81,6 +81,7 @@ contains
     type(control_type), intent(in) :: control         !! what is prescribed
     real(wp), intent(in) :: start(3), target(3)       !! values at both ends
     type(equations_type), intent(inout) :: equations  !! the equations
+    real(wp) :: given
     integer :: i
     equations%control = control
     equations%start = start
@@ -96,6 +97,9 @@ contains
     equations%damping = 0.0_wp
     equations%wears = .true.
     equations%finest = finest_scale*law%stress
+    ! the strength of a joint without bond is a number in name only
+    given = maxval(max(abs(start), abs(target)), mask=control%traction)
+    if (given > 0.0_wp) equations%finest = min(equations%finest, given)
     equations%coarsest = coarsest_scale
     equations%longest = longest_step
     equations%updates = 0

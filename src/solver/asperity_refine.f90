@@ -41,9 +41,9 @@ contains
       "the longest step along the branch")
   end subroutine explain_tolerance
 
-  !> Run a path to a tolerance: the largest distance of the rows of a run from straight lines between those of a run with
-  !> half as many increments, in this run (half of the tolerance) and in the one before (all of it). The other half is for
-  !> the rows that are left out.
+  !> Run a path to a tolerance: the largest distance of the rows of a run from straight lines between those of a run
+  !> with half as many increments, in this run (half of the tolerance) and in the one before (all of it). The other half
+  !> is for the rows that are left out.
   !>
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
@@ -179,9 +179,9 @@ contains
     distance = maxval(abs(a + share*(b - a) - x))
   end function from_line
 
-  !> Leave out rows as long as straight lines between the others stay within a distance: the slopes of the lines from the
-  !> last row that stays are confined by each row that is passed. Rows with events, those before a snap, and those at
-  !> targets stay.
+  !> Leave out rows as long as straight lines between the others stay within a distance: the slopes of the lines from
+  !> the last row that stays are confined by each row that is passed. Rows with events, those before a snap, and those
+  !> at targets stay.
   pure subroutine thin(fine, values, tolerance, rows)
     type(row_type), intent(in) :: fine(:)                   !! all rows
     real(wp), intent(in) :: values(:, 0:)                   !! their compared numbers

@@ -327,10 +327,10 @@ contains
       " more separations of this kind")
   end subroutine check_steps
 
-  !> Largest separation at which rounding errors do not exceed the prescribed tractions, length. A joint without bond has
-  !> no strength; where nothing is prescribed, there is no such limit.
+  !> Largest separation at which rounding errors do not exceed the prescribed tractions, length. A joint without bond
+  !> has no strength; where nothing is prescribed, there is no such limit.
   pure function largest_resolved(law, steps) result(bound)
-    type(rie_law), intent(in) :: law       !! the law
+    type(rie_law), intent(in) :: law          !! the law
     type(step_type), intent(in) :: steps(:)   !! the load path
     real(wp) :: bound
     real(wp) :: traction
