@@ -11,8 +11,8 @@ module asperity_branch
   use asperity_mixed_control, only: advance, ended_complete, ended_endless, ended_lost, ended_rejected, report_type
   use asperity_point_law, only: point_law
   use asperity_text, only: append, to_text
-  use asperity_tolerances, only: backwards, endless, largest_turn, look_ahead, most_branch_steps, most_iterations, &
-    residual_tolerance, search_steps, shortest_branch_step, straight_step
+  use asperity_tolerances, only: backwards, endless, largest_turn, most_branch_steps, most_iterations, &
+    residual_tolerance, search_steps, shortest_branch_step, straight_step, tangent_distance
   implicit none
   private
   public :: new_branch, branch_step, explain_end
@@ -214,7 +214,7 @@ contains
     type(point_type) :: ahead
     real(wp) :: r(3), scale, y(4)
     logical :: good
-    y = step%from + (look_ahead*law%length)*sense_of(equations%n, last)
+    y = step%from + (tangent_distance*law%length)*sense_of(equations%n, last)
     call evaluate(law, equations, y(:3), y(equations%n + 1)/step%unit, ahead, r, scale, good)
     if (good) step%direction = null_vector(equations, step%unit, ahead, sense_of(equations%n, last))
   end subroutine find_direction

@@ -5,7 +5,7 @@ module asperity_refine
   use asperity_control_point, only: point_type
   use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
-  use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
@@ -101,7 +101,7 @@ contains
     type(row_type) :: row
     integer :: n
     logical :: found
-    call begin_run(joint, steps, run, start)
+    call start_run(joint, steps, run, start)
     allocate (room(run%total))
     n = 0
     do

@@ -151,24 +151,28 @@ contains
     call append(message, text // ": expected " // expected)
   end subroutine complain
 
-  !> The values of an entry, or its default; none if they are not readable.
-  pure function list_of(step, i) result(values)
-    type(step_type), intent(in) :: step   !! the step
-    integer, intent(in) :: i              !! entry
-    real(wp), allocatable :: values(:)
-    values = [step_table(i)%default]
-    if (allocated(step%given(i)%values)) values = step%given(i)%values
-  end function list_of
-
   !> The only value of an entry, or its default.
   pure function single(step, i) result(value)
     type(step_type), intent(in) :: step   !! the step
     integer, intent(in) :: i              !! entry
     real(wp) :: value
-    real(wp), allocatable :: values(:)
-    values = [list_of(step, i), step_table(i)%default]
-    value = values(1)
+    value = step_table(i)%default
+    if (.not. allocated(step%given(i)%values)) return
+    if (size(step%given(i)%values) > 0) value = step%given(i)%values(1)
   end function single
+
+  !> The values of an entry, or its default.
+  pure subroutine get_list(step, i, values)
+    type(step_type), intent(in) :: step                   !! the step
+    integer, intent(in) :: i                              !! entry
+    real(wp), allocatable, intent(out) :: values(:)       !! size 0: not readable
+    if (allocated(step%given(i)%values)) then
+      allocate (values, source=step%given(i)%values)
+    else
+      allocate (values(1))
+      values(1) = step_table(i)%default
+    end if
+  end subroutine get_list
 
   !> Set control, targets, increments and durations of a step.
   pure subroutine complete_step(step, control, direction, message)
@@ -239,8 +243,8 @@ contains
       if (allocated(lists(i)%values)) n = max(n, size(lists(i)%values))
     end do
     cycles = single(step, e_cycles)
-    increments = list_of(step, e_increments)
-    times = list_of(step, e_time)
+    call get_list(step, e_increments, increments)
+    call get_list(step, e_time, times)
     if (min(size(increments), size(times)) == 0) return
     if (size(increments) > n) then
       call append(message, step%place // integer_text(size(increments)) // " values of increments: expected 1 to " // &
