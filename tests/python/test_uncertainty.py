@@ -303,7 +303,7 @@ def test_file_that_is_none_of_a_fit(content: str, tmp_path: Path) -> None:
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "uncertainty.md"
 
 FEW = 400
-"""Samples of the test of the page, which has 100000."""
+"""Samples of the test of the page, which has 20000."""
 
 DEVIATIONS = 5.0
 """Difference of two means that counts as none, in standard errors of the mean of FEW samples."""

@@ -132,7 +132,7 @@ def fit(
         for _ in range(MOST_STEPS):
             step = np.clip(x - found.inverse @ residuals, low, high)
             fine = problem.residuals(step)
-            if not fine @ fine < (1.0 - SEARCHED) * (residuals @ residuals):
+            if not fine @ fine < residuals @ residuals:
                 break
             x, residuals = step, fine
     return replace(found, shift=shift)
