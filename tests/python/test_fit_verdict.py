@@ -169,7 +169,7 @@ def test_outliers() -> None:
 
 
 def test_starts_go_on() -> None:
-    """More starts, always the same, are tried until three agree; one alone at the end is a reason to refuse."""
+    """The same starts are tried until three agree; one that is alone at the end is a reason to refuse."""
     tests = study.synthetic(NOISE, SEED, HELD_OUT, SIGMA_N)
     fixed = {name: HELD_OUT[name] for name in HELD_OUT if name != "mu"}
     found = fit(tests, fixed=fixed, starts=4)
