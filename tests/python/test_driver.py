@@ -53,16 +53,6 @@ def test_residual_up_the_slope(shipped) -> None:
         assert result["t_Tx"][-1] == pytest.approx(expected, abs=TRACTION_TOLERANCE)
 
 
-def test_direction_symmetry(shipped) -> None:
-    """Figure 11: slip along theta_L and along 90 - theta_L differs only by an exchange of Tx and Ty."""
-    results = shipped("figure11")
-    for a, b in (("0", "90"), ("15", "75"), ("30", "60")):
-        s, t = results[a].vector("s"), results[b].vector("s")
-        np.testing.assert_allclose(s, t[:, [0, 2, 1]], rtol=0, atol=1e-12)
-        s, t = results[a].vector("t"), results[b].vector("t")
-        assert_traction(s, t[:, [0, 2, 1]])
-
-
 def test_known_point(run) -> None:
     """A slip of 0.6 on RP-4 under sigma_N = -10 ends at tau = 10.5781 and s_N = -0.053572."""
     result = run(MATERIAL + RP_4 + "&step t_N = -10.0 /\n&step slip = 0.6, increments = 2400 /\n")
