@@ -227,7 +227,7 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
   integer, intent(out) :: status                         !! 0 or that of the first point rejected
   character(len=32768), intent(out) :: message           !! its bad values; points count from 0
   !f2py threadsafe
-  logical, parameter :: all_held(3) = .true.
+  logical, parameter :: all_prescribed(3) = .true.
   double precision, parameter :: rest(3) = 0.0d0
   type(interface_type) :: joint
   character(len=:), allocatable :: reasons
@@ -235,11 +235,11 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
   message = ""
   call new_interface(props, joint, status)
   do i = 1, n
-    if (status == status_ok) call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
+    if (status == status_ok) call carry_traction(joint, traction(:, i), all_prescribed, state(:, i), status)
     if (status == status_ok) cycle
     reasons = ""
     call explain_point(joint, rest, rest, state(:, i), reasons)
-    if (len(reasons) == 0) call explain_initial(joint, traction(:, i), all_held, state(:, i), reasons)
+    if (len(reasons) == 0) call explain_initial(joint, traction(:, i), all_prescribed, state(:, i), reasons)
     call put_text("point " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
     return
   end do

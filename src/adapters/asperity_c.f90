@@ -54,7 +54,7 @@ contains
     integer(c_int) :: status
     real(wp), pointer, contiguous :: states(:, :), t(:, :)
     real(wp), parameter :: rest(3) = 0.0_wp
-    logical, parameter :: all_held(3) = .true.
+    logical, parameter :: all_prescribed(3) = .true.
     character(len=:), allocatable :: text
     type(interface_type) :: joint
     integer :: i
@@ -69,10 +69,10 @@ contains
       call c_f_pointer(traction, t, [3, n])
       call c_f_pointer(state, states, [nstatv, n])
       do i = 1, n
-        call carry_traction(joint, t(:, i), all_held, states(:, i), status)
+        call carry_traction(joint, t(:, i), all_prescribed, states(:, i), status)
         if (status /= status_ok) then
           call explain_point(joint, rest, rest, states(:, i), text)
-          if (len(text) == 0) call explain_initial(joint, t(:, i), all_held, states(:, i), text)
+          if (len(text) == 0) call explain_initial(joint, t(:, i), all_prescribed, states(:, i), text)
           text = "point " // integer_text(i) // ": " // text
           exit
         end if

@@ -69,13 +69,13 @@ contains
     if (status /= status_ok) return
     !$omp parallel do if(n >= worth_threads) schedule(static)
     do first = 1, n, chunk
-      call update_some(joint, block, first, min(first + chunk - 1, n), s, state, traction, s_old, tangent)
+      call update_range(joint, block, first, min(first + chunk - 1, n), s, state, traction, s_old, tangent)
     end do
     !$omp end parallel do
   end subroutine update_points
 
   !> Update points first..last, at most `chunk`: copy them to structure of arrays, apply the law, copy the results back.
-  pure subroutine update_some(joint, block, first, last, s, state, traction, s_old, tangent)
+  pure subroutine update_range(joint, block, first, last, s, state, traction, s_old, tangent)
     type(interface_type), intent(in) :: joint                     !! the interface
     type(block_type), intent(in) :: block                         !! the interface, for blocks of points
     integer, intent(in) :: first, last                            !! points
@@ -119,6 +119,6 @@ contains
         if (present(tangent)) tangent(:, j, p) = d(i, :, j)
       end do
     end do
-  end subroutine update_some
+  end subroutine update_range
 
 end module asperity_points

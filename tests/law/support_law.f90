@@ -7,7 +7,7 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
-  use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_mixed_control, only: report_type
   use asperity_pattern, only: direction_vector
   use random_numbers, only: draw
@@ -89,7 +89,7 @@ contains
     joint = interface_of([props, reshape(planes, [size(planes)])])
   end function listed_interface
 
-  !> Steps of a confined slip: sigma_N is applied at zero slip and held constant, then slips are prescribed along a
+  !> Steps of a confined slip: sigma_N is applied at zero slip and kept constant, then slips are prescribed along a
   !> direction, one increment each. The transverse slip is zero.
   subroutine slip_steps(direction, slips, sigma_n, preload, durations, steps)
     real(wp), intent(in) :: direction                         !! from Tx towards Ty, degrees
@@ -148,7 +148,7 @@ contains
       steps(2)%control%spring(1) = spring
       steps(2)%changed(1) = .true.
     end if
-    call begin_run(joint, steps, run)
+    call start_run(joint, steps, run)
     do
       call next_row(run, row, found)
       if (.not. found .or. row%lost) exit
