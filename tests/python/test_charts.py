@@ -18,7 +18,7 @@ PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 
 FACETS = {"RP-4 H": 5, "RP-4 HW0": 5}
 """Planes of the pattern with a finite height, and with wear, too."""
 
-pytestmark = pytest.mark.skipif(not BENCH.exists(), reason="the benchmark is not built here")
+pytestmark = pytest.mark.long
 
 FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
 

@@ -161,17 +161,14 @@ def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
     assert three_percent.costs[0] <= float(np.sum(problem.residuals(truth) ** 2))
     assert three_percent.agreeing > 1
     assert three_percent.derivative_error < 1e-3
-    again = fit(problem.tests, fixed=study.SET)
-    assert again.values == three_percent.values
 
 
 @pytest.mark.slow
-def test_stiffness_and_cycles() -> None:
-    """Tests under a normal stiffness and with reversals are fitted."""
-    for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):
-        found = fit(study.synthetic(0.01, 0, **record), fixed=study.SET, start=AT_TRUTH, starts=1)
-        for name, value in AT_TRUTH.items():
-            assert found.values[name] == pytest.approx(value, rel=0.05), name
+def test_normal_stiffness_is_fitted() -> None:
+    """The constants of tests under a normal stiffness are identified."""
+    found = fit(study.synthetic(0.01, 0, k_N=study.K_N), fixed=study.SET, start=AT_TRUTH, starts=1)
+    for name, value in AT_TRUTH.items():
+        assert found.values[name] == pytest.approx(value, rel=0.05), name
 
 
 # --- what cannot be known -----------------------------------------------------------------------------------
