@@ -53,7 +53,7 @@ class Wall:
         self.d = d = len(n)
         keep = [0, 1, 2] if d == 3 else [0, 2]
         length, thickness, _ = masonry.half_brick
-        heights = masonry.heights()
+        heights, stiff = masonry.heights(), masonry.stiff()
         nc, nr = masonry.columns, len(heights)
         i, j = np.divmod(np.arange(nc * nr), nr)
         owner = (i * grid[0] // nc) * grid[1] + j * grid[1] // nr
@@ -62,17 +62,17 @@ class Wall:
         numbers = np.arange(np.prod(n + 1)).reshape(n + 1)
         self.nn, self.nb = nn, nb = numbers.size, len(mine)
         self.lo, self.own = place[mine[0]] * nn, nb * nn
-        self.beam = j[mine] == masonry.courses
+        self.stiff = stiff[j[mine]]
         self.K = [
             stiffness(n, np.array((length, thickness, h))[keep], thickness if d == 2 else 1.0, E, masonry.nu)
-            for h, E in ((heights[0], masonry.E), (heights[-1], STIFFER * masonry.E))
+            for h, E in ((masonry.half_brick[2], masonry.E), (heights[0], STIFFER * masonry.E))
         ]
 
         # joints: which half-bricks, their neighbours, nodes of both faces, area of a face, axes N, Tx, Ty
         x, y, z = np.eye(3)[:, keep]
         across = shares(n[1]) if d == 3 else np.ones(1)
         sides, above = mine[i[mine] + 1 < nc], mine[j[mine] + 1 < nr]
-        head = ((i[sides] + j[sides]) % 2 == 1) & (j[sides] < masonry.courses)
+        head = ((i[sides] + j[sides]) % 2 == 1) & ~stiff[j[sides]]
         upright = numbers[-1], numbers[0], np.outer(across, shares(n[-1])).ravel(), (x, z, -y)
         flat = numbers[..., -1], numbers[..., 0], np.outer(shares(n[0]), across).ravel() * length, (z, x, y)
         pairs = []
@@ -101,14 +101,15 @@ class Wall:
         size = np.stack([0.0 * brick + length, 0.0 * brick + thickness, heights[j[brick]]], 1)[:, keep]
         self.X = corner + inside * size
         self.bottom, self.top = self.X[:, -1] < 1e-6, self.X[:, -1] > base[-1] - 1e-6
-        at = masonry.level or base[-1]
-        in_beam = j[brick] >= masonry.courses - (masonry.beam == 0.0)
-        self.pushed = in_beam & (np.abs(self.X[:, -1] - at) < 1e-6)
+        at = masonry.beam + masonry.level if masonry.beam else base[-1]
+        self.pushed = (j[brick] == nr - 1) & (np.abs(self.X[:, -1] - at) < 1e-6)
         if not COMM.allreduce(bool(self.pushed.any()), MPI.LOR):
-            raise ValueError(f"elements = {tuple(elements)}: expected nodes of the beam at the height {at:g} mm")
+            raise ValueError(f"elements = {tuple(elements)}: expected nodes of the beam at the level {masonry.level:g} mm")
         face = np.zeros(n + 1)
         face[..., -1] = flat[2].reshape(face[..., -1].shape) * thickness
+        volume = np.einsum("i,jk->ijk" if d == 3 else "i,jk->ik", shares(n[0]), np.outer(across, shares(n[-1])))
         self.area = np.tile(face.ravel(), nb) * self.top[: self.own]
+        self.volume = np.outer(heights[j[mine]] * length * thickness * ~self.stiff, volume).ravel()
         self.solids = (np.arange(nb)[:, None, None] * nn + cells(numbers)).reshape(-1, 2**d)
         self.vector = PETSc.Vec().createGhost(ghosts.astype(INT), (self.own * d, None), bsize=d)
         self.clock = {"law": 0.0, "assembly": 0.0, "solve": 0.0}
@@ -120,7 +121,7 @@ class Wall:
         d, nd = self.d, self.own * self.d
         r, c = np.nonzero(np.kron(self.K[0].reshape(self.nn, d, self.nn, d).any((1, 3)), np.ones((d, d))))
         columns = (c + (self.lo + np.arange(self.nb) * self.nn)[:, None] * d).ravel()
-        values = np.where(self.beam[:, None], self.K[1][r, c], self.K[0][r, c])
+        values = np.where(self.stiff[:, None], self.K[1][r, c], self.K[0][r, c])
         rows = np.r_[0, np.cumsum(np.tile(np.bincount(r), self.nb))].astype(INT)
         self.M = PETSc.Mat().createAIJ(((nd, None), (nd, None)), bsize=d)
         self.M.setPreallocationNNZ((np.diff(rows) + 2 * d, 2 * d))
@@ -188,7 +189,7 @@ class Wall:
         f = np.zeros((len(self.nodes), self.d))
         if u is not None:
             bricks = u[: self.own].reshape(self.nb, -1)
-            f[: self.own] = np.where(self.beam[:, None], bricks @ self.K[1], bricks @ self.K[0]).reshape(-1, self.d)
+            f[: self.own] = np.where(self.stiff[:, None], bricks @ self.K[1], bricks @ self.K[0]).reshape(-1, self.d)
         f = f.ravel()
         for g, t in zip(self.joints, tractions, strict=True):
             dof = g.nodes[:, :, None] * self.d + np.arange(self.d)
@@ -225,13 +226,17 @@ class Wall:
             g.s, g.state = s, r.state
         self.accepted, self.F = self.trial, F
 
-    def solve(self, *right: Floats) -> list[Floats]:
-        """Solutions with the stiffness of the last update."""
+    def solve(self, *right: Floats, diagonal: Floats | float = 0.0) -> list[Floats]:
+        """Solutions with the stiffness of the last update and a diagonal."""
         begin = time.process_time()
         self.base.copy(self.A, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         for g, (_, r) in zip(self.joints, self.trial, strict=True):
             self._add(self.A, g, g.blocks(r.tangent) * g.keep)
         self.A.assemble()
+        if np.ndim(diagonal):
+            entries = self.A.getDiagonal()
+            entries.array += diagonal * self.free
+            self.A.setDiagonal(entries)
         self.clock["assembly"] += time.process_time() - begin
         begin, out = time.process_time(), []
         x, b = self.A.createVecs()

@@ -24,8 +24,9 @@ class Masonry:
 
     half_brick: length, thickness, height.  joint: constants of `Material.from_masonry`, or of
     `Material.from_joint` for dry joints.  crack: strength and fracture energy of a brick.  beam: height of a
-    loading beam on top, at whose `level` above the base the wall is moved while it may turn; without a beam
-    the top stays horizontal and its height is held.
+    stiff loading beam on top and of a foundation, with joints to the wall, which is moved at a `level` above
+    the foundation and may turn; without a beam the top stays horizontal and its height is held.  pressure: at
+    the base, with the weight (per volume) of the wall.
     """
 
     columns: int
@@ -38,10 +39,17 @@ class Masonry:
     crack: tuple[float, float] = (2.0, 0.08)
     beam: float = 0.0
     level: float = 0.0
+    weight: float = 0.0
 
     def heights(self) -> Floats:
-        """Heights of the courses and of the beam."""
-        return np.r_[np.full(self.courses, self.half_brick[2]), [self.beam] * (self.beam > 0.0)]
+        """Heights of the courses, of a foundation and of a beam, from below."""
+        end = [self.beam] * (self.beam > 0.0)
+        return np.r_[end, np.full(self.courses, self.half_brick[2]), end]
+
+    def stiff(self) -> np.ndarray:
+        """Which of `heights` are foundation and beam."""
+        end = [True] * (self.beam > 0.0)
+        return np.r_[end, np.zeros(self.courses, bool), end].astype(bool)
 
 
 UNBROKEN = (100.0, 1.0)
@@ -52,8 +60,8 @@ STRONG = {"ft": 0.25, "GfI": 0.018, "c": 0.35, "GfII": 0.125, "tan_phi": 0.75}
 WEAK = {"ft": 0.16, "GfI": 0.012, "c": 0.224, "GfII": 0.05, "tan_phi": 0.75}
 
 BRICK = Masonry(9, 16, (110.0, 100.0, 62.5), 0.3, SOFT | STRONG)
-GRANITE = Masonry(10, 8, (100.0, 200.0, 150.0), 0.0, {}, 20000.0, 0.2, UNBROKEN, 250.0, 1325.0)
-SANDSTONE = Masonry(10, 10, (100.0, 200.0, 100.0), 0.0, {}, 15500.0, 0.2, UNBROKEN, 100.0, 1000.0)
+GRANITE = Masonry(10, 8, (100.0, 200.0, 150.0), 0.0, {}, 20000.0, 0.2, UNBROKEN, 250.0, 1325.0, 2.6e-5)
+SANDSTONE = Masonry(10, 10, (100.0, 200.0, 100.0), 0.0, {}, 15500.0, 0.2, UNBROKEN, 100.0, 1000.0, 2.4e-5)
 
 
 def dry(wall: Masonry, force: float, kn: float, mu: float) -> Masonry:

@@ -11,16 +11,20 @@ HALVINGS = 5
 
 
 class Steps:
-    """Steps of a wall under a load; `tolerance` is that of the residual over the largest force."""
+    """Steps of a wall under a load; `tolerance` is that of the residual over the largest force.
 
-    def __init__(self, wall: Wall, tolerance: float, most: int) -> None:
+    drag: a force on the half-bricks per volume and speed, which carries loose ones over the moves of a mechanism.
+    """
+
+    def __init__(self, wall: Wall, tolerance: float, most: int, drag: float) -> None:
         """Take at most `most` iterations in a step."""
         self.wall, self.tolerance, self.most = wall, tolerance, most
+        self.drag = np.repeat(drag * wall.volume, wall.d)
 
-    def rest(self, F: Floats, load: Floats) -> tuple[Floats, float, bool]:
+    def rest(self, F: Floats, load: Floats, drag: Floats | float = 0.0) -> tuple[Floats, float, bool]:
         """Residual, its norm, and whether it is small."""
         free = self.wall.free
-        R = (F - load) * free
+        R = (F - load + drag) * free
         scale = max(largest(F[~free]), largest(load), 1.0)
         return R, total(R @ R) ** 0.5, largest(R) <= self.tolerance * scale
 
@@ -31,22 +35,24 @@ class Steps:
         An iteration is halved until the residual falls, and the best try is taken.
         """
         wall, first = self.wall, last is None and largest(change) > 0.0
+        start, slow = u, self.drag / dt
         if last is not None:
             u, change = np.where(wall.free, u + last, u + change), 0.0 * change
         F = wall.update(u, dt)
         for self.iterations in range(self.most + 1):
-            R, norm, small = self.rest(F, load)
+            R, norm, small = self.rest(F, load, slow * (u - start))
             if small and not first:
                 wall.accept(F)
                 return u
             if self.iterations == self.most or not np.isfinite(norm):
                 break
-            (du,) = wall.solve(-R - wall.tangent_times(change) if first else -R)
+            ahead = wall.tangent_times(change) + slow * change if first else 0.0
+            (du,) = wall.solve(-R - ahead, diagonal=slow)
             best = None
             for factor in 0.5 ** np.arange(HALVINGS + 1):
                 new = u + factor * (du + change)
                 F = wall.update(new, dt)
-                n = self.rest(F, load)[1]
+                n = self.rest(F, load, slow * (new - start))[1]
                 if best is None or n < best[0]:
                     best = n, new, F, wall.trial
                 if first or n < (1.0 - 0.1 * factor) * norm:

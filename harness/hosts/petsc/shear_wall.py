@@ -60,6 +60,7 @@ def read_options() -> argparse.Namespace:
     add("--turn", type=float, default=0.0, help="of the pattern, degrees")
     add("--height", type=float, default=0.0, help="of the asperities, mm; 0: infinite")
     add("--tau", type=float, default=0.0, help="tau_v, in mm of the top")
+    add("--drag", type=float, default=0.0, help="force on a volume, N/mm3, that moves as fast as the top")
     add("--kc", type=float, default=1.0, help="of mortar joints (default: %(default)s)")
     add("--joint", nargs="+", default=[], metavar="NAME=VALUE", help="other constants of the joint, such as kn=10")
     add("--to", type=float, nargs="+", default=[4.0], metavar="MM", help="displacements, one after the other (4)")
@@ -92,7 +93,8 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         ("tolerance", 0.0 < o.tolerance < 0.1, "between 0 and 0.1"),
         ("iterations", o.iterations >= 1, "at least 1"),
         ("arc", 0.0 <= o.arc < np.inf and not (o.arc and len(o.to) > 1), "at least 0, with one value of --to"),
-        ("arc", not (o.arc and o.tau), "without --tau"),
+        ("arc", not (o.arc and (o.tau or o.drag)), "without --tau and --drag"),
+        ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
         ("to", bool(np.all(np.isfinite(o.to))) and all(np.diff([0.0, *o.to])), "finite, each another than before"),
         ("ranks", min(o.ranks) >= 1 and np.prod(o.ranks) == COMM.size, f"a product of {COMM.size}, the ranks"),
         ("resume", not o.resume or (o.out and not o.arc), "with --out and without --arc"),
@@ -126,7 +128,7 @@ class Run:
         """Build the wall and press it."""
         self.o, o = options, options
         self.wall = w = Wall(o.masonry, o.laws, o.elements, o.ranks)
-        self.steps = Steps(w, o.tolerance, o.iterations)
+        self.steps = Steps(w, o.tolerance, o.iterations, o.drag)
         turns = o.masonry.beam > 0.0
         fixed = np.zeros((len(w.nodes), w.d), bool)
         fixed[w.bottom] = True
@@ -135,7 +137,8 @@ class Run:
             fixed[w.pushed, 1] = True
         w.restrain(fixed, o.solver)
         load = np.zeros((w.own, w.d))
-        load[:, -1] = -o.masonry.pressure * w.area
+        weight = o.masonry.weight * w.volume
+        load[:, -1] = -weight - w.area * (o.masonry.pressure - total(weight.sum()) / total(w.area.sum()))
         self.u, none = (np.zeros(w.own * w.d) for _ in range(2))
         for part in (0.25, 0.5, 0.75, 1.0):
             self.u = self.steps.newton(self.u, none, part * load.ravel(), 1.0)
@@ -153,7 +156,7 @@ class Run:
     def row(self) -> tuple[float, ...]:
         """Displacement, forces at the base, energy of rupture and friction, iterations."""
         w = self.wall
-        F = w.F.reshape(-1, w.d)[w.bottom[: w.own]]
+        F = (w.F - self.load).reshape(-1, w.d)[w.bottom[: w.own]]
         kinds = [contract.statev_index(name) for name in ("rupture", "friction")]
         spent = total(sum(float(g.area @ g.state[:, kinds].sum(1)) for g in w.joints))
         return self.at, -total(F[:, 0].sum()) / 1e3, total(F[:, -1].sum()) / 1e3, spent / 1e3, self.steps.iterations
