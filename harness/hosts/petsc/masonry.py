@@ -91,9 +91,9 @@ def laws(
 ) -> tuple[Interface, Interface]:
     """Laws of the joints and of the cracks in mid-brick, which are flat; `changed` are constants of the joint."""
     material = Material.from_joint if "mu" in wall.joint else Material.from_masonry
-    joint = material(**wall.joint | changed)
+    joint = replace(material(**wall.joint | changed), height=height)
     if "mu" not in wall.joint:
-        joint = replace(joint, height=height, kc=kc, tau_v=tau_v)
+        joint = replace(joint, kc=kc, tau_v=tau_v)
     strength, energy = wall.crack
     crack = Material(strength, energy, 1.0 - strength**2 / (2.0 * MID_BRICK * energy), 0.75, kc=1.0, tau_v=tau_v)
     return Interface(joint, pattern), Interface(crack, Pattern.regular(0, 0.0))

@@ -96,6 +96,7 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         ("arc", not (o.arc and (o.tau or o.drag)), "without --tau and --drag"),
         ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
         ("to", bool(np.all(np.isfinite(o.to))) and all(np.diff([0.0, *o.to])), "finite, each another than before"),
+        ("height", not o.height or o.theta, "with --theta"),
         ("ranks", min(o.ranks) >= 1 and np.prod(o.ranks) == COMM.size, f"a product of {COMM.size}, the ranks"),
         ("resume", not o.resume or (o.out and not o.arc), "with --out and without --arc"),
         ("pvd", not o.pvd or COMM.size == 1, "one rank"),
@@ -109,6 +110,8 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         grid = o.masonry.columns, len(o.masonry.heights())
         if o.ranks[0] > grid[0] or o.ranks[1] > grid[1]:
             bad.append(f"--ranks {o.ranks}: expected at most {grid[0]} along the length and {grid[1]} along the height")
+        if "mu" in wall.joint and (o.tau or o.kc != 1.0):
+            bad.append(f"--tau {o.tau:g}, --kc {o.kc:g}: expected 0 and 1 for dry joints, which do not soften")
         try:
             changed = {name: float(value) for name, value in (one.split("=", 1) for one in o.joint)}
             if unknown := set(changed) - set(wall.joint):
