@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import subprocess
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from asperity.contract import Floats
 
-from .common import DATA
+from .common import DATA, rows
 
 PROGRAM = Path(__file__).parents[3] / "harness" / "hosts" / "petsc" / "shear_wall.py"
 BUILD = Path(__file__).parents[3] / "build"
@@ -100,5 +99,53 @@ def execute_all(folder: Path, workers: int = 3) -> None:
         list(pool.map(lambda name: execute(name, folder), RUNS))
 
 
-if __name__ == "__main__":
-    execute_all(BUILD / "walls")
+def thinned(curve: Floats) -> Floats:
+    """Rows of a curve without those where straight lines stay within THIN."""
+    size = np.maximum(np.abs(curve).max(axis=0), 1e-30)
+
+    def keep(first: int, last: int) -> list[int]:
+        if last - first < 2:
+            return [first]
+        part = (np.arange(first + 1, last) - first)[:, None] / (last - first)
+        along = curve[first + 1 : last, :1] - curve[first, 0]
+        width = curve[last, 0] - curve[first, 0]
+        part = along / width if abs(width) > 1e-9 else part
+        away = np.abs((curve[first + 1 : last] - curve[first] - part * (curve[last] - curve[first])) / size)
+        worst = int(away.max(axis=1).argmax())
+        if away.max() <= THIN:
+            return [first]
+        return keep(first, first + 1 + worst) + keep(first + 1 + worst, last)
+
+    return curve[[*keep(0, len(curve) - 1), len(curve) - 1]]
+
+
+def store(folder: Path) -> None:
+    """Write the thinned curves and the summaries of all runs to the folder `data`."""
+    lines = ["# Made by python -m harness.studies.validation.walls --run", "run,displacement,horizontal,vertical"]
+    sums = [lines[0]]
+    for name in RUNS:
+        file = folder / name.replace(" ", "-")
+        if not file.with_name(file.name + ".json").exists():
+            continue
+        curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
+        curve = thinned(np.vstack([np.zeros(3), curve]) + [[0.0, 0.0, 0.0]])
+        lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
+        found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
+        del found["reason"]
+        sums += [",".join(["run", *found])] * (len(sums) == 1)
+        sums.append(",".join([name, *(f"{value:.5g}" for value in found.values())]))
+    for file, text in (("walls_runs.csv", lines), ("walls_summaries.csv", sums)):
+        (DATA / file).write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+def curves() -> dict[str, Floats]:
+    """Stored rows of every run: displacement, horizontal and vertical force."""
+    found: dict[str, list[list[float]]] = {}
+    for row in rows("walls_runs"):
+        found.setdefault(row["run"], []).append([float(row[key]) for key in ("displacement", "horizontal", "vertical")])
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def summaries() -> dict[str, dict[str, str]]:
+    """Stored summary of every run."""
+    return {row["run"]: row for row in rows("walls_summaries")}
