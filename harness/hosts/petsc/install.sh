@@ -7,7 +7,11 @@
 set -eu
 python=$1 folder=$2
 system=/usr/bin/python3
-if ! PETSC_DIR=$petsc $system -c "import mpi4py.MPI, petsc4py.PETSC" 2>/dev/null; then
+ready() {
+  # shellcheck disable=SC2086  # a pattern
+  PETSC_DIR=$(echo /usr/lib/petscdir/petsc3*/*-real) $system -c "import mpi4py.MPI, petsc4py.PETSc" 2>/dev/null
+}
+if ! ready; then
   [ "$(id -u)" = 0 ] || { echo "as root: apt-get install python3-petsc4py python3-mpi4py libopenblas0-pthread" && exit 77; }
   { apt-get update -q && env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends \
     python3-petsc4py python3-mpi4py libopenblas0-pthread; } || { echo "no packages here, left out" && exit 77; }
@@ -19,3 +23,4 @@ site=$("$folder/bin/python" -c "import sysconfig; print(sysconfig.get_path('pure
 for one in asperity meshio rich; do
   ln -s "$($python -c "import pathlib, $one; print(pathlib.Path($one.__file__).parent)")" "$site/$one"
 done
+echo "$folder"

@@ -59,15 +59,32 @@ def most(curve: Floats, limit: float) -> float:
     return float(max(curve[inside, 1].max(), np.interp(limit, curve[:, 0], curve[:, 1])))
 
 
+def strengths(wall: str) -> list[float]:
+    """Measured strengths of a wall, kN."""
+    if wall in FORCES:
+        return [most(one, until(wall)) for one in measured(wall).values()]
+    names = ("J4D", "J5D") if wall == "J4D" else (wall,)
+    return [float(row["peak"]) for row in rows("walls_mortar") if row["test"] in names]
+
+
+def errors(curves: dict[str, Floats]) -> dict[str, float]:
+    """Error of the strength of every wall over the mean of the measured ones."""
+    found = {}
+    for wall in (*FORCES, *MORTAR):
+        model = most(curves[wall], until(wall) if wall in FORCES else np.inf)
+        found[wall] = float(model / np.mean(strengths(wall)) - 1.0)
+    return found
+
+
 def dry(curves: dict[str, Floats]) -> str:
     """Table of the dry walls."""
-    body = []
+    away, body = errors(curves), []
     for name, force in FORCES.items():
-        tests = [most(one, until(name)) for one in measured(name).values()]
-        model, mean = most(curves[name], until(name)), float(np.mean(tests))
         bound = force * 500.0 / LEVEL[name[:2]]
-        body.append([name, f"{force:g}", f"{bound:.1f}", f"{until(name):g}", ", ".join(f"{x:.1f}" for x in tests),
-                     f"{model:.1f}", f"**{100.0 * (model / mean - 1.0):.0f}**"])  # fmt: skip
+        tests = ", ".join(f"{x:.1f}" for x in strengths(name))
+        model = most(curves[name], until(name))
+        body.append([name, f"{force:g}", f"{bound:.1f}", f"{until(name):g}", tests, f"{model:.1f}",
+                     f"**{100.0 * away[name]:.0f}**"])  # fmt: skip
     head = ["wall", "N, kN", "N L/(2 H0), kN", "up to, mm", "measured, kN", "model, kN", "error, %"]
     return markdown(head, body)
 
@@ -76,30 +93,30 @@ def mortar(curves: dict[str, Floats]) -> str:
     """Table of the Eindhoven walls."""
     body = []
     for name in MORTAR:
-        tests = [float(row["peak"]) for row in rows("walls_mortar") if row["test"][:2] in (name[:2], f"J{name[1]}")]
-        tests += [float(row["peak"]) for row in rows("walls_mortar") if (name, row["test"]) == ("J4D", "J5D")]
+        tests = strengths(name)
         line = [name, ", ".join(f"{x:g}" for x in tests)]
-        for run_ in (name, f"{name} 10 0.1"):
-            peak = curves[run_][:, 1].max()
-            line += [f"{peak:.1f}", f"{curves[run_][curves[run_][:, 1].argmax(), 0]:.2f}",
-                     f"**{100.0 * (peak / np.mean(tests) - 1.0):.0f}**"]  # fmt: skip
+        for curve in (curves[name], curves[f"{name} 10 0.1"]):
+            k = curve[:, 1].argmax()
+            away = 100.0 * (curve[k, 1] / np.mean(tests) - 1.0)
+            line += [f"{curve[k, 1]:.1f}", f"{curve[k, 0]:.2f}", f"**{away:.0f}**"]
         body.append(line)
     head = ["wall", "measured, kN", "flat, kN", "at, mm", "error, %", "10°, 0.1 mm, kN", "at, mm", "error, %"]
     return markdown(head, body)
 
 
+JOINTS = {"J4D": ("0", "flat"), "J4D 5 0.1": ("5", "0.1"), "J4D 10 0.1": ("10", "0.1"), "J4D 20 0.1": ("20", "0.1"),
+          "J4D 10 0.5": ("10", "0.5"), "J4D 10 0": ("10", "straight")}  # fmt: skip
+"""Theta in degrees and height in mm of J4D with inclined planes."""
+
+
 def dilation(curves: dict[str, Floats]) -> str:
     """Table of J4D with inclined planes."""
     body = []
-    for name in ("J4D", *(one for one in curves if one.startswith("J4D ") and one.split()[1] != one.split()[2])):
-        if name.split()[1:] in (["2", "2"], ["8", "6"]):
-            continue
+    for name, joint in JOINTS.items():
         curve = curves[name]
-        theta, height = (name.split()[1:] or ["0", "flat"])
         k = curve[:, 1].argmax()
         vertical = [f"{np.interp(x, curve[:, 0], curve[:, 2]):.0f}" for x in (2.0, 4.0)]
-        body.append([theta, {"0": "straight", "flat": "flat"}.get(height, height), f"{curve[k, 1]:.1f}",
-                     f"{curve[k, 0]:.2f}", *vertical])  # fmt: skip
+        body.append([*joint, f"{curve[k, 1]:.1f}", f"{curve[k, 0]:.2f}", *vertical])
     head = ["theta, °", "height, mm", "peak, kN", "at, mm", "vertical at 2 mm, kN", "at 4 mm, kN"]
     return markdown(head, body)
 
@@ -202,12 +219,10 @@ def draw_curves(curves: dict[str, Floats]) -> Figure:
 def draw_dilation(curves: dict[str, Floats]) -> Figure:
     """Draw horizontal and vertical force of J4D with inclined planes."""
     figure, axes = new_figure(TWO, 2.9, ncols=2)
-    names = {"J4D": "flat", "J4D 5 0.1": "5°, 0.1 mm", "J4D 10 0.1": "10°, 0.1 mm", "J4D 20 0.1": "20°, 0.1 mm",
-             "J4D 10 0.5": "10°, 0.5 mm", "J4D 10 0": "10°, straight"}  # fmt: skip
-    for (name, label), colour in zip(names.items(), COLOURS, strict=True):
+    for (name, joint), colour in zip(JOINTS.items(), COLOURS, strict=True):
+        label = "flat" if name == "J4D" else f"{joint[0]}°, {joint[1]}" + " mm" * (joint[1] != "straight")
         for ax, column in zip(axes, (1, 2), strict=True):
-            if name in curves:
-                ax.plot(curves[name][:, 0], curves[name][:, column], color=colour, label=label)
+            ax.plot(curves[name][:, 0], curves[name][:, column], color=colour, label=label)
     for ax, text in zip(axes, ("horizontal", "vertical"), strict=True):
         ax.set_xlabel("displacement [mm]")
         ax.set_ylabel(f"{text} force [kN]")
