@@ -36,7 +36,7 @@ def test_walls_within_ten_percent() -> None:
     curves = wall_runs.curves()
     away = walls.errors(curves)
     assert sum(abs(one) <= 0.1 for one in away.values()) == len(away) - 2
-    assert "9 of 11 walls within 10 %" in (common.DOCS / "validation" / "README.md").read_text(encoding="utf-8")
+    assert "9 of 11 walls within 10 %" in (walls.PAGE.parent / "README.md").read_text(encoding="utf-8")
 
 
 def test_thinned_curve() -> None:

@@ -17,7 +17,8 @@ COMM, INT, ADD = MPI.COMM_WORLD, PETSc.IntType, PETSc.InsertMode.ADD_VALUES
 KRYLOV = "-ksp_type gmres -ksp_gmres_restart 300 -ksp_max_it 3000 "
 SOLVERS = {
     "mumps": "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps",
-    "bricks": KRYLOV + "-pc_type mg -pc_mg_galerkin both -mg_levels_ksp_type richardson -mg_levels_ksp_max_it 1 "
+    "bricks": KRYLOV
+    + "-pc_type mg -pc_mg_galerkin both -mg_levels_ksp_type richardson -mg_levels_ksp_max_it 1 "
     "-mg_levels_pc_type bjacobi -mg_levels_sub_pc_type lu -mg_coarse_ksp_type preonly -mg_coarse_pc_type lu "
     "-mg_coarse_pc_factor_mat_solver_type mumps",
 }
@@ -41,14 +42,18 @@ def largest(x: Floats) -> float:
 class Wall:
     """Half-bricks with meshes of their own, and joints between their nodes.
 
-    Half-bricks are numbered rank by rank, nodes half-brick by half-brick.  A rank has the points of the joints
-    whose minus side it owns.  Displacements and forces are arrays of the owned nodes, (own * d,).
+    Half-bricks are numbered rank by rank, nodes half-brick by half-brick.  A rank has the points of the
+    joints whose minus side it owns.  Displacements and forces are arrays of the owned nodes, (own * d,).
     """
 
     def __init__(
-        self, masonry: Masonry, laws: tuple[Interface, Interface], elements: Sequence[int], grid: Sequence[int]
+        self,
+        masonry: Masonry,
+        laws: tuple[Interface, Interface],
+        elements: Sequence[int],
+        grid: Sequence[int],
     ) -> None:
-        """Build the mesh; elements: of a half-brick, along 2 or 3 axes; grid: ranks along length and height."""
+        """Build the mesh; elements: of a half-brick along 2 or 3 axes; grid: ranks along length, height."""
         n = np.array(elements)
         self.d = d = len(n)
         keep = [0, 1, 2] if d == 3 else [0, 2]
@@ -81,7 +86,9 @@ class Wall:
             (laws[1], sides[~head], nr, upright, heights[j[sides[~head]]]),
             (laws[0], above, 1, flat, np.ones(len(above))),
         ):
-            nodes = [(place[b] * nn)[:, None] + face.ravel() for b, face in ((minus, low), (minus + step, high))]
+            nodes = [
+                (place[b] * nn)[:, None] + face.ravel() for b, face in ((minus, low), (minus + step, high))
+            ]
             area = np.outer(depth, part) * thickness
             on_face = cells(np.arange(low.size).reshape(low.shape))
             faces = (low.size * np.arange(len(minus))[:, None, None] + on_face).reshape(-1, 2 ** (d - 1))
@@ -104,10 +111,14 @@ class Wall:
         at = masonry.beam + masonry.level if masonry.beam else base[-1]
         self.pushed = (j[brick] == nr - 1) & (np.abs(self.X[:, -1] - at) < 1e-6)
         if not COMM.allreduce(bool(self.pushed.any()), MPI.LOR):
-            raise ValueError(f"elements = {tuple(elements)}: expected nodes of the beam at the level {masonry.level:g} mm")
+            raise ValueError(
+                f"elements = {tuple(elements)}: expected nodes of the beam at the level {masonry.level:g} mm"
+            )
         face = np.zeros(n + 1)
         face[..., -1] = flat[2].reshape(face[..., -1].shape) * thickness
-        volume = np.einsum("i,jk->ijk" if d == 3 else "i,jk->ik", shares(n[0]), np.outer(across, shares(n[-1])))
+        volume = np.einsum(
+            "i,jk->ijk" if d == 3 else "i,jk->ik", shares(n[0]), np.outer(across, shares(n[-1]))
+        )
         self.area = np.tile(face.ravel(), nb) * self.top[: self.own]
         self.volume = np.outer(heights[j[mine]] * length * thickness * ~self.stiff, volume).ravel()
         self.solids = (np.arange(nb)[:, None, None] * nn + cells(numbers)).reshape(-1, 2**d)
@@ -185,11 +196,13 @@ class Wall:
             return v.array.reshape(-1, self.d).copy()
 
     def gather(self, u: Floats | None, tractions: Sequence[Floats]) -> Floats:
-        """Forces of the half-bricks at displacements of `spread`, if given, and of tractions in the joints."""
+        """Forces of tractions in the joints and, at displacements of `spread`, of the half-bricks."""
         f = np.zeros((len(self.nodes), self.d))
         if u is not None:
             bricks = u[: self.own].reshape(self.nb, -1)
-            f[: self.own] = np.where(self.stiff[:, None], bricks @ self.K[1], bricks @ self.K[0]).reshape(-1, self.d)
+            f[: self.own] = np.where(self.stiff[:, None], bricks @ self.K[1], bricks @ self.K[0]).reshape(
+                -1, self.d
+            )
         f = f.ravel()
         for g, t in zip(self.joints, tractions, strict=True):
             dof = g.nodes[:, :, None] * self.d + np.arange(self.d)
@@ -217,7 +230,9 @@ class Wall:
     def tangent_times(self, u: Floats) -> Floats:
         """Forces of displacements by the stiffness of the last update."""
         here, parts = self.spread(u), zip(self.joints, self.trial, strict=True)
-        return self.gather(here, [np.einsum("pkl,pl->pk", r.tangent, g.separation(here)) for g, (_, r) in parts])
+        return self.gather(
+            here, [np.einsum("pkl,pl->pk", r.tangent, g.separation(here)) for g, (_, r) in parts]
+        )
 
     def accept(self, F: Floats) -> None:
         """Take the last update as the end of a step, with its internal forces."""

@@ -1,4 +1,4 @@
-"""Masonry walls of half-bricks: constants, laws of the joints, and the elements of a half-brick.  mm, N, MPa."""
+"""Masonry walls of half-bricks: constants, laws of the joints, elements of a half-brick.  mm, N, MPa."""
 
 from __future__ import annotations
 
@@ -89,13 +89,15 @@ WALLS = {
 def laws(
     wall: Masonry, pattern: Pattern, height: float, kc: float, tau_v: float, **changed: float
 ) -> tuple[Interface, Interface]:
-    """Laws of the joints and of the cracks in mid-brick, which are flat; `changed` are constants of the joint."""
+    """Laws of the joints and of the flat cracks in mid-brick; `changed` are constants of the joint."""
     material = Material.from_joint if "mu" in wall.joint else Material.from_masonry
     joint = replace(material(**wall.joint | changed), height=height)
     if "mu" not in wall.joint:
         joint = replace(joint, kc=kc, tau_v=tau_v)
     strength, energy = wall.crack
-    crack = Material(strength, energy, 1.0 - strength**2 / (2.0 * MID_BRICK * energy), 0.75, kc=1.0, tau_v=tau_v)
+    crack = Material(
+        strength, energy, 1.0 - strength**2 / (2.0 * MID_BRICK * energy), 0.75, kc=1.0, tau_v=tau_v
+    )
     return Interface(joint, pattern), Interface(crack, Pattern.regular(0, 0.0))
 
 
@@ -134,10 +136,22 @@ class Joints:
     """
 
     def __init__(
-        self, law: Interface, minus: np.ndarray, plus: np.ndarray, area: Floats, axes: Floats, faces: np.ndarray
+        self,
+        law: Interface,
+        minus: np.ndarray,
+        plus: np.ndarray,
+        area: Floats,
+        axes: Floats,
+        faces: np.ndarray,
     ) -> None:
         """Begin with virgin points."""
-        self.law, self.nodes, self.area, self.axes, self.faces = law, np.stack([minus, plus], 1), area, axes, faces
+        self.law, self.nodes, self.area, self.axes, self.faces = (
+            law,
+            np.stack([minus, plus], 1),
+            area,
+            axes,
+            faces,
+        )
         self.s, self.state = np.zeros((len(area), 3)), np.zeros((len(area), law.nstatv))
         self.growth, self.moved = np.zeros(len(area)), np.zeros((len(area), 3))
 

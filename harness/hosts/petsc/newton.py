@@ -13,7 +13,7 @@ HALVINGS = 5
 class Steps:
     """Steps of a wall under a load; `tolerance` is that of the residual over the largest force.
 
-    drag: a force on the half-bricks per volume and speed, which carries loose ones over the moves of a mechanism.
+    drag: a force on the half-bricks per volume and speed, which carries loose ones over sudden moves.
     """
 
     def __init__(self, wall: Wall, tolerance: float, most: int, drag: float) -> None:
@@ -28,7 +28,9 @@ class Steps:
         scale = max(largest(F[~free]), largest(load), 1.0)
         return R, total(R @ R) ** 0.5, largest(R) <= self.tolerance * scale
 
-    def newton(self, u: Floats, change: Floats, load: Floats, dt: float, last: Floats | None = None) -> Floats:
+    def newton(
+        self, u: Floats, change: Floats, load: Floats, dt: float, last: Floats | None = None
+    ) -> Floats:
         """Displacements after prescribed changes, which are zero where u is free.
 
         last: a change of u that is extrapolated to this step; without it the first iteration is linear.
@@ -39,12 +41,13 @@ class Steps:
         if last is not None:
             u, change = np.where(wall.free, u + last, u + change), 0.0 * change
         F = wall.update(u, dt)
-        for self.iterations in range(self.most + 1):
+        for iteration in range(self.most + 1):
+            self.iterations = iteration
             R, norm, small = self.rest(F, load, slow * (u - start))
             if small and not first:
                 wall.accept(F)
                 return u
-            if self.iterations == self.most or not np.isfinite(norm):
+            if iteration == self.most or not np.isfinite(norm):
                 break
             ahead = wall.tangent_times(change) + slow * change if first else 0.0
             (du,) = wall.solve(-R - ahead, diagonal=slow)
@@ -70,17 +73,19 @@ class Steps:
         sizes = [np.linalg.norm(g.moved, axis=1) for g in wall.joints]
         whole = max(total(sum(float(w.sum()) for w in weights)), 1e-30)
         along = [
-            (g.growth / np.maximum(size, 1e-30))[:, None] * g.moved for g, size in zip(wall.joints, sizes, strict=True)
+            (g.growth / np.maximum(size, 1e-30))[:, None] * g.moved
+            for g, size in zip(wall.joints, sizes, strict=True)
         ]
         c = wall.gather(None, along) / whole
         self.length = part * total(sum(float(w @ s) for w, s in zip(weights, sizes, strict=True))) / whole
         wall.trial, start = wall.accepted, u  # the tangent of the last step, in which damage grows
-        for self.iterations in range(self.most + 1):
+        for iteration in range(self.most + 1):
+            self.iterations = iteration
             R, norm, small = self.rest(F, load)
-            if small and self.iterations:
+            if small and iteration:
                 wall.accept(F)
                 return u
-            if self.iterations == self.most or not np.isfinite(norm):
+            if iteration == self.most or not np.isfinite(norm):
                 break
             by_rest, by_push = wall.solve(-R, -wall.tangent_times(push))
             move = (self.length - total(c @ (u - start + by_rest))) / total(c @ (by_push + push))

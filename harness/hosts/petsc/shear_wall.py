@@ -1,4 +1,4 @@
-"""Masonry wall under pressure whose top is moved sideways: half-bricks, joints with the law, PETSc on ranks of MPI.
+"""Masonry wall under pressure whose top is moved sideways: half-bricks and joints on ranks of MPI.
 
 The wall is pressed in four steps and then moved.  Rows are written step by step, and the last line printed is
 a summary in JSON.  The exit status is 3 where the run stops before its end.
@@ -48,12 +48,15 @@ SAVED = 10
 def read_options() -> argparse.Namespace:
     """Options of the command line."""
     parser = argparse.ArgumentParser(
-        prog="shear_wall.py", description=__doc__, allow_abbrev=False, formatter_class=argparse.RawTextHelpFormatter
+        prog="shear_wall.py",
+        description=__doc__,
+        allow_abbrev=False,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
     add("--wall", default="J4D", help=f"one of {', '.join(WALLS)}")
-    add("--elements", type=int, nargs="+", default=[4, 3], metavar="N", help="of a half-brick: length and height,\n"
-        "or length, thickness and height in 3D (default: 4 3)")  # fmt: skip
+    text = "of a half-brick: length and height, or length, thickness and height in 3D (default: 4 3)"
+    add("--elements", type=int, nargs="+", default=[4, 3], metavar="N", help=text)
     add("--scale", type=int, default=1, help="so many times the half-bricks and courses")
     add("--theta", type=float, default=0.0, help="of the pattern of the joints, degrees; 0: flat")
     add("--sides", type=int, default=4, help="of the pattern (default: %(default)s)")
@@ -62,18 +65,41 @@ def read_options() -> argparse.Namespace:
     add("--tau", type=float, default=0.0, help="tau_v, in mm of the top")
     add("--drag", type=float, default=0.0, help="force on a volume, N/mm3, that moves as fast as the top")
     add("--kc", type=float, default=1.0, help="of mortar joints (default: %(default)s)")
-    add("--joint", nargs="+", default=[], metavar="NAME=VALUE", help="other constants of the joint, such as kn=10")
-    add("--to", type=float, nargs="+", default=[4.0], metavar="MM", help="displacements, one after the other (4)")
+    add(
+        "--joint",
+        nargs="+",
+        default=[],
+        metavar="NAME=VALUE",
+        help="other constants of the joint, such as kn=10",
+    )
+    add(
+        "--to",
+        type=float,
+        nargs="+",
+        default=[4.0],
+        metavar="MM",
+        help="displacements, one after the other (4)",
+    )
     add("--step", type=float, default=0.02, help="first step, mm (default: %(default)s)")
     add("--most", type=float, default=0.05, help="largest step, mm (default: %(default)s)")
-    add("--tolerance", type=float, default=1e-6, help="residual over the largest force (default: %(default)s)")
+    add(
+        "--tolerance", type=float, default=1e-6, help="residual over the largest force (default: %(default)s)"
+    )
     add("--iterations", type=int, default=40, help="most in a step (default: %(default)s)")
-    add("--arc", type=float, default=0.0, metavar="MM", help="path control where plain steps fail: mean separation")
+    add(
+        "--arc",
+        type=float,
+        default=0.0,
+        metavar="MM",
+        help="path control where plain steps fail: mean separation",
+    )
     add("--solver", default="mumps", choices=tuple(SOLVERS), help="direct, or of two levels")
     add("--petsc", default="", metavar="OPTIONS", help="more options of PETSc, in one word")
     add("--ranks", type=int, nargs=2, default=[COMM.size, 1], metavar="N", help="along length and height")
     add("--out", type=Path, metavar="FILE.csv", help="rows, and FILE.RANK.npz every ten steps to go on from")
-    add("--resume", action="store_true", help="go on from the files of --out, with the same ranks and options")
+    add(
+        "--resume", action="store_true", help="go on from the files of --out, with the same ranks and options"
+    )
     add("--pvd", type=Path, metavar="FILE.pvd", help="fields at the displacements --to; one rank")
     with redirect_stderr(sys.stderr if COMM.rank == 0 else open(os.devnull, "w")):
         options = parser.parse_args()
@@ -92,12 +118,24 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         ("most", o.step <= o.most < np.inf, "at least --step"),
         ("tolerance", 0.0 < o.tolerance < 0.1, "between 0 and 0.1"),
         ("iterations", o.iterations >= 1, "at least 1"),
-        ("arc", 0.0 <= o.arc < np.inf and not (o.arc and len(o.to) > 1), "at least 0, with one value of --to"),
+        (
+            "arc",
+            0.0 <= o.arc < np.inf and not (o.arc and len(o.to) > 1),
+            "at least 0, with one value of --to",
+        ),
         ("arc", not (o.arc and (o.tau or o.drag)), "without --tau and --drag"),
         ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
-        ("to", bool(np.all(np.isfinite(o.to))) and all(np.diff([0.0, *o.to])), "finite, each another than before"),
+        (
+            "to",
+            bool(np.all(np.isfinite(o.to))) and all(np.diff([0.0, *o.to])),
+            "finite, each another than before",
+        ),
         ("height", not o.height or o.theta, "with --theta"),
-        ("ranks", min(o.ranks) >= 1 and np.prod(o.ranks) == COMM.size, f"a product of {COMM.size}, the ranks"),
+        (
+            "ranks",
+            min(o.ranks) >= 1 and np.prod(o.ranks) == COMM.size,
+            f"a product of {COMM.size}, the ranks",
+        ),
         ("resume", not o.resume or (o.out and not o.arc), "with --out and without --arc"),
         ("pvd", not o.pvd or COMM.size == 1, "one rank"),
         ("out", not o.out or o.out.parent.is_dir(), "a folder that exists"),
@@ -109,9 +147,13 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         o.masonry = replace(wall, columns=wall.columns * o.scale, courses=wall.courses * o.scale)
         grid = o.masonry.columns, len(o.masonry.heights())
         if o.ranks[0] > grid[0] or o.ranks[1] > grid[1]:
-            bad.append(f"--ranks {o.ranks}: expected at most {grid[0]} along the length and {grid[1]} along the height")
+            bad.append(
+                f"--ranks {o.ranks}: expected at most {grid[0]} along the length and {grid[1]} courses"
+            )
         if "mu" in wall.joint and (o.tau or o.kc != 1.0):
-            bad.append(f"--tau {o.tau:g}, --kc {o.kc:g}: expected 0 and 1 for dry joints, which do not soften")
+            bad.append(
+                f"--tau {o.tau:g}, --kc {o.kc:g}: expected 0 and 1 for dry joints, which do not soften"
+            )
         try:
             changed = {name: float(value) for name, value in (one.split("=", 1) for one in o.joint)}
             if unknown := set(changed) - set(wall.joint):
@@ -162,7 +204,13 @@ class Run:
         F = (w.F - self.load).reshape(-1, w.d)[w.bottom[: w.own]]
         kinds = [contract.statev_index(name) for name in ("rupture", "friction")]
         spent = total(sum(float(g.area @ g.state[:, kinds].sum(1)) for g in w.joints))
-        return self.at, -total(F[:, 0].sum()) / 1e3, total(F[:, -1].sum()) / 1e3, spent / 1e3, self.steps.iterations
+        return (
+            self.at,
+            -total(F[:, 0].sum()) / 1e3,
+            total(F[:, -1].sum()) / 1e3,
+            spent / 1e3,
+            self.steps.iterations,
+        )
 
     def advance(self, target: float) -> None:
         """Take one step towards a displacement, or cut it."""
@@ -201,7 +249,9 @@ class Run:
 
     def names(self) -> dict[str, Floats]:
         """What a run goes on from, on this rank."""
-        joints = {f"{what}{k}": getattr(g, what) for k, g in enumerate(self.wall.joints) for what in ("s", "state")}
+        joints = {
+            f"{what}{k}": getattr(g, what) for k, g in enumerate(self.wall.joints) for what in ("s", "state")
+        }
         now = np.array([self.at, self.move, self.step, self.cuts, self.taken, len(self.rows)])
         return joints | {"u": self.u, "last": self.last, "now": now}
 
@@ -216,12 +266,17 @@ class Run:
     def resume(self) -> None:
         """Go on from the files of an earlier run."""
         try:
-            found, rows = dict(np.load(self.file())), np.loadtxt(self.o.out, delimiter=",", skiprows=1, ndmin=2)
+            found, rows = (
+                dict(np.load(self.file())),
+                np.loadtxt(self.o.out, delimiter=",", skiprows=1, ndmin=2),
+            )
             problem = [name for name, value in self.names().items() if found[name].shape != value.shape]
         except (OSError, KeyError, ValueError) as error:
             problem = [str(error)]
         if worst := max(COMM.allgather(", ".join(problem))):
-            raise ValueError(f"--resume: {worst}: expected the files of a run with the same ranks and options")
+            raise ValueError(
+                f"--resume: {worst}: expected the files of a run with the same ranks and options"
+            )
         for k, g in enumerate(self.wall.joints):
             g.s, g.state = found[f"s{k}"], found[f"state{k}"]
         self.u, self.last = found["u"], found["last"]
@@ -233,14 +288,18 @@ class Run:
         w, d = self.wall, self.wall.d
         around = [0, 2, 3, 1] if d == 2 else [0, 4, 6, 2, 1, 5, 7, 3]
         low, high = ([0, 1], [1, 0]) if d == 2 else ([0, 2, 3, 1],) * 2
-        sides = [np.concatenate([g.nodes[g.faces[:, c], k] for g in w.joints]) for k, c in enumerate((low, high))]
+        sides = [
+            np.concatenate([g.nodes[g.faces[:, c], k] for g in w.joints]) for k, c in enumerate((low, high))
+        ]
         return paraview.Structure(w.X, w.solids[:, around], np.concatenate(sides, 1), (1,) * d)
 
     def fields(self) -> paraview.Step:
         """Fields for ParaView; a value in an element of a joint is the mean of those at its nodes."""
         w, parts = self.wall, [[], [], []]
         for g, (s, r) in zip(w.joints, w.accepted, strict=True):
-            for part, values in zip(parts, (s, r.traction, r.state[:, : contract.N_POINT_STATEV]), strict=True):
+            for part, values in zip(
+                parts, (s, r.traction, r.state[:, : contract.N_POINT_STATEV]), strict=True
+            ):
                 part.append(values[g.faces].mean(1))
         return paraview.Step(self.at, w.spread(self.u), *(np.concatenate(part) for part in parts))
 

@@ -85,7 +85,9 @@ def execute(name: str, folder: Path) -> None:
         return
     line = f"{RUNS[name]} {STEPS.get(name, '')} --out {folder / words}.csv"
     line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
-    end = subprocess.run([PYTHON, PROGRAM, *line.split()], env=environment(), capture_output=True, text=True, check=False)
+    end = subprocess.run(
+        [PYTHON, PROGRAM, *line.split()], env=environment(), capture_output=True, text=True, check=False
+    )
     if end.returncode not in (0, 3):
         raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
     done.write_text(end.stdout.splitlines()[-1] + "\n", encoding="utf-8")
@@ -121,14 +123,17 @@ def thinned(curve: Floats) -> Floats:
 
 def store(folder: Path) -> None:
     """Write the thinned curves and the summaries of all runs to the folder `data`."""
-    lines = ["# Made by python -m harness.studies.validation.walls --run", "run,displacement,horizontal,vertical"]
+    lines = [
+        "# Made by python -m harness.studies.validation.walls --run",
+        "run,displacement,horizontal,vertical",
+    ]
     sums = [lines[0]]
     for name in RUNS:
         file = folder / name.replace(" ", "-")
         if not file.with_name(file.name + ".json").exists():
             continue
         curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
-        curve = thinned(np.vstack([np.zeros(3), curve]) + [[0.0, 0.0, 0.0]])
+        curve = thinned(np.vstack([[0.0, 0.0, curve[0, 2]], curve]))
         lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
         found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
         del found["reason"]
@@ -142,7 +147,9 @@ def curves() -> dict[str, Floats]:
     """Stored rows of every run: displacement, horizontal and vertical force."""
     found: dict[str, list[list[float]]] = {}
     for row in rows("walls_runs"):
-        found.setdefault(row["run"], []).append([float(row[key]) for key in ("displacement", "horizontal", "vertical")])
+        found.setdefault(row["run"], []).append(
+            [float(row[key]) for key in ("displacement", "horizontal", "vertical")]
+        )
     return {name: np.array(values) for name, values in found.items()}
 
 
