@@ -1,7 +1,7 @@
 !> The loops over the points of a block in double precision.
 module asperity_block_kernel_double
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: facet_statev, max_planes, n_facet_statev, n_plane_statev, n_point_statev, n_statev, &
+  use asperity_contract, only: facet_statev, most_statev, n_facet_statev, n_plane_statev, n_point_statev, n_statev, &
     v_damage, v_friction, v_offset, v_rupture, v_status, v_stored
   use asperity_kinds, only: wp
   use asperity_material, only: material_type
