@@ -236,21 +236,6 @@ class Interface:
 
         It is `run` without its warnings and without `EquilibriumLost`, for many runs in threads: the library
         works without the lock of the interpreter.
-
-        Parameters
-        ----------
-        steps, state, tolerance
-            As in `run`.
-
-        Returns
-        -------
-        tuple[History, str]
-            The rows in equilibrium, and the text of `EquilibriumLost`.
-
-        Raises
-        ------
-        ValueError
-            As `run` does.
         """
         start = self._start(state)
         return rows_of(
@@ -413,7 +398,6 @@ class Interface:
         return history
 
     def _empty(self) -> History:
-        """History without rows."""
         return no_rows(self.nstatv, self.n_planes)
 
     def props(
@@ -430,7 +414,6 @@ class Interface:
         return self._pack(h=h, map=map, dalpha=dalpha, r=r)
 
     def _pack(self, **of_host: float) -> Floats:
-        """Vector PROPS, checked."""
         values = self.material.values() | self.pattern.values() | of_host
         props = contract.pack(values, self.pattern.constants())
         contract.check(props)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.barton.comparison import compare, curves
+from asperity.barton.command import compare, curves
 from asperity.barton.joint import MOBILISED, Joint
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main

@@ -15,8 +15,9 @@ import pytest
 from asperity import doctor, installed, results
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import COMMANDS, main
-from asperity.fit import synthetic as study
 from asperity.installed import all_cases
+
+from harness.studies import synthetic as study
 
 
 @pytest.fixture(autouse=True)
@@ -186,3 +187,11 @@ def test_package_has_what_hosts_need() -> None:
     assert installed.library().with_name("asperity.h").is_file()
     required = [line for line in metadata.requires("asperity") or [] if "extra ==" not in line]
     assert sorted(re.split(r"\W", line)[0] for line in required) == ["matplotlib", "numpy", "scipy", "tqdm"]
+
+
+def test_misspelt_command(capsys: pytest.CaptureFixture[str]) -> None:
+    """The message names the command that is meant, or all of them."""
+    for word, message in (("fti", "fti: did you mean fit?"), ("xyz", "xyz: expected one of new, cases,")):
+        with pytest.raises(SystemExit) as caught:
+            main([word, "record.csv"])
+        assert caught.value.code == 2 and message in capsys.readouterr().err
