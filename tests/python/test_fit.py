@@ -164,7 +164,6 @@ def test_own_starts_and_derivatives(three_percent: outcome.Fit, monkeypatch: pyt
     monkeypatch.setattr(fit_model, "STEP", 0.1 * fit_model.STEP)
     finer = problem.jacobian(three_percent.x) - three_percent.jacobian
     assert (np.linalg.norm(finer, axis=0) < 1e-3 * np.linalg.norm(three_percent.jacobian, axis=0)).all()
-    monkeypatch.undo()
 
 
 @pytest.mark.slow
