@@ -148,9 +148,7 @@ CHECKS = {
     "WS100 kn": ("WS100", "twice the stiffness of the joints"),
     "SW100 4 4": ("SW100", "elements 4 x 4 instead of 2 x 2"),
     "SW100 drag": ("SW100", "twice the drag"),
-    "SW100 kn": ("SW100", "twice the stiffness of the joints"),
     "J4D 2 2": ("J4D", "elements 2 x 2 instead of 4 x 3"),
-    "J4D 8 6": ("J4D", "elements 8 x 6 instead of 4 x 3"),
 }
 """Runs with another mesh or constant: the run they belong to, and what is changed."""
 
@@ -168,7 +166,6 @@ def checks(curves: dict[str, Floats]) -> str:
 
 SOLID = {
     "3D 0": "RP-4, turn 0: two planes face across the slip",
-    "3D 0 drag": "the same with the drag of the dry walls",
     "3D 45": "RP-4, turn 45°",
 }
 
