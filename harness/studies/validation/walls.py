@@ -160,7 +160,7 @@ def checks(curves: dict[str, Floats]) -> str:
         if name in curves:
             limit = until(wall) if wall in FORCES else 4.0
             new, old = most(curves[name], limit), most(curves[wall], limit)
-            body.append([wall, what, f"{old:.1f}", f"{new:.1f}", f"{100.0 * (new / old - 1.0):.1f}"])
+            body.append([wall, what, f"{old:.1f}", f"{new:.1f}", f"{round(100.0 * (new / old - 1.0), 1) + 0.0:.1f}"])
     return markdown(["wall", "changed", "strength, kN", "with the change, kN", "difference, %"], body)
 
 
