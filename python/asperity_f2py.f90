@@ -189,25 +189,20 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   !f2py threadsafe
   type(interface_type) :: joint
   character(len=:), allocatable :: reasons
-  integer :: failed, i
+  integer :: failed
   message = ""
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt)
+  call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows=.true.)
   if (status == status_time) then
     reasons = ""
     call explain_time(joint, "dt", reasons, dt)
     call put_text(reasons, message)
-    return
   else if (status /= status_ok) then
     reasons = ""
     call explain_point(joint, s_old(:, failed), s(:, failed), state(:, failed), reasons)
     call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
-    return
   end if
-  do i = 1, n
-    tangent(:, :, i) = transpose(tangent(:, :, i))
-  end do
 end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.
@@ -227,7 +222,7 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
   integer, intent(out) :: status                         !! 0 or that of the first point rejected
   character(len=32768), intent(out) :: message           !! its bad values; points count from 0
   !f2py threadsafe
-  logical, parameter :: all_held(3) = .true.
+  logical, parameter :: all_prescribed(3) = .true.
   double precision, parameter :: rest(3) = 0.0d0
   type(interface_type) :: joint
   character(len=:), allocatable :: reasons
@@ -235,11 +230,11 @@ subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, 
   message = ""
   call new_interface(props, joint, status)
   do i = 1, n
-    if (status == status_ok) call carry_traction(joint, traction(:, i), all_held, state(:, i), status)
+    if (status == status_ok) call carry_traction(joint, traction(:, i), all_prescribed, state(:, i), status)
     if (status == status_ok) cycle
     reasons = ""
     call explain_point(joint, rest, rest, state(:, i), reasons)
-    if (len(reasons) == 0) call explain_initial(joint, traction(:, i), all_held, state(:, i), reasons)
+    if (len(reasons) == 0) call explain_initial(joint, traction(:, i), all_prescribed, state(:, i), reasons)
     call put_text("point " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
     return
   end do

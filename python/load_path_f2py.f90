@@ -24,7 +24,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   use asperity_contract, only: status_ok, status_separation
   use asperity_control_point, only: new_point, point_type
   use asperity_interface, only: interface_type, new_interface
-  use asperity_load_path, only: begin_run, explain_loss, next_row, row_type, run_type
+  use asperity_load_path, only: start_run, explain_loss, next_row, row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
   use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: check_steps, complete_steps, step_type
@@ -96,7 +96,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     call refine_path(joint, steps, point, tolerance, rows, run, text)
     if (len(text) > 0) status = status_separation
   else
-    call begin_run(joint, steps, run, point)
+    call start_run(joint, steps, run, point)
   end if
   do
     if (allocated(rows)) then

@@ -19,7 +19,20 @@ asperity export abaqus kit
 asperity surface --help >help.txt
 
 # constants of synthetic tests, with a picture and a case that the driver runs
-python3 -m asperity.fit.study record.csv
+python3 - >record.csv <<END
+import numpy as np
+from asperity import Interface, Material, Pattern
+
+joint = Interface(Material(1.5, 0.15, 0.9, 0.5, kc=20.0), Pattern.regular(8, 20.0))
+noise, slips = np.random.default_rng(0), np.linspace(0.0, 0.8, 4001)
+print("test,slip,tau,dilation,sigma_N")
+for sigma_N in (-1.0, -2.0, -4.0):
+    test = joint.confined_slip(0.0, slips, sigma_N)
+    for i in range(60, 4001, 60):
+        tau, s_N = test.traction[i, 1], test.dilation[i] - test.dilation[0]
+        tau, s_N = (value + noise.normal(0.0, share) for value, share in ((tau, -0.02 * sigma_N), (s_N, 0.005)))
+        print(f"{sigma_N},{slips[i]:.5g},{tau:.5g},{s_N:.5g},{sigma_N}")
+END
 asperity fit record.csv --plot -o found.nml
 asperity run found.nml --quiet
 ls -l figure05b.csv figure05b.png joint.csv fit.png found*.csv

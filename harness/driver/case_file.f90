@@ -191,7 +191,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: complaint
     integer :: earlier, status
-    logical :: held(3), refines
+    logical :: prescribed(3), refines
 
     earlier = len(message)
     call check_groups(text, message)
@@ -213,9 +213,9 @@ contains
       call append(message, text%path // ": " // complaint)
       return
     end if
-    held = .true.
-    held(3) = case%replay%ntens > 2
-    call carry_initial(text, case%joint, held, size(case%steps) == 0, case%initial, message)
+    prescribed = .true.
+    prescribed(3) = case%replay%ntens > 2
+    call carry_initial(text, case%joint, prescribed, size(case%steps) == 0, case%initial, message)
     if (case%initial%given) then
       case%state%given = .true.
       case%state%statev = case%initial%carried

@@ -69,10 +69,10 @@ contains
 
   !> Compute the states of &initial, or of a virgin point without this group; the planes must be able to carry the
   !> traction.
-  subroutine carry_initial(text, joint, held, replays, initial, message)
+  subroutine carry_initial(text, joint, prescribed, replays, initial, message)
     type(text_type), intent(in) :: text                       !! the file
     type(interface_type), intent(in) :: joint                 !! the interface
-    logical, intent(in) :: held(3)                            !! components that the host has
+    logical, intent(in) :: prescribed(3)                      !! components that the host has
     logical, intent(in) :: replays                            !! whether the host adapter computes the offset
     type(initial_type), intent(inout) :: initial              !! planes and carried are set
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
@@ -102,17 +102,17 @@ contains
     if (.not. all(bounded(initial%slip, largest))) call append(message, entry_where(text, initial%slip_entry) // &
       ": expected a magnitude up to " // to_text(largest))
     loaded = any(abs(initial%traction) > 0.0_wp)
-    if (any(abs(initial%traction) > 0.0_wp .and. .not. held)) call append(message, &
+    if (any(abs(initial%traction) > 0.0_wp .and. .not. prescribed)) call append(message, &
       entry_where(text, initial%traction_entry) // ": expected t_Ty = 0 with ntens = 2")
     if (replays .and. .not. loaded .and. size(initial%slip) > 0) call append(message, &
       entry_where(text, initial%slip_entry) // ": expected a traction with it: a host's routine computes the " // &
       "offset of a slip only if the stress is not zero")
     if (len(message) > earlier) return
     initial%carried = initial%planes
-    call carry_traction(joint, initial%traction, held, initial%carried, status)
+    call carry_traction(joint, initial%traction, prescribed, initial%carried, status)
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
-    call explain_initial(joint, initial%traction, held, initial%planes, reasons)
+    call explain_initial(joint, initial%traction, prescribed, initial%planes, reasons)
     e = initial%traction_entry
     if (e == 0) e = initial%slip_entry
     call append(message, entry_where(text, e) // ": " // reasons)

@@ -15,7 +15,7 @@ module case_run
   use asperity_mixed_control, only: ended_rejected
   use asperity_rie_law, only: new_rie_law
   use path_run, only: run_path
-  use progress_line, only: begin_progress, clear_progress, progress_type
+  use progress_line, only: start_progress, clear_progress, progress_type
   use replay_run, only: run_replay
   implicit none
   private
@@ -42,7 +42,7 @@ contains
     code = exit_input
     call open_history(table, output, case%joint, planes .or. case%planes)
     if (table%good) then
-      call begin_progress(progress, "rie_driver", "increments", quiet)
+      call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
         call run_path(case, label, table, progress, run, failure)
       else

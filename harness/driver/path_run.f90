@@ -2,7 +2,7 @@
 module path_run
   use asperity_control_point, only: new_point, point_type
   use asperity_kinds, only: wp
-  use asperity_load_path, only: begin_run, next_row, row_type, run_type
+  use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_refine, only: refine_path
   use asperity_rie_law, only: new_rie_law
   use asperity_text, only: integer_text, short
@@ -36,7 +36,7 @@ contains
     if (case%refines) then
       call refine_path(case%joint, case%steps, start, case%tolerance, rows, run, failure)
     else
-      call begin_run(case%joint, case%steps, run, start)
+      call start_run(case%joint, case%steps, run, start)
     end if
     i = 0
     do

@@ -1,7 +1,7 @@
 """Picture of the fields on the joints of a structure, from the files for ParaView: joint_picture.py FILE.pvd.
 
-The files are those of asperity.hosts.paraview.  A joint is seen from the side, as a line of the structure, or
-from above, where the structure is left out.
+The files are those of paraview_files.py.  A joint is seen from the side, as a line of the structure, or from
+above, where the structure is left out.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ module progress_line
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: begin_progress, show_progress, clear_progress
+  public :: start_progress, show_progress, clear_progress
 
   !> Seconds before the first line and between two lines; file descriptor of standard error.
   real(wp), parameter :: patience = 2.0_wp, period = 0.5_wp
@@ -45,7 +45,7 @@ module progress_line
 contains
 
   !> Start the clock of a run.
-  subroutine begin_progress(progress, program, unit, quiet)
+  subroutine start_progress(progress, program, unit, quiet)
     type(progress_type), intent(out) :: progress   !! progress
     character(len=*), intent(in) :: program        !! name of the program
     character(len=*), intent(in) :: unit           !! what is counted
@@ -55,7 +55,7 @@ contains
     progress%program = program
     progress%unit = unit
     call system_clock(progress%start)
-  end subroutine begin_progress
+  end subroutine start_progress
 
   !> Show the progress if the run is long and some time has passed since the last line.
   subroutine show_progress(progress, label, done, total)

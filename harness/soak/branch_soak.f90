@@ -8,7 +8,7 @@ program branch_soak
   use asperity_rie_law, only: rie_law
   use asperity_text, only: integer_text, to_text
   use branch_scene, only: describe, draw_scene, load_names, scene_type, start_scene
-  use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
+  use progress_line, only: start_progress, clear_progress, progress_type, show_progress
   use random_numbers, only: seed_of
   use soak_options, only: options_type, read_options
   implicit none
@@ -28,7 +28,7 @@ program branch_soak
 
   call read_options("branch_soak", 10000, "", options)
   counts = 0
-  call begin_progress(progress, "branch_soak", "scenes", options%quiet)
+  call start_progress(progress, "branch_soak", "scenes", options%quiet)
   do i = 1, options%samples
     if (options%only > 0 .and. i /= options%only) cycle
     seed = seed_of(options%seed, int(i, int64))

@@ -10,7 +10,7 @@ program fuzz
   use fuzz_umat, only: try_umat
   use fuzz_vumat_double, only: try_double => try_vumat
   use fuzz_vumat_single, only: try_single => try_vumat
-  use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
+  use progress_line, only: start_progress, clear_progress, progress_type, show_progress
   implicit none
 
   character(len=6), parameter :: targets(4) = ["umat  ", "vumat ", "single", "c     "]
@@ -77,7 +77,7 @@ contains
     integer(int64), intent(in) :: wanted     !! calls
     integer(int64) :: done, rejections
     integer :: earlier
-    call begin_progress(progress, "fuzz", "calls", .false.)
+    call start_progress(progress, "fuzz", "calls", .false.)
     done = 0_int64
     rejections = 0_int64
     number = 0_int64

@@ -206,7 +206,7 @@ contains
     type(sample_type), intent(inout) :: sample      !! its initial state is set
     !> Largest slip, relative to s_f; largest tangential traction, relative to pressure and strength.
     real(wp), parameter :: slip = 1.5_wp, shear = 0.5_wp
-    logical, parameter :: all_held(3) = .true.
+    logical, parameter :: all_prescribed(3) = .true.
     real(wp) :: damage, planes(sample%joint%n_statev)
     integer :: i, k, kind, status
 
@@ -236,7 +236,7 @@ contains
     end if
     do i = 1, 3
       sample%state = planes
-      call carry_traction(sample%joint, sample%traction, all_held, sample%state, status)
+      call carry_traction(sample%joint, sample%traction, all_prescribed, sample%state, status)
       if (status == status_ok) return
       ! try without the shear, then without traction
       sample%traction(2:3) = 0.0_wp

@@ -4,7 +4,7 @@ program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, to_text
-  use progress_line, only: begin_progress, clear_progress, progress_type, show_progress
+  use progress_line, only: start_progress, clear_progress, progress_type, show_progress
   use soak_options, only: options_type, read_options
   use solver_judge, only: judge_start
   use solver_sample, only: describe, draw_sample, draw_state, outcome_type, run_sample, sample_type
@@ -30,7 +30,7 @@ program solver_soak
   type(options_type) :: options
 
   call read_options("solver_soak", 10000, "[--plain] [--folds] [--csv FILE] ", options)
-  call begin_progress(progress, "solver_soak", "samples", options%quiet)
+  call start_progress(progress, "solver_soak", "samples", options%quiet)
   complaints = 0
   unbalanced_states = 0_int64
   worst_state = 0.0_wp

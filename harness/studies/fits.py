@@ -14,11 +14,19 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from asperity.fit.fitting import SAME, STARTS_TRIED, Fit, fit, residual_ratio
+from asperity.fit.fitting import STARTS_TRIED, fit
+from asperity.fit.outcome import SAME, Fit, residual_ratio
+from asperity.fit.picture import draw
 from asperity.fit.records import read_records
-from asperity.fit.report import draw, props_line, report
+from asperity.fit.report import props_line, report
 from asperity.fit.shear_test import ShearTest
-from asperity.fit.synthetic import (
+from asperity.fit.units import DEFAULT
+from asperity.options import add_workers, progress_bar, workers
+from asperity.parallel import map_in_order
+from asperity.tables import markdown
+
+from .program import run
+from .synthetic import (
     CYCLIC,
     DEFAULT_NOISE,
     FREE,
@@ -28,12 +36,6 @@ from asperity.fit.synthetic import (
     synthetic,
     write_record,
 )
-from asperity.fit.units import DEFAULT
-from asperity.options import add_workers, progress_bar, workers
-from asperity.parallel import map_in_order
-from asperity.tables import markdown
-
-from .program import run
 from .tables import refresh
 
 NOISES = (0.01, 0.03, 0.10)

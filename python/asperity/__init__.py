@@ -5,29 +5,7 @@ and opening positive, angles in degrees, units the user's consistent set.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from . import contract as contract
-    from .case_files import read_case as read_case
-    from .history import History as History
-    from .history import Snap as Snap
-    from .history import Update as Update
-    from .installed import library as library
-    from .interface import EquilibriumLost as EquilibriumLost
-    from .interface import Interface as Interface
-    from .material import Material as Material
-    from .material import ModelWarning as ModelWarning
-    from .pattern import Pattern as Pattern
-    from .plots import plot as plot
-    from .selection.search import LoadCase as LoadCase
-    from .selection.search import NoPatternError as NoPatternError
-    from .selection.search import Selection as Selection
-    from .selection.search import select as select
-    from .steps import Point as Point
-    from .steps import Step as Step
-
-    __version__: str
+from typing import Any
 
 _HOMES = {
     "EquilibriumLost": "interface",
@@ -54,22 +32,20 @@ _HOMES = {
 __all__ = list(_HOMES)
 
 
-if not TYPE_CHECKING:  # a type checker would accept every name
-
-    def __getattr__(name: str) -> Any:
-        """Import the module of a public name and return the value of the name."""
-        home = _HOMES.get("contract" if name == "__version__" else name)
-        if home is None:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        found = import_module(f".{home}", __name__)
-        if name == "__version__":
-            found = found.library_version()
-        elif name != home:
-            found = getattr(found, name)
-        globals()[name] = found
-        return found
+def __getattr__(name: str) -> Any:
+    """Import the module of a public name and return the value of the name."""
+    home = _HOMES.get("contract" if name == "__version__" else name)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = import_module(f".{home}", __name__)
+    if name == "__version__":
+        found = found.library_version()
+    elif name != home:
+        found = getattr(found, name)
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:
-    """Names already imported, and the public names that are imported on first use."""
-    return sorted({*globals(), *__all__, "__version__"})
+    """Public names."""
+    return sorted([*__all__, "__version__"])

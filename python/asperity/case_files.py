@@ -45,20 +45,7 @@ class Run:
         return Interface(self.material, self.pattern)
 
     def history(self) -> History:
-        """Rows of the run.
-
-        Returns
-        -------
-        History
-            As `Interface.run` gives them for steps, state and tolerance of the run.
-
-        Raises
-        ------
-        ValueError
-            For a replay, which has no steps.
-        EquilibriumLost
-            Where no equilibrium is found.
-        """
+        """Rows of the run, by `Interface.run`; raises ValueError for a replay, which has no steps."""
         return self.interface.run(self.steps, self.state, self.tolerance)
 
     def of_host(self) -> dict[str, Any]:
@@ -154,6 +141,20 @@ def _run(run: dict[str, Any]) -> Run:
     if "statev" in run:
         state = Point(np.array(run["statev"]), tuple(run["separation"]), run["work"])
     return Run(run["value"], props, material, pattern, run["start"], steps, state, run["tolerance"] or None)
+
+
+def case_lines(pattern: Pattern) -> str:
+    """Group &pattern of a case file, with a line for each plane."""
+    if pattern.m >= 0:
+        text = f"&pattern sides = {pattern.m}"
+        if pattern.m > 0:
+            text += f", theta = {pattern.theta:.9g}, flat = {pattern.flat:.9g}, turn = {pattern.turn:.9g}"
+        return f"{text} /"
+    rows = [", ".join(f"{value:.9f}" for value in normal) for normal in np.round(pattern.normals, 9) + 0.0]
+    weights = [f"{value:.9f}" for value in pattern.weights]
+    wrapped = [", ".join(weights[i : i + 6]) for i in range(0, len(weights), 6)]
+    join = ",\n" + " " * 19
+    return f"&pattern normals = {join.join(rows)},\n         weights = {join.join(wrapped)} /"
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 
@@ -15,16 +16,20 @@ from .installed import driver, named_case
 from .options import add_options, add_workers, check_picture, units_of
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
-BAD_INPUT = 1
-"""Exit code."""
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return the exit code, 0 for success."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if "_ARGCOMPLETE" in os.environ:
         _complete()
-    return execute(_parser(next((text for text in arguments if text in COMMANDS), "")), arguments)
+    parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
+    word = next((text for text in arguments if not text.startswith("-")), None)
+    if word is not None and word not in COMMANDS:
+        near = get_close_matches(word, COMMANDS, 1)
+        parser.error(
+            f"{word}: did you mean {near[0]}?" if near else f"{word}: expected one of {', '.join(COMMANDS)}"
+        )
+    return execute(parser, arguments)
 
 
 def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
@@ -46,7 +51,7 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
     except (OSError, ValueError) as error:
         named = isinstance(error, OSError) and error.filename is not None
         print(f"asperity: {f'{error.filename}: {error.strerror}' if named else error}", file=sys.stderr)
-        return BAD_INPUT
+        return 1
     except KeyboardInterrupt:
         return 130
 
@@ -60,8 +65,6 @@ def _complete() -> None:
 
 
 class _Version(argparse.Action):
-    """Print the version of the library and exit."""
-
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from . import __version__
 
@@ -75,7 +78,7 @@ class _Help(argparse.HelpFormatter):
     def __init__(self, prog: str) -> None:
         """Set the length of the longest entry."""
         super().__init__(prog)
-        self._action_max_length = INDENT + max(map(len, COMMANDS))
+        self._action_max_length = 4 + max(map(len, COMMANDS))
 
 
 def _parser(chosen: str) -> argparse.ArgumentParser:
@@ -114,9 +117,6 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
     add_workers(run, "one driver runs all values of a sweep")
     run.set_defaults(action=_run)
 
-
-INDENT = 4
-"""Of the commands in the help."""
 
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "new": ("write a case file to start from", _imported("starters", "new_arguments")),
@@ -173,7 +173,7 @@ def _run(options: argparse.Namespace) -> int:
         print(png)
     if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
         raise BrokenPipeError
-    return code if code >= 0 else BAD_INPUT
+    return code if code >= 0 else 1
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 
 from .contract import Floats
-from .style import COLOURS, LINES, direction_arrows, label_ends
+from .style import COLOURS, LINES, direction_arrows, label_axes, label_ends
 
 SLIP = r"slip $s_L$ [mm]"
 TRACTION = r"traction $\tau_L$ [MPa]"
@@ -60,9 +60,7 @@ def curves(
         direction_arrows(ax, x, y, shade)
         if lost:
             ax.plot(x[-1], y[-1], "x", color=shade, markersize=5)
-    ax.set_xlabel(x_label)
-    ax.set_ylabel(y_label)
-    ax.grid(alpha=0.3)
+    label_axes(ax, x_label, y_label)
     if labels and inside:
         ax.legend(title=labels)
     elif labels:

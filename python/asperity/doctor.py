@@ -95,7 +95,6 @@ def _library(version: str) -> Finding:
 
 
 def _driver(version: str) -> Finding:
-    """Whether the driver runs and is of the same version."""
     try:
         path = installed.driver()
         told = subprocess.run([path, "--version"], capture_output=True, text=True, check=True).stdout

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,6 @@ from . import contract
 from .contract import Floats
 from .results import ENERGIES, Rows
 from .steps import Point
-
-if TYPE_CHECKING:
-    import pandas
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
@@ -200,7 +197,10 @@ class History(_Named):
         return replace(self, events=(*events, (len(self), text)))
 
     def columns(self, planes: bool = False) -> dict[str, Any]:
-        """Columns by their names in the results of the driver; planes: also the state of every plane."""
+        """Columns by their names in the results of the driver, as for `pandas.DataFrame(history.columns())`.
+
+        planes: also the state of every plane.
+        """
         found: dict[str, Any] = dict(zip(SEPARATION, self.separation.T, strict=True))
         found |= dict(zip(TRACTION, self.traction.T, strict=True))
         found |= {"damage": self.damage} | {name: getattr(self, name) for name in ENERGIES}
@@ -209,14 +209,6 @@ class History(_Named):
             names = contract.statev_names(self.planes, self.wears)
             found |= {name: self.state[:, i] for i, name in enumerate(names) if i >= contract.N_POINT_STATEV}
         return found
-
-    def to_dataframe(self, planes: bool = False) -> pandas.DataFrame:
-        """Table of pandas with the columns of `columns`; raises ImportError where pandas is not installed."""
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_dataframe needs pandas: install it, or use to_csv") from None
-        return pandas.DataFrame(self.columns(planes))
 
     def to_csv(self, path: str | Path, planes: bool = False) -> None:
         """Write the columns of `columns` to a CSV file, with all digits."""
@@ -243,6 +235,5 @@ class History(_Named):
 
 
 def _freeze(*arrays: Floats) -> None:
-    """Make arrays of a result read-only."""
     for array in arrays:
         array.flags.writeable = False

@@ -54,7 +54,11 @@ def rows_of(
         if n <= room:
             break
     n -= ended
-    lost = _lost(numbers[n], text) if ended else ""
+    lost = ""
+    if ended:
+        s, t = (", ".join(f"{value:.6g}" for value in numbers[n, k : k + 3]) for k in (4, 7))
+        place = "step {:g} increment {:g}".format(*numbers[n, :2])
+        lost = f"equilibrium lost beyond {place}, s = ({s}), t = ({t}): {text}"
     return _history(numbers[:n], states[:n], names[:n], n_planes, lost), lost
 
 
@@ -63,14 +67,7 @@ def no_rows(nstatv: int, n_planes: int) -> History:
     return _history(np.zeros((0, NUMBERS)), np.zeros((0, nstatv)), np.zeros(0, "S64"), n_planes, "")
 
 
-def _lost(row: Floats, why: str) -> str:
-    """Text of a lost equilibrium."""
-    s, t = (", ".join(f"{value:.6g}" for value in part) for part in (row[4:7], row[7:10]))
-    return f"equilibrium lost beyond step {row[0]:g} increment {row[1]:g}, s = ({s}), t = ({t}): {why}"
-
-
 def _history(numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str) -> History:
-    """History of rows as the library gives them."""
     happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
     events = tuple((row, name) for row, name in happened if name)
     if lost:

@@ -1,4 +1,4 @@
-"""Command `asperity masonry`: constants of the law for a mortar joint, and the peaks that follow from them."""
+"""Command `asperity masonry`: constants of the law for a mortar joint, and the peaks that they give."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ import numpy as np
 from . import contract
 from .interface import Interface
 from .material import Material, ModelWarning
-from .options import add_options
+from .options import add_options, assigned
 from .pattern import Pattern
-from .starters import assigned
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
 OPTIONAL = ("tan_psi", "delta")
@@ -83,7 +82,6 @@ def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, want
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Print the constants, the differences and the peaks, and write the groups of a case."""
     values, stresses = _checked(options)
     material = Material.from_masonry(**values)
     tan_psi = values.get("tan_psi", 0.0)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import signal
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -33,6 +35,25 @@ def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> N
             settings |= {"type": type(kind), "default": kind}
             text += "" if "default" in text else " (default: %(default)s)"
         parser.add_argument(*names, help=text, **settings | (more[1] if len(more) > 1 else {}))
+
+
+def command_line(
+    parser: argparse.ArgumentParser, options: argparse.Namespace, changed: Mapping[str, Any]
+) -> list[str]:
+    """Words of a command with the parsed options, some of them changed, without those at their defaults."""
+    words = parser.prog.split()
+    for action in parser._actions:
+        value = changed.get(action.dest, getattr(options, action.dest, None))
+        if value is None or value == action.default or action.dest == "help":
+            continue
+        name = action.option_strings[-1:]
+        if action.nargs == 0:
+            words += name
+        elif isinstance(value, list) and name:
+            words += [word for one in value for word in (*name, str(one))]
+        else:
+            words += [*name, *map(str, value if isinstance(value, list) else [value])]
+    return words
 
 
 def add_workers(parser: argparse.ArgumentParser, default: str) -> None:
@@ -64,6 +85,35 @@ def progress_bar(total: int | None, unit: str) -> Any:
     return tqdm(total=total, unit=unit, delay=2.0, disable=None, leave=False)
 
 
+def assigned(
+    texts: Iterable[str], option: str = "", form: str = "NAME=VALUE, as sigma0=3.0", value: str = r"[-+.\w]+"
+) -> dict[str, str]:
+    """Values by name of NAME=VALUE entries; value: regular expression; option, form: for messages."""
+    found: dict[str, str] = {}
+    for text in texts:
+        parts = re.fullmatch(rf"\s*([\w,]+)\s*=\s*({value})\s*", text)
+        if not parts:
+            raise ValueError(f"{option} {text}: expected {form}".strip())
+        if parts[1] in found:
+            raise ValueError(f"{option} {text}: {parts[1]} is given twice: expected one value".strip())
+        found[parts[1]] = parts[2]
+    return found
+
+
+def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
+    """Numbers of the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
+    form, found = "NAME=VALUE" if count == 1 else "NAME=LOW,HIGH", {}
+    given = assigned((one for several in texts for one in several.split()), option, form, "[^=]*")
+    for name, text in given.items():
+        try:
+            found[name] = [float(value) for value in text.split(",")]
+        except ValueError:
+            found[name] = []
+        if len(found[name]) != count:
+            raise ValueError(f"{option} {name}={text}: expected {form}")
+    return found
+
+
 def units_of(text: str) -> tuple[str, str]:
     """Units of length and stress of the option --units."""
     length, comma, stress = text.partition(",")
@@ -76,3 +126,25 @@ def check_picture(path: Path) -> None:
     """Raise ValueError unless the name of a picture ends in .png or .pdf."""
     if path.suffix not in (".png", ".pdf"):
         raise ValueError(f"{path}: expected a name that ends in .png or .pdf")
+
+
+def check_outputs(read: Iterable[Path | None], *written: tuple[str, Path | None]) -> None:
+    """Raise ValueError, before the work starts, for outputs that cannot be written or replace what is read.
+
+    written: option and file; those of --plot are pictures.
+    """
+    taken = [path.resolve() for path in read if path is not None]
+    for option, path in written:
+        if path is None:
+            continue
+        if option == "--plot" and path.suffix not in (".png", ".pdf"):
+            raise ValueError(f"--plot {path}: expected a name that ends in .png or .pdf")
+        if not path.parent.is_dir():
+            raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
+        if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise ValueError(f"{option} {path}: expected a file that can be written")
+        if path.resolve() in taken:
+            raise ValueError(
+                f"{option} {path}: this file is read or written by the same command: expected another name"
+            )
+        taken.append(path.resolve())

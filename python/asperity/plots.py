@@ -6,18 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .contract import Floats
+from .curve_pictures import Line, curves
 from .history import History
 from .interface import Interface
 from .pattern_pictures import plan, section
 from .results import Rows
-from .style import COLOURS, LINES, TWO, direction_arrows, label_ends, printed, save
-
-__all__ = ["COLOURS", "LINES", "figure_of", "plot", "slip_direction"]
+from .style import TWO, label_ends, printed, save
 
 
 def slip_direction(separation: Floats) -> Floats:
@@ -96,24 +94,16 @@ def figure_of(
     if shown:
         _geometry(axes[0], shown)
         axes = axes[1:]
-    for i, (value, rows) in enumerate(results.items()):
-        colour = COLOURS[i] if len(results) <= len(COLOURS) else colormaps["cividis"](i / len(results))
-        style = LINES[i % len(LINES)]
-        e = slip_direction(rows.separation)
-        opening = rows.separation[:, 0]
+    panels: list[list[Line]] = [[] for _ in labels]
+    for value, rows in results.items():
+        name = "_" if value is None else f"{value:g}".replace("-", "−")
+        e, opening = slip_direction(rows.separation), rows.separation[:, 0]
         x = rows.separation[:, 1:] @ e if slips else opening
-        curves = (
-            [rows.traction[:, 1:] @ e, opening, rows.damage] if slips else [rows.traction[:, 0], rows.damage]
-        )
-        for ax, y in zip(axes, curves, strict=True):
-            ax.plot(x, y, style, color=colour, label="_" if value is None else f"{value:g}".replace("-", "−"))
-            direction_arrows(ax, x, y, colour)
-            if "lost" in rows.events[-1]:
-                ax.plot(x[-1], y[-1], "x", color=colour)
-    for ax, label in zip(axes, labels, strict=True):
-        ax.set_xlabel(x_label)
-        ax.set_ylabel(label)
-        ax.grid(alpha=0.3)
+        columns = [rows.traction[:, 1:] @ e, opening] if slips else [rows.traction[:, 0]]
+        for panel, y in zip(panels, [*columns, rows.damage], strict=True):
+            panel.append((name, x, y, "lost" in rows.events[-1]))
+    for ax, panel, label in zip(axes, panels, labels, strict=True):
+        curves(ax, panel, x_label, label)
     axes[-1].set_ylim(-0.02, 1.05)
     figure.suptitle(title)
     if None not in results:
@@ -122,7 +112,6 @@ def figure_of(
 
 
 def _geometry(ax: Axes, joint: Interface) -> None:
-    """Draw the pattern of a joint, and name its constants."""
     pattern, material = joint.pattern, joint.material
     if pattern.m in (0, 2):
         section(ax, pattern)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 import re
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 from .installed import all_cases, driver, named_case
-from .options import add_options
+from .options import add_options, assigned
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
 """Entries of the load path, and their values in a new case."""
@@ -66,7 +65,6 @@ def cases_arguments(cases: argparse.ArgumentParser) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    """Write a case, which the driver has checked."""
     values = assigned(options.values)
     taken = {name: values.pop(name, value) for name, value in LOAD.items()}
     pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
@@ -86,7 +84,6 @@ def _new(options: argparse.Namespace) -> int:
 
 
 def _cases(options: argparse.Namespace) -> int:
-    """List the cases of the package, or copy one."""
     if options.name is None:
         if options.output is not None:
             raise ValueError(f"-o {options.output}: expected the name of a case to copy")
@@ -100,25 +97,11 @@ def _cases(options: argparse.Namespace) -> int:
     return 0
 
 
-def assigned(texts: Sequence[str]) -> dict[str, str]:
-    """Values by name of NAME=VALUE entries."""
-    found: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not (re.fullmatch(r"\w+", name) and equals and re.fullmatch(r"[-+.\w]+", value)):
-            raise ValueError(f"{text}: expected NAME=VALUE, as sigma0=3.0")
-        if name in found:
-            raise ValueError(f"{text}: {name} is given twice: expected one value")
-        found[name] = value
-    return found
-
-
 def _entries(values: dict[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
 def _write(path: Path, text: bytes) -> None:
-    """Write a new file; raises ValueError where there is one already."""
     try:
         with path.open("xb") as file:
             file.write(text)

@@ -196,3 +196,9 @@ def turns_of(x: Floats) -> NDArray[np.int_]:
     moving = np.flatnonzero(ways)
     reversals = moving[1:][np.diff(ways[moving]) != 0]
     return np.concatenate([[0], reversals, [len(x) - 1]])
+
+
+def thinned(x: Floats, most: int) -> NDArray[np.int_]:
+    """Rows of a path (T,), at most `most` at equal distances, with its ends and reversals."""
+    even = np.linspace(0, len(x) - 1, min(most, len(x))).round().astype(int)
+    return np.unique(np.concatenate([even, turns_of(x)]))

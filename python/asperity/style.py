@@ -107,6 +107,13 @@ def encoded(figure: Figure, ending: str) -> bytes:
     return small.getvalue()
 
 
+def label_axes(ax: Axes, x: str, y: str) -> None:
+    """Write the labels of the axes, and draw a grid."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(alpha=0.3)
+
+
 def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: object) -> None:
     """Draw an arrow on each branch of a path with reversals; a path without a reversal gets none."""
     turns = turns_of(x).tolist()

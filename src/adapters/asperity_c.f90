@@ -54,7 +54,7 @@ contains
     integer(c_int) :: status
     real(wp), pointer, contiguous :: states(:, :), t(:, :)
     real(wp), parameter :: rest(3) = 0.0_wp
-    logical, parameter :: all_held(3) = .true.
+    logical, parameter :: all_prescribed(3) = .true.
     character(len=:), allocatable :: text
     type(interface_type) :: joint
     integer :: i
@@ -69,10 +69,10 @@ contains
       call c_f_pointer(traction, t, [3, n])
       call c_f_pointer(state, states, [nstatv, n])
       do i = 1, n
-        call carry_traction(joint, t(:, i), all_held, states(:, i), status)
+        call carry_traction(joint, t(:, i), all_prescribed, states(:, i), status)
         if (status /= status_ok) then
           call explain_point(joint, rest, rest, states(:, i), text)
-          if (len(text) == 0) call explain_initial(joint, t(:, i), all_held, states(:, i), text)
+          if (len(text) == 0) call explain_initial(joint, t(:, i), all_prescribed, states(:, i), text)
           text = "point " // integer_text(i) // ": " // text
           exit
         end if
@@ -101,7 +101,7 @@ contains
     real(wp), target :: none(0)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
-    integer :: failed, i
+    integer :: failed
 
     allocate (character(len=0) :: text)
     call begin(props, nprops, n, nstatv, size, joint, status, text)
@@ -123,15 +123,11 @@ contains
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(joint, to, states, t, status, failed, from, d, dt)
+      call update_points(joint, to, states, t, status, failed, from, d, dt, by_rows=.true.)
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
       else if (status /= status_ok) then
         call explain_points(joint, failed, to, states, text, from)
-      else if (associated(d)) then
-        do i = 1, n
-          d(:, :, i) = transpose(d(:, :, i))   ! C stores rows first
-        end do
       end if
     end if
     call put_text(text, message, size)

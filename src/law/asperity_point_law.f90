@@ -25,7 +25,7 @@ module asperity_point_law
     procedure(state_test), deferred :: cannot_soften
     procedure(state_test), deferred :: admissible
     procedure(magnitude_procedure), deferred :: magnitude
-    procedure(touch_procedure), deferred :: first_touch
+    procedure(touch_procedure), deferred :: contact_opening
   end type point_law
 
   abstract interface

@@ -20,7 +20,7 @@ module asperity_rie_law
     procedure :: cannot_soften
     procedure :: admissible
     procedure :: magnitude
-    procedure :: first_touch
+    procedure :: contact_opening
   end type rie_law
 
 contains
@@ -123,7 +123,7 @@ contains
   end function magnitude
 
   !> Smallest separation N, not below zero with the offset, at which no plane is in contact, length.
-  pure function first_touch(law, s, state) result(opening)
+  pure function contact_opening(law, s, state) result(opening)
     class(rie_law), intent(in) :: law   !! the law
     real(wp), intent(in) :: s(3)        !! separation, of which Tx and Ty are used, length
     real(wp), intent(in) :: state(:)    !! STATEV
@@ -136,7 +136,7 @@ contains
       opening = max(opening, kinematics%touch)
     end do
     opening = opening - state(v_offset)
-  end function first_touch
+  end function contact_opening
 
   !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the
   !> smallest opening for which no plane is in contact. Gauss-Newton steps; one is enough where the planes are straight.

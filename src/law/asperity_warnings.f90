@@ -10,8 +10,8 @@ module asperity_warnings
   private
   public :: measures, warned, warning_text, increment_text, largest_slip_increment, climbed_height
 
-  !> The measures. Those of the contact assume that the inclined plane of the smallest weight carries the whole pressure.
-  !> Those up to m_tension are known before a run.
+  !> The measures. Those of the contact assume that the inclined plane of the smallest weight carries the whole
+  !> pressure. Those up to m_tension are known before a run.
   integer, parameter, public :: m_modes = 1, &   !! 1 if strength or energy of mode II differ from those of mode I
     m_locking = 2, &       !! mu tan(theta) of the steepest plane, 0 where a finite height ends the climb
     m_radians = 3, &       !! inclination of a regular pattern, degrees, where it may have been meant in radians

@@ -11,8 +11,8 @@ module asperity_branch
   use asperity_mixed_control, only: advance, ended_complete, ended_endless, ended_lost, ended_rejected, report_type
   use asperity_point_law, only: point_law
   use asperity_text, only: append, to_text
-  use asperity_tolerances, only: backwards, endless, largest_turn, look_ahead, most_branch_steps, most_iterations, &
-    residual_tolerance, search_steps, shortest_branch_step, straight_step
+  use asperity_tolerances, only: backwards, endless, largest_turn, most_branch_steps, most_iterations, &
+    residual_tolerance, search_steps, shortest_branch_step, straight_step, tangent_distance
   implicit none
   private
   public :: new_branch, branch_step, explain_end
@@ -214,7 +214,7 @@ contains
     type(point_type) :: ahead
     real(wp) :: r(3), scale, y(4)
     logical :: good
-    y = step%from + (look_ahead*law%length)*sense_of(equations%n, last)
+    y = step%from + (tangent_distance*law%length)*sense_of(equations%n, last)
     call evaluate(law, equations, y(:3), y(equations%n + 1)/step%unit, ahead, r, scale, good)
     if (good) step%direction = null_vector(equations, step%unit, ahead, sense_of(equations%n, last))
   end subroutine find_direction
@@ -241,41 +241,25 @@ contains
   end function derivative
 
   !> Null vector of the derivative, of length 1, in the sense of a direction; zero if there is none or more than one.
-  !> Its components are the minors of the matrix with alternating signs.
   pure function null_vector(equations, unit, point, sense) result(v)
     type(equations_type), intent(in) :: equations   !! the equations
     real(wp), intent(in) :: unit                    !! length of a unit of the load factor
     type(point_type), intent(in) :: point           !! the point, its tangent
     real(wp), intent(in) :: sense(4)                !! a direction
     real(wp) :: v(4)
-    real(wp) :: a(3, 4)
-    integer :: i
-    a = derivative(equations, unit, point)
+    real(wp) :: a(4, 4)
+    integer :: n
+    logical :: good
+    n = equations%n + 1
+    a(:3, :) = derivative(equations, unit, point)
+    a(:3, :) = a(:3, :)/max(maxval(abs(a(:3, :))), tiny(a))
+    a(n, :) = sense
     v = 0.0_wp
-    if (.not. any(abs(a) > 0.0_wp)) return
-    a = a/maxval(abs(a))
-    do i = 1, equations%n + 1
-      v(i) = (-1.0_wp)**i*determinant(equations%n, reshape(pack(a, spread([1, 2, 3, 4] /= i, 1, 3)), [3, 3]))
-    end do
-    if (any(abs(v) > 0.0_wp)) v = v/sqrt(sum(v**2))
-    if (dot_product(v, sense) < 0.0_wp) v = -v
+    v(n) = 1.0_wp
+    call eliminate(n, a, v, good)
+    v = merge(v, 0.0_wp, good)
+    if (good) v = v/sqrt(sum(v**2))
   end function null_vector
-
-  !> Determinant of the upper left n x n of a matrix.
-  pure function determinant(n, a) result(value)
-    integer, intent(in) :: n           !! 1 to 3
-    real(wp), intent(in) :: a(3, 3)    !! the matrix
-    real(wp) :: value
-    select case (n)
-    case (1)
-      value = a(1, 1)
-    case (2)
-      value = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
-    case default
-      value = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) - a(1, 2)*(a(2, 1)*a(3, 3) - a(2, 3)*a(3, 1)) + &
-        a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
-    end select
-  end function determinant
 
   !> Solve for the equilibrium at the length of the step along its direction: the unknown that changes most is
   !> prescribed. A step beyond the prescribed values ends at them. It is accepted if the directions at both ends explain

@@ -81,6 +81,7 @@ contains
     type(control_type), intent(in) :: control         !! what is prescribed
     real(wp), intent(in) :: start(3), target(3)       !! values at both ends
     type(equations_type), intent(inout) :: equations  !! the equations
+    real(wp) :: given
     integer :: i
     equations%control = control
     equations%start = start
@@ -96,6 +97,9 @@ contains
     equations%damping = 0.0_wp
     equations%wears = .true.
     equations%finest = finest_scale*law%stress
+    ! the strength of a joint without bond is a number in name only
+    given = maxval(max(abs(start), abs(target)), mask=control%traction)
+    if (given > 0.0_wp) equations%finest = min(equations%finest, given)
     equations%coarsest = coarsest_scale
     equations%longest = longest_step
     equations%updates = 0
@@ -204,26 +208,22 @@ contains
   !> stiffness.
   pure function unstable(n, a, scale) result(yes)
     integer, intent(in) :: n               !! 0 to 3
-    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
+    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual, zero beyond
     real(wp), intent(in) :: scale          !! elastic stiffness, stress/length
     logical :: yes
     real(wp) :: b(3, 3), first, second, third
-    if (n < 2) then
-      yes = n == 1 .and. a(1, 1)/scale < -instability
-      return
-    end if
+    integer :: i
+    ! missing unknowns add eigenvalues of 1
     b = a/scale
-    select case (n)
-    case (2)
-      yes = b(1, 1) + b(2, 2) < -instability .or. b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) < -instability
-    case default
-      first = b(1, 1) + b(2, 2) + b(3, 3)
-      second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
-        b(2, 3)*b(3, 2)
-      third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
-        b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
-      yes = first < -instability .or. third < -instability .or. first*second - third < -instability
-    end select
+    do i = n + 1, 3
+      b(i, i) = 1.0_wp
+    end do
+    first = b(1, 1) + b(2, 2) + b(3, 3)
+    second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
+      b(2, 3)*b(3, 2)
+    third = b(1, 1)*(b(2, 2)*b(3, 3) - b(2, 3)*b(3, 2)) - b(1, 2)*(b(2, 1)*b(3, 3) - b(2, 3)*b(3, 1)) + &
+      b(1, 3)*(b(2, 1)*b(3, 2) - b(2, 2)*b(3, 1))
+    yes = first < -instability .or. third < -instability .or. first*second - third < -instability
   end function unstable
 
   !> Whether a point has no stiffness at all: it is open and fully damaged. The comparison is exact, as every term of

@@ -38,7 +38,7 @@ contains
     step = 1.0_wp
     do while (share < 1.0_wp .and. step >= smallest_share .and. equations%updates < most_updates)
       next = min(1.0_wp, share + step)
-      call take_step(law, equations, step_type(share, next, 0.0_wp, next - share < 2.0_wp*smallest_share), here, &
+      call solve_step(law, equations, step_type(share, next, 0.0_wp, next - share < 2.0_wp*smallest_share), here, &
         trial, good)
       if (good) then
         call move_point(trial, here)
@@ -54,7 +54,7 @@ contains
   !> from the separations that the tangent at the start predicts: the first start may open or close a stiff contact
   !> under a small pressure. The smallest step is also tried from the closing side, as the tangent at a peak of the
   !> traction may be that of the side where the equilibrium is unstable.
-  pure subroutine take_step(law, equations, planned, here, trial, good)
+  pure subroutine solve_step(law, equations, planned, here, trial, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations
     type(step_type), intent(in) :: planned              !! shares of the step
@@ -92,7 +92,7 @@ contains
       if (good) return
     end do
     good = .false.
-  end subroutine take_step
+  end subroutine solve_step
 
   !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
   !> that facets which retreat by more than their closure leave no residual to find them by.
@@ -110,9 +110,9 @@ contains
     local = equations
     call evaluate(law, local, free_part(local, s), step%from, point, r, scale, good)
     if (.not. good) return
-    retreat = -law%first_touch(s, point%state)
+    retreat = -law%contact_opening(s, point%state)
     call evaluate(law, local, free_part(local, s), step%to, point, r, scale, good)
-    retreat = retreat + law%first_touch(s, point%state)
+    retreat = retreat + law%contact_opening(s, point%state)
   end function worn_retreat
 
   !> Whether a converged step continues the curve.

@@ -38,10 +38,10 @@ contains
   !> zero, at the separation that fits the slips of its planes best. Damage and slips follow that load path, without
   !> viscous damage and wear. Rupture and friction count from the initial state on, as nobody knows what it has cost.
   !> The separation of the host is assumed to be zero; if it is not, the caller subtracts it from the offset.
-  pure subroutine carry_traction(joint, target, held, state, status, carried, endless)
+  pure subroutine carry_traction(joint, target, prescribed, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
-    logical, intent(in) :: held(3)                     !! true: prescribed; false: the separation is constant
+    logical, intent(in) :: prescribed(3)               !! true: prescribed; false: the separation is constant
     real(wp), intent(inout), contiguous :: state(:)    !! STATEV; offset, planes, damage and stored energy are
                                                        !! replaced
     integer, intent(out) :: status                     !! 0, status_initial, or those of state_status
@@ -61,14 +61,14 @@ contains
     if (present(endless)) endless = .false.
     status = state_status(joint, state)
     if (status /= status_ok) return
-    if (any(held .and. .not. bounded(target, largest_traction(joint)))) status = status_initial
+    if (any(prescribed .and. .not. bounded(target, largest_traction(joint)))) status = status_initial
     if (status /= status_ok) return
     law = timeless_law(joint)
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
-    if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, held)
+    if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, prescribed)
     old(v_offset:v_offset + 2) = 0.0_wp
-    control%traction = held
+    control%traction = prescribed
     equations%old = new_point(law, old, s)
     repeats = 0
     load: do
@@ -141,10 +141,10 @@ contains
   end function largest_traction
 
   !> Append why a state cannot carry a traction and what it carries; nothing is appended if it can carry the traction.
-  pure subroutine explain_initial(joint, target, held, state, message)
+  pure subroutine explain_initial(joint, target, prescribed, state, message)
     type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
-    logical, intent(in) :: held(3)                             !! whether the traction is to be carried
+    logical, intent(in) :: prescribed(3)                       !! whether the traction is to be carried
     real(wp), intent(in), contiguous :: state(:)               !! STATEV
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
@@ -155,14 +155,14 @@ contains
     logical :: endless, excessive(3)
 
     most = largest_traction(joint)
-    excessive = held .and. .not. bounded(target, most)
+    excessive = prescribed .and. .not. bounded(target, most)
     do i = 1, 3
       if (excessive(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
         ": expected a finite traction of magnitude up to " // to_text(most))
     end do
     if (any(excessive)) return
     pressed = state(:joint%n_statev)
-    call carry_traction(joint, target, held, pressed, status, in_proportion, endless)
+    call carry_traction(joint, target, prescribed, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
     dead = count([(state(plane_statev(i)) >= 1.0_wp, i=1, joint%pattern%n)])
@@ -177,13 +177,13 @@ contains
       call set_text(reason, "outside the friction of the pattern")
     end if
     ! the normal traction first, to find out which component is not carried
-    call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], held, pressed, status, carried)
+    call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], prescribed, pressed, status, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &
         to_text(carried(1)))
       return
     end if
-    call carry_traction(joint, target, held, pressed, status, carried)
+    call carry_traction(joint, target, prescribed, pressed, status, carried)
     if (status == status_ok) then
       call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
         ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))

@@ -13,7 +13,7 @@ module asperity_load_path
   use asperity_tolerances, only: farthest, most_updates
   implicit none
   private
-  public :: begin_run, next_row, name_events, explain_loss
+  public :: start_run, next_row, name_events, explain_loss
 
   !> A row: the point at the end of an increment.
   type, public :: row_type
@@ -35,7 +35,6 @@ module asperity_load_path
   type, public :: run_type
     type(rie_law) :: law                             !! of the interface
     type(step_type), allocatable :: steps(:)         !! checked
-    real(wp), allocatable :: mesh(:)                 !! positions of the rows; not allocated: increments of the steps
     type(point_type) :: before, point                !! at the start and at the end of the last increment
     type(control_type) :: control                    !! of the last increment
     real(wp) :: given(3) = 0.0_wp                    !! prescribed values at its end: separation, or traction +
@@ -43,7 +42,6 @@ module asperity_load_path
     integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), of all steps
     integer, private :: step = 0, target = 0         !! where the run is
     integer, private :: n = 0                        !! increments to this target so far
-    integer, private :: rows = 0                     !! increments of all steps so far
     integer, private :: passed = 0                   !! targets that were reached before
     integer, private :: earlier = 0                  !! increments of all targets before
     real(wp), private :: share = 1.0_wp              !! of the way to the target
@@ -57,7 +55,7 @@ module asperity_load_path
 contains
 
   !> Begin a run.
-  pure subroutine begin_run(joint, steps, run, start)
+  pure subroutine start_run(joint, steps, run, start)
     type(interface_type), intent(in) :: joint             !! the interface
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet
@@ -77,7 +75,7 @@ contains
       run%point = new_point(run%law)
     end if
     run%given = run%point%s
-  end subroutine begin_run
+  end subroutine start_run
 
   !> Take the next increment. After a row that is lost there is none.
   pure subroutine next_row(run, row, found)
@@ -92,12 +90,11 @@ contains
     associate (step => run%steps(run%step))
       duration = step%durations(run%target)
       run%n = run%n + 1
-      run%rows = run%rows + 1
       if (step%arc > 0.0_wp) then
-        call take_branch_step(run, row)
+        call solve_branch_step(run, row)
         run%done = run%earlier + int(run%share*real(step%increments(run%target), wp))
       else
-        call take_increment(run, duration, row)
+        call solve_increment(run, duration, row)
         run%done = run%earlier + min(run%n, step%increments(run%target))
       end if
       row%step = run%step
@@ -152,7 +149,7 @@ contains
   end subroutine next_target
 
   !> Take an increment along the stable path.
-  pure subroutine take_increment(run, duration, row)
+  pure subroutine solve_increment(run, duration, row)
     type(run_type), intent(inout) :: run    !! the run
     real(wp), intent(in) :: duration        !! of the way to the target
     type(row_type), intent(inout) :: row    !! its report and whether equilibrium was lost are set
@@ -160,25 +157,19 @@ contains
     integer :: parts
     start = run%given
     first = run%share
-    if (allocated(run%mesh)) then
-      share = run%mesh(run%rows) - real(run%passed - 1, wp)
-      run%given = ramp(run%from, run%to, share)
-      run%control%dt = duration*(share - first)
-    else
-      parts = run%steps(run%step)%increments(run%target)
-      share = real(run%n, wp)/real(parts, wp)
-      run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
-      if (run%n == parts) run%given = run%to
-      run%control%dt = duration/real(parts, wp)
-    end if
+    parts = run%steps(run%step)%increments(run%target)
+    share = real(run%n, wp)/real(parts, wp)
+    run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
+    if (run%n == parts) run%given = run%to
+    run%control%dt = duration/real(parts, wp)
     call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
     row%turn = .false.
     row%lost = reached < 1.0_wp
     run%share = ramp(first, share, reached)
-  end subroutine take_increment
+  end subroutine solve_increment
 
   !> Take a step along the branch. The share of the way is the largest load factor so far, so that time never decreases.
-  pure subroutine take_branch_step(run, row)
+  pure subroutine solve_branch_step(run, row)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! its report, whether it turns and whether the branch ends are set
     run%given = run%to
@@ -186,7 +177,7 @@ contains
     row%turn = run%branch%turned
     row%lost = row%report%ended /= ended_complete
     run%share = max(run%share, run%branch%factor)
-  end subroutine take_branch_step
+  end subroutine solve_branch_step
 
   !> Linear interpolation, exact at both ends.
   pure elemental function ramp(from, to, share) result(value)

@@ -140,7 +140,7 @@ contains
     call new_equations(law, equations%control, equations%start, equations%target, still)
     still%done = equations%done
     still%old = equations%old
-    edge = law%first_touch(equations%old%s, equations%old%state)
+    edge = law%contact_opening(equations%old%s, equations%old%state)
     step = spacing(max(abs(edge(1)), law%length))
     do
       call evaluate(law, still, edge, still%done, trial, r, scale, good)

@@ -3,12 +3,12 @@ module asperity_steps
   use asperity_branch, only: default_arc, largest_arc, least_arc
   use asperity_checks, only: bounded
   use asperity_control_point, only: control_type
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: append, integer_text, to_text
-  use asperity_tolerances, only: farthest_prescribed
+  use asperity_tolerances, only: farthest_prescribed, resolved
   implicit none
   private
   public :: complete_steps, check_steps
@@ -70,7 +70,6 @@ module asperity_steps
     type(control_type) :: control                    !! which value of each component is prescribed
     logical :: changed(3) = .false.                  !! whether the control of a component differs from the step before
     logical :: has_target(3) = .false.               !! false: the prescribed value is constant
-    integer :: n_given(3) = 0                        !! values in the list of the component
     real(wp), allocatable :: targets(:, :)           !! (3, n) separation or traction, with all cycles
     integer, allocatable :: increments(:)            !! (n) increments to each target
     real(wp), allocatable :: durations(:)            !! (n) time to each target
@@ -266,8 +265,7 @@ contains
     step%targets = 0.0_wp
     do i = 1, 3
       if (.not. allocated(lists(i)%values)) cycle
-      step%n_given(i) = size(lists(i)%values)
-      step%has_target(i) = step%n_given(i) > 0
+      step%has_target(i) = size(lists(i)%values) > 0
       if (step%has_target(i)) step%targets(i, :) = run_through(lists(i)%values, n, nint(cycles))
     end do
     if (allocated(step%given(e_slip)%values) .and. step%has_target(2)) step%slip = &
@@ -298,6 +296,7 @@ contains
     type(step_type), intent(in) :: steps(:)                   !! the load path
     character(len=*), intent(in) :: place                     !! of the whole path in messages
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    integer, parameter :: separations(4) = [e_s + 1, e_s + 2, e_s + 3, e_slip]
     character(len=:), allocatable :: reason
     character(len=16) :: name
     type(rie_law) :: law
@@ -308,28 +307,50 @@ contains
       if (allocated(reason)) call append(message, place // "follow = 'branch' with " // reason)
     end if
     law = new_rie_law(joint)
-    bound = farthest_prescribed*law%reach
+    bound = min(farthest_prescribed*law%reach, largest_resolved(law, steps))
     bad = 0
     do n = 1, size(steps)
-      if (.not. allocated(steps(n)%targets)) cycle
-      do i = 1, 3
-        if (steps(n)%control%traction(i)) cycle
-        do j = 1, steps(n)%n_given(i)
-          if (bounded(steps(n)%targets(i, j), bound)) cycle
-          bad = bad + 1
-          if (bad > most_named) cycle
-          name = component_names(i)
-          ! the line of a file names all values
-          if (steps(n)%n_given(i) > 1 .and. .not. (allocated(steps(n)%given(e_s + i)%place) .or. &
-            allocated(steps(n)%given(e_slip)%place))) name = trim(name) // "[" // integer_text(j - 1) // "]"
-          call append(message, steps(n)%place // "s_" // trim(name) // " = " // to_text(steps(n)%targets(i, j)) // &
-            ": expected a magnitude up to " // to_text(bound) // " (1e12 s_f)")
-        end do
+      do i = 1, size(separations)
+        associate (given => steps(n)%given(separations(i)))
+          if (.not. allocated(given%values)) cycle
+          do j = 1, size(given%values)
+            if (bounded(given%values(j), bound)) cycle
+            bad = bad + 1
+            if (bad > most_named) cycle
+            name = step_table(separations(i))%name
+            ! the line of a file names all values
+            if (size(given%values) > 1 .and. .not. allocated(given%place)) name = trim(name) // "[" // &
+              integer_text(j - 1) // "]"
+            call append(message, steps(n)%place // trim(name) // " = " // to_text(given%values(j)) // &
+              ": expected a magnitude up to " // to_text(bound) // ", beyond which rounding errors are too large")
+          end do
+        end associate
       end do
     end do
     if (bad > most_named) call append(message, place // "... and " // integer_text(bad - most_named) // &
       " more separations of this kind")
   end subroutine check_steps
+
+  !> Largest separation at which rounding errors do not exceed the prescribed tractions, length. A joint without bond
+  !> has no strength; where nothing is prescribed, there is no such limit.
+  pure function largest_resolved(law, steps) result(bound)
+    type(rie_law), intent(in) :: law          !! the law
+    type(step_type), intent(in) :: steps(:)   !! the load path
+    real(wp) :: bound
+    real(wp) :: traction
+    integer :: i, n
+    traction = -1.0_wp
+    do n = 1, size(steps)
+      if (.not. allocated(steps(n)%targets)) cycle
+      do i = 1, 3
+        if (steps(n)%control%traction(i)) traction = max(traction, maxval(abs(steps(n)%targets(i, :))))
+      end do
+    end do
+    bound = huge(bound)
+    if (traction < 0.0_wp) return
+    if (start_damage(law%joint, 0.0_wp) < 1.0_wp) traction = traction + law%stress
+    if (traction > 0.0_wp) bound = resolved*traction/(epsilon(bound)*max(law%stiffness, law%joint%material%k_c))
+  end function largest_resolved
 
   !> Append why an interface has no branch that can be followed; nothing if it has one. The state at a point of the
   !> branch must not depend on time or on the length of the steps, and must be continuous.

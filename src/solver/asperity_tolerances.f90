@@ -85,7 +85,7 @@ module asperity_tolerances
   !> shorter than this, relative to s0, may pass a kink, where they differ by any amount.
   real(wp), parameter, public :: largest_turn = 0.15_wp, straight_step = 1.0e-6_wp
   !> Distance from a point at which the direction of the branch is computed, relative to s0.
-  real(wp), parameter, public :: look_ahead = 1.0e-6_wp
+  real(wp), parameter, public :: tangent_distance = 1.0e-6_wp
   !> Lengths of the steps that are tried at a kink, relative to s0, and cosine of the angle to the last step of a step
   !> that leads back.
   real(wp), parameter, public :: search_steps(3) = [1.0e-7_wp, 1.0e-5_wp, 1.0e-3_wp], backwards = -0.95_wp
@@ -96,6 +96,9 @@ module asperity_tolerances
   !> Largest prescribed separation of a load path, relative to s_f: the numbers beside it differ by 1e-4 s_f, so that no
   !> damage could be resolved beyond it.
   real(wp), parameter, public :: farthest_prescribed = 1.0e12_wp
+  !> Largest rounding error of the stiffness times a prescribed separation, relative to the prescribed tractions plus
+  !> the strength: where it is larger, the traction is lost in it.
+  real(wp), parameter, public :: resolved = 1.0e-6_wp
   !> Number of equal increments of an initial traction: the slips of inclined planes depend on the path.
   integer, parameter, public :: initial_increments = 32
 

@@ -159,7 +159,7 @@ def test_slips_that_cannot_be_resolved(run) -> None:
     largest = 0.999 * 1e12 * S_F
     assert len(run(MATERIAL + FLAT + f"&step slip = {largest:.17g}, increments = 2 /\n").rows) == 2
     messages = run(MATERIAL + FLAT + "&step slip = 1e20, increments = 2 /\n", code=1).messages
-    assert "s_Tx = 1e20: expected a magnitude up to" in messages and "(1e12 s_f)" in messages
+    assert "slip = 1e20: expected a magnitude up to" in messages
 
 
 def test_separations_are_checked_once(run) -> None:

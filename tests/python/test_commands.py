@@ -15,8 +15,9 @@ import pytest
 from asperity import doctor, installed, results
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import COMMANDS, main
-from asperity.fit import synthetic as study
 from asperity.installed import all_cases
+
+from harness.studies import synthetic as study
 
 
 @pytest.fixture(autouse=True)
@@ -140,7 +141,8 @@ def test_doctor(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
 def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     """The case that fit writes is read by select, whose case is read by run and card."""
     study.write_record(Path("record.csv"), study.synthetic(0.02, 31, sigma_N=(-0.2, -0.5)))
-    assert main(["fit", "record.csv", "--starts", "2", "--plot", "-o", "joint.nml"]) == 0
+    known = ["--set", "kc=20 eta=0.9 flat=0.3333333", "--starts", "2"]
+    assert main(["fit", "record.csv", *known, "--plot", "-o", "joint.nml"]) == 0
     assert Path("fit.png").exists()
     assert main(["select", "joint.nml", "--tolerance", "0.2", "-o", "joint.nml"]) == 1
     assert "expected another name" in capsys.readouterr().err
@@ -185,3 +187,11 @@ def test_package_has_what_hosts_need() -> None:
     assert installed.library().with_name("asperity.h").is_file()
     required = [line for line in metadata.requires("asperity") or [] if "extra ==" not in line]
     assert sorted(re.split(r"\W", line)[0] for line in required) == ["matplotlib", "numpy", "scipy", "tqdm"]
+
+
+def test_misspelt_command(capsys: pytest.CaptureFixture[str]) -> None:
+    """The message names the command that is meant, or all of them."""
+    for word, message in (("fti", "fti: did you mean fit?"), ("xyz", "xyz: expected one of new, cases,")):
+        with pytest.raises(SystemExit) as caught:
+            main([word, "record.csv"])
+        assert caught.value.code == 2 and message in capsys.readouterr().err

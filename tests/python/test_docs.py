@@ -22,6 +22,24 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$(?:\n+```text\n(.*?)^```$)?", re.MULTI
 LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 
 
+EXTRA = re.compile(r"(?:asperity|\"\.)\[([a-z,-]+)\]")
+
+
+def test_extras_exist() -> None:
+    """Every extra that a page or a message names can be installed."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    part = text.partition("[project.optional-dependencies]")[2].partition("\n[")[0]
+    known = set(re.findall(r"^([a-z-]+) =", part, re.MULTILINE))
+    sources = [*PAGES, *ROOT.glob("python/asperity/**/*.py"), *ROOT.glob("harness/**/*.py")]
+    named = {
+        (str(path), name)
+        for path in sources
+        for found in EXTRA.findall(path.read_text(encoding="utf-8"))
+        for name in found.split(",")
+    }
+    assert len(named) > 10 and {(path, name) for path, name in named if name not in known} == set()
+
+
 class Block(NamedTuple):
     """A fenced block: position, language, text, and the text block that follows, if any."""
 

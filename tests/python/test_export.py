@@ -17,11 +17,12 @@ from asperity import contract, installed
 from asperity.cli import main
 from asperity.export import kit
 from asperity.export.decks import DECKS, ROUGH, SLIP, THETA
-from asperity.export.environment import ENVIRONMENT
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
 from support_abaqus import run_explicit, run_standard
+
+ENVIRONMENT = kit.files()["abaqus_v6.env"].decode("ascii")
 
 WRITTEN = {name: write() for name, write in DECKS.items()}
 

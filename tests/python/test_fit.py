@@ -13,14 +13,15 @@ import pytest
 from asperity import contract
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fitting
+from asperity.fit import fitting, outcome
 from asperity.fit import model as fit_model
-from asperity.fit import synthetic as study
-from asperity.fit.fitting import fit, residual_ratio
+from asperity.fit.fitting import fit
+from asperity.fit.outcome import residual_ratio
 from asperity.fit.records import read_records
 from asperity.fit.report import case_text, identifiability, report
 from asperity.fit.shear_test import ShearTest
 
+from harness.studies import synthetic as study
 from harness.studies.fits import NOISES, coverage
 from tests.oracle import reference
 
@@ -40,13 +41,13 @@ def write(folder: Path, text: str, name: str = "record.csv") -> Path:
 
 
 @pytest.fixture(scope="module")
-def three_percent() -> fitting.Fit:
+def three_percent() -> outcome.Fit:
     """Fit of tests with 3 % noise, from random starts."""
     return fit(study.synthetic(0.03, 0), fixed=study.SET)
 
 
 @pytest.fixture(scope="module")
-def no_dilation() -> fitting.Fit:
+def no_dilation() -> outcome.Fit:
     """Fit of the same tests without dilation."""
     return fit(study.synthetic(0.03, 0, dilation=False), fixed=study.SET, start=AT_TRUTH, starts=1)
 
@@ -141,48 +142,47 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     start = AT_TRUTH | {"mu": 0.7, "theta": 25.0}
     found = fit(tests, fixed=study.SET, start=start, starts=1)
     assert found.problem.increments == fit_model.INCREMENTS and found.problem.refinement > 1
-    assert found.shift <= fitting.ENOUGH
+    assert found.shift <= outcome.ENOUGH
     # the error is of first order: dividing increments by four removes three quarters of it
-    most = 2.0 * fitting.ENOUGH * fitting.LEAST_ERROR
+    most = 2.0 * outcome.ENOUGH * outcome.LEAST_ERROR
     for name, value in AT_TRUTH.items():
         assert found.values[name] == pytest.approx(value, rel=most), name
     monkeypatch.setattr(fitting, "REFINEMENTS", 0)
     coarse = fit(tests, fixed=study.SET, start=start, starts=1)
-    assert coarse.problem.refinement == 1 and coarse.shift > fitting.ENOUGH
+    assert coarse.problem.refinement == 1 and coarse.shift > outcome.ENOUGH
     assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.004
     assert "the increments are too long: finer ones change" in "\n".join(identifiability(coarse))
 
 
 @pytest.mark.slow
-def test_own_starts_and_derivatives(three_percent: fitting.Fit) -> None:
+def test_own_starts_and_derivatives(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random starts find the minimum near the true values; derivatives with a smaller step agree."""
     problem = three_percent.problem
     truth = np.array([fit_model.SCALES[name].to(TRUTH[name]) for name in problem.free])
     assert three_percent.costs[0] <= float(np.sum(problem.residuals(truth) ** 2))
     assert three_percent.agreeing > 1
-    assert three_percent.derivative_error < 1e-3
-    again = fit(problem.tests, fixed=study.SET)
-    assert again.values == three_percent.values
+    monkeypatch.setattr(fit_model, "STEP", 0.1 * fit_model.STEP)
+    finer = problem.jacobian(three_percent.x) - three_percent.jacobian
+    assert (np.linalg.norm(finer, axis=0) < 1e-3 * np.linalg.norm(three_percent.jacobian, axis=0)).all()
 
 
 @pytest.mark.slow
-def test_stiffness_and_cycles() -> None:
-    """Tests under a normal stiffness and with reversals are fitted."""
-    for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):
-        found = fit(study.synthetic(0.01, 0, **record), fixed=study.SET, start=AT_TRUTH, starts=1)
-        for name, value in AT_TRUTH.items():
-            assert found.values[name] == pytest.approx(value, rel=0.05), name
+def test_normal_stiffness_is_fitted() -> None:
+    """The constants of tests under a normal stiffness are identified."""
+    found = fit(study.synthetic(0.01, 0, k_N=study.K_N), fixed=study.SET, start=AT_TRUTH, starts=1)
+    for name, value in AT_TRUTH.items():
+        assert found.values[name] == pytest.approx(value, rel=0.05), name
 
 
 # --- what cannot be known -----------------------------------------------------------------------------------
 
 
-def test_coupling_without_dilation(no_dilation: fitting.Fit, three_percent: fitting.Fit) -> None:
+def test_coupling_without_dilation(no_dilation: outcome.Fit, three_percent: outcome.Fit) -> None:
     """Without dilation mu and theta are not separated; the residual ratio is known, as reported."""
     free = no_dilation.problem.free
     i, j = free.index("mu"), free.index("theta")
-    assert no_dilation.correlation[i, j] < -fitting.COUPLED
-    assert abs(three_percent.correlation[i, j]) < fitting.COUPLED
+    assert no_dilation.correlation[i, j] < -outcome.COUPLED
+    assert abs(three_percent.correlation[i, j]) < outcome.COUPLED
     ratio = no_dilation.of(residual_ratio)
     assert ratio.low <= residual_ratio(TRUTH) <= ratio.high
     mu = no_dilation.estimates["mu"]
@@ -210,7 +210,7 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
     assert "Gc is not determined" in text and "poor" not in text, text
 
 
-def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
+def test_bond_that_is_told_apart(three_percent: outcome.Fit) -> None:
     """The reported widths are those of the intervals, for K = sigma0^2/(2 Gc (1 - eta)) from both."""
     [text] = [one for one in identifiability(three_percent) if one.startswith("sigma0, Gc and K")]
     told = re.fullmatch(r"sigma0, Gc and K are separated: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
@@ -225,7 +225,7 @@ def test_bond_that_is_told_apart(three_percent: fitting.Fit) -> None:
     assert [float(one) for one in told.groups()] == pytest.approx(widths.tolist(), abs=0.006)
 
 
-def test_bounds_and_ends_are_told(three_percent: fitting.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bounds_and_ends_are_told(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     """A parameter at its bound and a fit that did not converge are reported."""
     tests = three_percent.problem.tests
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
@@ -264,18 +264,20 @@ def test_model_that_does_not_fit_is_reported() -> None:
         (HEADER + ROWS + "0.9,nan,0.1,-1\n", "line 9, column tau: nan: expected a finite number"),
         (HEADER + ROWS + "0.9,1,0.1,inf\n", "line 9, column sigma_N: inf: expected a finite number"),
         (HEADER + ROWS + "0.9,high,0.1,-1\n", "line 9, column tau: high: expected a finite number"),
-        (HEADER + ROWS + "0.9,,0.1,-1\n", "line 9, column tau: empty: expected a finite number"),
-        (HEADER + ROWS + "0.9,1,,-1\n", "line 9, column dilation: empty: expected a number, or none in the"),
+        (
+            HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n",
+            "line 10, column dilation: low: expected a finite number",
+        ),
         (HEADER + ROWS + "0.9,1,0.1\n", "line 9: 3 values: expected 4"),
         (HEADER + ROWS.replace(",-1", ",1"), "line 2, column sigma_N: 1 is tension: expected compression"),
-        (HEADER.replace(",", ";") + "1;2;3;-1\n", "'slip;tau;dilation;sigma_N': expected commas between the"),
+        (HEADER + ROWS + '"0,9",1,0.1,-1\n', "line 9: 0,9 beside 0."),
         (
             "slip [mm],tau [kPa],sigma_N\n",
             "line 1: column sigma_N has no unit: expected one for every column, as slip [mm] has, or none",
         ),
         (
             "slip [furlong],tau [MPa],sigma_N [MPa]\n",
-            "line 1: slip [furlong]: expected m, cm, mm, um, in, ft",
+            "line 1: slip [furlong]: expected m, cm, mm, um, nm, in, ft",
         ),
         ("slip [mm],tau [mm],sigma_N [MPa]\n", "line 1: tau [mm]: expected Pa, kPa, MPa, GPa, bar, psi, ksi"),
         (
@@ -307,9 +309,9 @@ def test_model_that_does_not_fit_is_reported() -> None:
         (HEADER + ROWS + "0.9,1,0.1,-2\n", "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
         (
             HEADER + ROWS.replace(",-1", ",-1e6"),
-            "column tau: 0.8 where |sigma_N| is up to 1e+06: expected the",
+            "column tau: 0.8 at the end where |sigma_N| is 1e+06: expected the",
         ),
-        (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 where |sigma_N| is up to 1e-06: expected"),
+        (HEADER + ROWS.replace(",-1", ",-1e-6"), "column tau: 0.8 at the end where |sigma_N| is 1e-06"),
         (
             HEADER + "".join(f"{i},1,0,-1\n" for i in range(7)),
             "column tau is 1 in all rows: expected values that",
@@ -338,6 +340,42 @@ def test_bad_records(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=re.escape(message)) as caught:
         read_records([path])
     assert "record.csv" in str(caught.value)
+
+
+def test_files_of_instruments(tmp_path: Path) -> None:
+    """Semicolons, decimal commas, other names of columns and gaps give the same test, without the gaps."""
+    [plain] = read_records([write(tmp_path, HEADER + ROWS)])
+    text = (HEADER + ROWS).replace(",", ";").replace(".", ",")
+    [test] = read_records([write(tmp_path, text)])
+    for name in ("slip", "tau", "s_N", "sigma_N"):
+        assert np.array_equal(getattr(test, name), getattr(plain, name)), name
+    other = text.replace("slip", "Shear displacement (mm)").replace("tau", "Shear stress (MPa)")
+    other = other.replace("dilation", "dilation (mm)").replace("sigma_N", "sigma_N (MPa)")
+    path = write(tmp_path, other)
+    with pytest.raises(ValueError, match=r"expected slip, tau, too .*--columns slip=HEADER for a column"):
+        read_records([path])
+    names = {"slip": "shear displacement", "tau": "Shear stress"}
+    [test] = read_records([path], columns=names)
+    assert np.array_equal(test.tau, plain.tau) and test.units == {"length": "mm", "stress": "MPa"}
+    with pytest.raises(ValueError, match=r"line 1: columns Shear.*: expected Weg, too"):
+        read_records([path], columns={"slip": "Weg"})
+    lines = text.splitlines()
+    lines[2:2] = ["0,15;;0,01;-1", "0,16;1;;-1"]
+    with pytest.warns(asperity.ModelWarning, match=r"a cell is empty: 2 \(line 3, 4\)"):
+        [test] = read_records([write(tmp_path, "\n".join(lines))])
+    assert np.array_equal(test.slip, plain.slip) and 3 not in test.lines and 4 not in test.lines
+
+
+def test_all_errors_at_once(tmp_path: Path) -> None:
+    """The errors of all rows and files are listed together."""
+    first = write(tmp_path, HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n")
+    second = write(tmp_path, HEADER + "0.9,1,0.1\n", "second.csv")
+    with pytest.raises(ValueError, match="line 9") as caught:
+        read_records([first, second])
+    told = str(caught.value).splitlines()
+    assert (
+        len(told) == 3 and "line 10, column dilation: low" in told[1] and "second.csv: line 2: 3" in told[2]
+    )
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
@@ -544,7 +582,7 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """The command writes report, picture and a case that driver, card and select read."""
     monkeypatch.chdir(tmp_path)
-    assert study.main(["record.csv"]) == 0
+    study.write_record(Path("record.csv"), study.synthetic(study.DEFAULT_NOISE, 0))
     start = " ".join(f"{name}={value}" for name, value in AT_TRUTH.items())
     options = [
         "--set",
@@ -593,7 +631,7 @@ def test_case_without_a_sweep() -> None:
         (["--bounds", "mu=0.1"], "--bounds mu=0.1: expected NAME=LOW,HIGH"),
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
-        (["--units", "mm,mm"], "--units mm,mm: expected LENGTH,STRESS, of m, cm, mm, um, in, ft and Pa"),
+        (["--units", "mm,mm"], "--units mm,mm: expected LENGTH,STRESS, of m, cm, mm, um, nm, in, ft and Pa"),
         (
             ["--free", "sigma0,mu"],
             "--free sigma0,mu: Gc, eta, theta, flat, kc: expected each parameter free or",
@@ -624,7 +662,7 @@ def test_units_of_the_results(
 ) -> None:
     """The results have the units of the option; --units of a header without units is an error."""
     monkeypatch.chdir(tmp_path)
-    study.main(["record.csv", "--noise", "0.01"])
+    study.write_record(Path("record.csv"), study.synthetic(0.01, 0))
     options = ["--set", "kc=20 eta=0.9 flat=0.3333", "--starts", "1", "--increments", "60"]
     found = {}
     for units, unit in (("mm,MPa", "MPa mm"), ("m,kPa", "kPa m"), ("in,psi", "psi in")):

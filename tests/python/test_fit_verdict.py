@@ -5,6 +5,7 @@ The tests of HELD_OUT have constants and random numbers that were not used when 
 
 from __future__ import annotations
 
+import argparse
 import re
 import shlex
 import warnings
@@ -16,9 +17,13 @@ import pytest
 from asperity import contract
 from asperity.case_files import read_case
 from asperity.cli import main
-from asperity.fit import synthetic as study
+from asperity.fit.command import add_arguments
 from asperity.fit.fitting import fit
-from asperity.fit.verdict import outliers, refusals
+from asperity.fit.outcome import Fit
+from asperity.fit.verdict import outliers, refusals, saturates
+from asperity.options import command_line
+
+from harness.studies import synthetic as study
 
 HELD_OUT = {"sigma0": 1.1, "Gc": 0.09, "eta": 0.85, "mu": 0.55, "theta": 18.0, "flat": 0.3, "kc": 30.0}
 SIGMA_N = (-0.5, -3.0)
@@ -84,7 +89,8 @@ def test_plain_fit_is_right(command: Command) -> None:
 def test_wrong_pattern(command: Command) -> None:
     """A ridge fitted with the default pattern is refused; the proposed command finds its constants."""
     record(sides=2)
-    code, out = command(["fit", "record.csv", "--case", "joint.nml", "--card", "abaqus"])
+    given = ["--set", " ".join(f"{name}={HELD_OUT[name]}" for name in ("eta", "flat", "kc"))]
+    code, out = command(["fit", "record.csv", *given, "--case", "joint.nml", "--card", "abaqus"])
     proposed = refused(code, out)
     assert "no result: " in out and "correlated" in out and "*User Material" not in out
     assert not Path("joint.nml").exists()
@@ -167,21 +173,103 @@ def test_outliers() -> None:
         assert refusals(found) == ["outliers move the parameters (test 2: line 42)"]
 
 
+def having(found: Fit, model_error: float = 0.0, **properties: object) -> Fit:
+    """The fit with other values of properties that it computes."""
+    changed = study.replace(found, model_error=model_error)
+    vars(changed).update(properties)
+    return changed
+
+
 def test_starts_go_on() -> None:
-    """More starts are tried until three agree; one that is alone at the end is a reason to refuse."""
+    """The same starts are tried until three agree; one that is alone at the end is a reason to refuse."""
     tests = study.synthetic(NOISE, SEED, HELD_OUT, SIGMA_N)
     fixed = {name: HELD_OUT[name] for name in HELD_OUT if name != "mu"}
     found = fit(tests, fixed=fixed, starts=4)
     assert found.agreeing >= 3 and not refusals(found)
+    assert fit(tests, fixed=fixed, starts=4).values == found.values
     alone = study.replace(found, costs=(found.costs[0], *(2.0 * cost for cost in found.costs[1:])))
     assert refusals(alone) == ["only one start reached the smallest sum of squares"]
     late = study.replace(found, converged=False, shift=1.0)
     assert refusals(late) == ["the least squares did not converge", "the increments are too long"]
-    correlated = study.replace(found, neighbours=0.5)
+    correlated = having(found, neighbours=0.5)
     assert refusals(correlated) == ["the residuals of neighbouring rows are correlated (0.50)"]
-    assert refusals(study.replace(correlated, model_error=0.05)) == []
+    assert refusals(having(found, 0.05, neighbours=0.5)) == []
     # a scatter of less than a thousandth is no reason
-    exact = study.replace(correlated, scatter=(1e-4, 1e-4))
+    exact = having(found, neighbours=0.5, scatter=(1e-4, 1e-4))
     assert refusals(exact) == []
-    few = study.replace(correlated, residuals=np.zeros(16))
+    few = having(study.replace(found, residuals=np.zeros(16)), neighbours=0.5)
     assert not few.dependent
+
+
+def again(out: str) -> list[str]:
+    """Arguments of the command that a report proposes, with a value where it asks for one."""
+    proposed = re.search(r"^next: (?:put .*\n      )?(asperity fit .*)$", out, re.MULTILINE)
+    assert proposed, out[-600:]
+    return shlex.split(proposed[1].replace("=VALUE", "=18"))[1:]
+
+
+FREE = "sigma0,Gc,eta,mu,theta,flat,kc"
+
+
+@pytest.mark.parametrize(
+    ("changes", "options"),
+    [
+        # the command of fit.md, on tests of a flat joint: patterns without planes have no theta
+        pytest.param(
+            {"sides": 0},
+            ["--free=sigma0,Gc,mu,theta,height", "--set", "eta=0.85 flat=0.3 kc=30"],
+            marks=pytest.mark.slow,
+        ),
+        # what is free is set by the proposal
+        pytest.param({"dilation": False}, ["--free", FREE], marks=pytest.mark.long),
+    ],
+)
+def test_every_proposal_runs(command: Command, changes: dict[str, object], options: list[str]) -> None:
+    """A fit that is no result prints its report and a command that is not refused."""
+    record(**changes)
+    code, out = command(["fit", "record.csv", "--starts", "2", *options])
+    assert code == 3 and out.index("correlation") < out.index("no result: ")
+    code, out = command(again(out))
+    assert code in (0, 3) and "scatter" in out
+
+
+def test_proposals_repeat_the_options() -> None:
+    """A command that is written from its options has the same ones; changed options replace the given."""
+    parser = argparse.ArgumentParser(prog="asperity fit")
+    add_arguments(parser)
+    given = "a.csv b.csv --free=mu,theta --set kc=30 --set=eta=0.9 --plot --k-N 5 --sides 4 --columns"
+    options = parser.parse_args([*given.split(), "tau=Shear stress", "-o", "joint.nml", "--accept"])
+    words = command_line(parser, options, {})
+    assert words[:4] == ["asperity", "fit", "a.csv", "b.csv"]
+    assert vars(parser.parse_args(words[2:])) == vars(options)
+    changed = parser.parse_args(
+        command_line(parser, options, {"free": None, "set": ["mu=0.5"], "sides": 0})[2:]
+    )
+    assert (changed.free, changed.set, changed.sides) == (None, ["mu=0.5"], 0)
+
+
+@pytest.mark.long
+def test_height_is_proposed(command: Command) -> None:
+    """Where the dilation ends, the proposal has a free height, which is found."""
+    truth = HELD_OUT | {"height": 0.06}
+    tests = study.synthetic(NOISE, SEED, truth, SIGMA_N)
+    assert all(saturates(test) for test in tests)
+    assert not any(saturates(test) for test in study.synthetic(NOISE, SEED, HELD_OUT, SIGMA_N))
+    study.write_record(Path("record.csv"), tests)
+    proposed = refused(*command(["fit", "record.csv"]))
+    assert "height" in proposed[proposed.index("--free") + 1]
+    code, out = command(proposed)
+    found = re.search(r"^height +\S+ +(\S+) +(\S+)  \S", out, re.MULTILINE)
+    assert code == 0 and found and float(found[1]) <= truth["height"] <= float(found[2])
+
+
+@pytest.mark.slow
+def test_accepted_constants_are_marked(command: Command) -> None:
+    """With --accept the best constants are printed and written; report and case say that they are poor."""
+    record(sides=2)
+    arguments = ["fit", "record.csv", "--starts", "1", "--case", "joint.nml", "--accept"]
+    code, out = command(arguments)
+    poor = re.search(r"^poor: (.*)$", out, re.MULTILINE)
+    assert code == 0 and poor and "neighbouring rows are correlated" in poor[1] and "PROPS" in out
+    assert Path("joint.nml").read_text(encoding="utf-8").startswith(f"! Poor: {poor[1]}.\n")
+    assert read_case(Path("joint.nml")).runs and not Path("joint.fit.json").exists()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import pickle
 import subprocess
 import sys
@@ -90,23 +89,11 @@ def test_a_lost_equilibrium_has_a_history(tmp_path: Path) -> None:
     assert history.planes == 1 and history.alpha(1).shape == (len(history),)
 
 
-def test_dataframe(history: History, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The table has the columns of the CSV; without pandas the message names it."""
-    load = builtins.__import__
-
-    def missing(name: str, *rest: Any) -> Any:
-        if name == "pandas":
-            raise ImportError(name)
-        return load(name, *rest)
-
-    with monkeypatch.context() as patched:
-        patched.setattr(builtins, "__import__", missing)
-        with pytest.raises(ImportError, match="to_dataframe needs pandas: install it, or use to_csv"):
-            history.to_dataframe()
-    pytest.importorskip("pandas")
-    frame = history.to_dataframe(planes=True)
-    assert list(frame.columns[:12]) == list(results.COLUMNS) and len(frame) == 180
-    assert np.array_equal(frame["alpha_3"], history.alpha(3))
+def test_columns(history: History) -> None:
+    """The columns are those of the CSV, with the state of every plane if it is asked for."""
+    found = history.columns(planes=True)
+    assert list(found)[:12] == list(results.COLUMNS) and all(len(one) == 180 for one in found.values())
+    assert np.array_equal(found["alpha_3"], history.alpha(3))
 
 
 def test_plot(history: History, tmp_path: Path) -> None:

@@ -9,7 +9,8 @@ import meshio
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.hosts.paraview import Step, Structure, write
+
+from harness.hosts.paraview_files import Step, Structure, write
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 NODES = np.array([[x, y] for y in (0.0, 1.0, 1.0, 2.0) for x in (0.0, 2.0)])
@@ -71,24 +72,6 @@ def test_order_of_points(order: tuple[int, ...], tmp_path: Path) -> None:
     assert place[0] == pytest.approx(first) and place[7] == pytest.approx(last)
     along = 1 if not order else 6
     assert place[along] == pytest.approx([0.25, 0.25, 0.75])
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"parts": (2,)}, r"parts = \(2,\): expected 2 numbers"),
-        ({"parts": (0, 1)}, r"parts = \(0, 1\): expected 2 numbers of at least 1"),
-        ({"joints": np.array([[2, 3, 5, 9]])}, "joints: node 9: expected 0 to 7"),
-        ({"joints": np.array([[2, 3, 5, -1]])}, "joints: node -1: expected 0 to 7"),
-        ({"solids": np.array([[0, 1, 2]])}, r"solids have shape \(1, 3\): expected \(cells, 4\)"),
-        ({"order": (0, 2)}, r"order = \(0, 2\): expected the numbers 0 to 1"),
-    ],
-)
-def test_wrong_structures(change: dict[str, object], message: str) -> None:
-    """A structure that cannot be drawn is refused; the message has the value."""
-    given = {"nodes": NODES, "solids": PLANE.solids, "joints": PLANE.joints, "parts": (2, 1), "order": ()}
-    with pytest.raises(ValueError, match=message):
-        Structure(**given | change)
 
 
 def test_wrong_steps(tmp_path: Path) -> None:

@@ -410,9 +410,9 @@ LINE = rows(np.arange(9.0), np.zeros(9), header="x,z")
         ("x [mm],z\n1,2\n", r"expected a unit for all or none"),
         ("x [mm],z [furlong]\n1,2\n", r"unit furlong: expected one of m, cm, mm"),
         ("x,z\n", r"expected rows of numbers"),
-        (LINE + "9,nan\n", r"line 11: nan: expected a finite number"),
-        (LINE + "9,\n", r"line 11: nothing: expected a finite number"),
-        (LINE + "9,high\n", r"line 11: high: expected a finite number"),
+        (LINE + "9,nan\n", r"line 11, column z: nan: expected a finite number"),
+        (LINE + "9,\n", r"line 11, column z: empty: expected a finite number"),
+        (LINE + "9,high\n", r"line 11, column z: high: expected a finite number"),
         (LINE + "9\n", r"line 11: 1 values: expected 2"),
         (LINE + "8,1\n", r"line 11: x = 8 after 8: expected x to increase \(vertical\)"),
         (LINE + "7,1\n", r"line 11: x = 7 after 8: expected x to increase \(overhang"),
@@ -422,8 +422,8 @@ LINE = rows(np.arange(9.0), np.zeros(9), header="x,z")
         (GRID.replace("\n3,", "\n3.4,"), r"x = 2 and 3.4, 9 different x: expected .* grid .* spacing 1;"),
         (rows(np.arange(16.0), np.tile(3.0, 16), np.zeros(16), header="x,y,z"),
          r"y = 3 throughout: expected a map; a profile is x, z"),
-        ("x;z\n0,5;1,25\n", r"line 2: 0,5: expected a finite number with a decimal point"),
-        ("0,5;1,25\n", r"line 1: 0,5: expected a finite number with a decimal point"),
+        ("x;z\n0,5;1,25\n1;2.5\n", r"line 3: 2.5 beside 0,5: expected one decimal mark"),
+        ("0,5;1,25\n", r"1 points: expected at least 8"),
         (rows(np.tile([0.0, 1.0], 9), np.repeat(np.arange(9.0), 2), np.zeros(18), header="x,y,z"),
          r"2 different x: expected at least 8"),
     ],
@@ -452,9 +452,9 @@ def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, 
         ("--flat-below 90", r"--flat-below 90: expected an angle"),
         ("--regular --flat-below 5", r"--regular: expected without"),
         ("--unit furlong", r"--unit furlong: expected one of m, cm, mm"),
-        ("-o scan", r"-o scan: scan.csv is read: expected another name"),
-        ("-o scan.csv", r"-o scan: scan.csv is read: expected another name"),
-        ("-o none/planes", r"-o none/planes: expected a folder that exists, none does not"),
+        ("-o scan", r"-o scan.csv: this file is read or written by the same command"),
+        ("-o scan.csv", r"-o scan.csv: this file is read or written by the same command"),
+        ("-o none/planes", r"-o none/planes.csv: no folder none: expected one that is there"),
         ("-o .", r"-o .: expected a name"),
         ("--case none.nml", r"none.nml: cannot be opened"),
         ("--case scan.csv", r"scan.csv:1: .* outside a group"),
@@ -648,7 +648,7 @@ def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str
     write(rows(np.arange(9.0), 0.5 * np.arange(9.0), header="x [mm], z [mm]"))
     assert main(["surface", "scan.csv", "--regular"]) == 0
     out = capsys.readouterr().out
-    assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0\n" in out
+    assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0, " in out
     assert main(["surface", "scan.csv"]) == 0
     assert "&pattern normals = 1.000000000, 0.000000000, 0.000000000," in capsys.readouterr().out
 
@@ -658,7 +658,7 @@ def test_full_list_of_planes() -> None:
     found, _ = egg_box(0.1, 30)
     listed, _ = slopes.bin_facets(found, 9, 7)
     assert 50 < len(listed.weights) <= 64
-    values = [float(v) for v in props_line(listed, (3.0, 0.3, 0.9, 0.5)).split(", ")]
+    values = [float(v) for v in props_line(listed, Material(3.0, 0.3, 0.9, 0.5)).split(", ")]
     planes = np.array(values[contract.N_FIXED_PROPS :]).reshape(-1, 4)
     again = Pattern.planes(planes[:, :3], planes[:, 3])
     assert again.weights == pytest.approx(listed.weights, abs=1e-8)

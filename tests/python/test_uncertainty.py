@@ -19,13 +19,15 @@ from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.fit import covariance
-from asperity.fit import synthetic as study
-from asperity.fit.fitting import Fit, fit, residual_ratio
+from asperity.fit.fitting import fit
+from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.results import drive
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
+
+from harness.studies import synthetic as study
+from harness.studies.compare import drive
 
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /\n"
 FLAT = LAW + "&pattern sides = 0 /\n&step t_N = -2.0, increments = 5 /\n&step slip = 0.6, increments = 60 /\n"
@@ -126,12 +128,12 @@ def test_curves_are_those_of_the_driver(case) -> None:
     ):
         one = case(text)
         [path], rows = load_paths(one), drive(one.path)[None]
-        curve = path.curve(path.props)
-        assert len(curve.work) == len(path.x) <= len(rows) + 1
+        values, work = path.curve(path.props)
+        assert len(work) == len(path.x) <= len(rows) + 1
         n = min(len(rows), len(path.x) if path.first >= 0 else len(path.x) - 1)
-        np.testing.assert_allclose(curve.values[-n:, 0], rows.traction[-n:] @ path.e, rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(curve.values[-n:, 1], rows.separation[-n:, 0], rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(curve.work[-n:], rows.energies[-n:, 3], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(values[-n:, 0], rows.traction[-n:] @ path.e, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(values[-n:, 1], rows.separation[-n:, 0], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(work[-n:], rows.energies[-n:, 3], rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(path.x[-n:], rows.separation[-n:] @ path.e, rtol=0.0, atol=1e-12)
         assert path.x[0] == 0.0
 
@@ -179,7 +181,7 @@ def test_from_a_record_to_quantiles(
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
     path.write_text(case_text(found))
     beside.write_text(covariance.covariance_text(found))
-    command = ["uncertainty", str(path), "--samples", "300", "-o", str(tmp_path / "out.csv")]
+    command = ["uncertainty", str(path), "--samples", "100", "-o", str(tmp_path / "out.csv")]
     printed = []
     for jobs in ("1", "2"):
         assert main([*command, "--jobs", jobs, "--plot", str(tmp_path / f"{jobs}.png")]) == 0
@@ -322,7 +324,7 @@ def test_page(tmp_path: Path) -> None:
             capture_output=True,
             text=True,
             cwd=tmp_path,
-            env=os.environ | {"PATH": path},
+            env=os.environ | {"PATH": path, "PYTHONPATH": str(PAGE.parents[2])},
             check=True,
         )
         rows = [

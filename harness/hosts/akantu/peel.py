@@ -9,6 +9,7 @@ the balance of energy and writes the files for ParaView.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +17,11 @@ from pathlib import Path
 import akantu as aka
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
-from asperity.hosts import paraview
 from asperity.hosts.akantu import Joint, Points, register
 from two_blocks import CELL, INPUT, RUNS, Floats, structure_of, write_mesh
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0

@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 import akantu as aka
 import joint_picture
 import paraview_check
+import paraview_files as paraview
 import peel
 import two_blocks
-from asperity.hosts import paraview
 from two_blocks import PRELOAD_STEPS, PRESSURE
 
 LAST = 1.0e-7

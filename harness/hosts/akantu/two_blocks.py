@@ -6,6 +6,7 @@ As a script this module prints force and dilation beside those of a material poi
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,9 +16,11 @@ from pathlib import Path
 import akantu as aka
 import numpy as np
 from asperity import Interface, Material, Pattern
-from asperity.hosts import paraview
 from asperity.hosts.akantu import register
 from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 
 Floats = NDArray[np.float64]
 

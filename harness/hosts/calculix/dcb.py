@@ -18,10 +18,10 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
-from asperity.hosts import paraview
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import calculix_run
+import paraview_files as paraview
 import structure_picture
 from calculix_run import TX, TY, Floats, N, Run
 

@@ -20,6 +20,7 @@ from asperity.card_command import read_run
 from kratos_model import Floats, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 import structure_picture
 
 LENGTH, HEIGHT = 210.0, 52.0
@@ -116,8 +117,6 @@ def write_paraview(pvd: Path, result: Result, law: Interface = JOINT) -> None:
     Kratos does not give the state variables of its interface elements: they are those of the library on the
     separations of Kratos.
     """
-    from asperity.hosts import paraview
-
     s = result.structure
     around = [0, 1, 3, 2]  # both sides of an element have the same direction
     structure = paraview.Structure(

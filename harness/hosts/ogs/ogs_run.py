@@ -14,8 +14,10 @@ from pathlib import Path
 import meshio
 import numpy as np
 from asperity import Interface, contract
-from asperity.hosts import paraview
 from numpy.typing import ArrayLike, NDArray
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 
 Floats = NDArray[np.float64]
 

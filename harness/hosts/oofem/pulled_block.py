@@ -15,8 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
-from asperity.hosts import paraview
 from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -16,8 +16,8 @@ pytest.importorskip("oofem", reason="asperity[oofem] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import paraview_check
+import paraview_files as paraview
 import pulled_block
-from asperity.hosts import paraview
 
 Floats = NDArray[np.float64]
 

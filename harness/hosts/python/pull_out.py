@@ -8,6 +8,7 @@ part of the tangent shows the cost of a solver without unsymmetric matrices.
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +20,9 @@ from joint import Floats, Joint, Newton, NotConverged, progress
 from matplotlib.figure import Figure
 from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 
 # mm, N, MPa: Table 2 of the paper with a stiffer contact
 MODULUS, POISSON = 30000.0, 0.2
@@ -153,8 +157,6 @@ def _figure(curve: Curve) -> Figure:
 
 def write_paraview(pvd: Path, curve: Curve) -> None:
     """Write all rows for ParaView; the rigid base has nodes below those of the block, which do not move."""
-    from asperity.hosts import paraview
-
     block, moves, cells = curve.nodes
     base = np.flatnonzero(block[:, 1] < 1e-9)
     base = base[np.argsort(block[base, 0])]

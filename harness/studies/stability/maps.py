@@ -15,7 +15,7 @@ from asperity.interface import Interface
 from asperity.options import progress_bar
 from asperity.parallel import map_in_order
 from asperity.pattern import Pattern
-from asperity.plots import COLOURS
+from asperity.style import COLOURS
 from matplotlib.colors import BoundaryNorm, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D

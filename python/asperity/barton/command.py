@@ -1,22 +1,67 @@
-"""Command `asperity barton`: constants of the law from JRC, JCS and phi_r."""
+"""Command `asperity barton`: the RIE that comes closest to a joint of Barton, and both side by side."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
 
 from .. import contract
+from ..contract import Floats
 from ..fit.model import BOND, KS
-from ..fit.search import Search, add_search, check_search, numbers, write
+from ..fit.outcome import Fit
+from ..fit.search import Search, add_search, check_search, write
+from ..fit.shear_test import ShearTest
 from ..fit.units import DEFAULT
-from ..options import add_options
+from ..options import add_options, numbers
 from ..remarks import doubts
-from .comparison import REACH, compare, curves, draw, heading, nature, table
-from .joint import SAMPLE, Joint
+from .joint import MOBILISED, SAMPLE, Joint
 
 FREE = ("ks", "mu", "theta", "height")
 
 FIXED = {"flat": contract.default("flat"), "kc": 20.0}
 """Values that are not identified: the curves hardly depend on kc = kn/ks, as they begin under pressure."""
+
+
+ROWS = 100
+"""Rows of a curve, equally spaced in the slip."""
+
+REACH = 10.0
+"""Default end of the curves, in slips at the peak."""
+
+BY_NATURE = (
+    "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0. The RIE, the planes "
+    "of the law, has damage0 = 1: ks stands for the stiffness before the peak, mu, theta and height for "
+    "strength and dilation.",
+    "The dilation angle of Barton falls with sigma_n, because JRC log10(JCS/sigma_n)/M does. The slope theta "
+    "of the RIE does not depend on the stress: one theta stands for the whole range of stresses.",
+    "The slip at the peak of Barton does not depend on sigma_n. That of the RIE grows with it, because its "
+    "contact is elastic up to friction.",
+    "The strength of Barton falls to sigma_n tan(phi_r) only at 100 slips at the peak, and his dilation ends "
+    "there.",
+    "The curves have no scatter: the intervals below say which constants the curves determine, and how "
+    "sharply, not how well the rock is known. There is no covariance for asperity uncertainty.",
+)
+"""Where the two laws differ whatever the constants are, and what the intervals mean."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Numbers of both laws under a normal stress sigma_n, MPa, mm and degrees.
+
+    tau, slip: peak strength and the slip there; angle: largest dilation angle; s_N: opening at the end of the
+    curves; each is the pair (Barton, RIE).  misfit: root mean square differences of tau and of s_N, over the
+    range of the curve of Barton.
+    """
+
+    sigma_n: float
+    tau: tuple[float, float]
+    slip: tuple[float, float]
+    angle: tuple[float, float]
+    s_N: tuple[float, float]
+    misfit: tuple[float, float]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +87,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Compute the curves of the joint, find the closest RIE, report both."""
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
     names = {*options.free.split(","), *numbers("--set", options.set, 1)}
@@ -55,14 +99,91 @@ def _run(options: argparse.Namespace) -> int:
     searching = Search(options, FIXED)
     with searching.shown() as fitted:
         found = fitted(tests, searching.given)
-    from ..fit.report import props_line, report
+    from ..fit.report import lines_of, props_line, report
 
     print(heading(joint, options.reach))
-    print(f"\n{table(compare(joint, found))}\n\n{nature()}\n\n{report(found, DEFAULT)}")
+    print(f"\n{table(compare(joint, found))}\n\n{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}")
     slip = max(test.slip.max() for test in tests)
     for text in doubts(found.interface.material, found.interface.pattern, -max(stresses), slip=slip):
         print(f"warning: {text}")
     print(f"\n{props_line(found)}")
     # without scatter there is no covariance
-    write(options, found, lambda path: draw(joint, found, path), scatter=False)
+    write(options, found, DEFAULT, f"Barton, JRC {joint.jrc:g}")
     return 0
+
+
+def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> list[ShearTest]:
+    """Curves of a joint as tests of a fit, one for each normal stress; reach: their end in slips at the peak.
+
+    Raises ValueError for stresses out of range and for a reach that does not pass the peak.
+    """
+    last = MOBILISED[-1][0]
+    if not 1.0 < reach <= last:
+        raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
+    if not stresses:
+        raise ValueError("sigma_n: expected at least one normal stress")
+    for sigma_n in stresses:
+        joint.check_stress(sigma_n)
+    if len(set(stresses)) < len(stresses):
+        raise ValueError(f"sigma_n = {', '.join(f'{one:g}' for one in stresses)}: expected each stress once")
+    slip = np.linspace(0.0, reach * joint.peak_slip, ROWS + 1)[1:]
+    return [
+        ShearTest(f"sigma_n {one:g}", slip, joint.shear(slip, one), joint.dilation(slip, one), -one)
+        for one in stresses
+    ]
+
+
+def compare(joint: Joint, found: Fit) -> list[Row]:
+    """Both laws side by side for each normal stress of a fit."""
+    rows = []
+    problem = found.problem
+    models = problem.curves(found.values)
+    for test, path, (tau, s_N, _) in zip(problem.tests, problem.paths, models, strict=True):
+        sigma_n = -test.sigma_N
+        assert test.s_N is not None
+        peak = int(np.argmax(tau))
+        slope = np.diff(s_N) / np.diff(path.slips)
+        rows.append(
+            Row(
+                sigma_n,
+                (joint.peak_strength(sigma_n), float(tau[peak])),
+                (joint.peak_slip, float(path.slips[peak])),
+                (joint.peak_dilation_angle(sigma_n), float(np.degrees(np.arctan(slope.max())))),
+                (float(test.s_N[-1]), float(s_N[-1])),
+                (_misfit(tau[path.rows], test.tau), _misfit(s_N[path.rows], test.s_N)),
+            )
+        )
+    return rows
+
+
+def _misfit(model: Floats, wanted: Floats) -> float:
+    return float(np.sqrt(np.mean((model - wanted) ** 2)) / np.ptp(wanted))
+
+
+def heading(joint: Joint, reach: float) -> str:
+    """Joint with its scaled values and its slip at the peak."""
+    scaled = f"JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa"
+    lines = [
+        f"joint       JRC {joint.jrc:g}, JCS {joint.jcs:g} MPa on samples of {joint.sample:g} m, "
+        f"phi_r {joint.phi_r:g} degrees",
+        f"length      {joint.length:g} m: {scaled}, slip at the peak {joint.peak_slip:.4g} mm",
+        f"curves      to {reach:g} slips at the peak, {reach * joint.peak_slip:.4g} mm, {ROWS} rows each",
+    ]
+    return "\n".join(lines)
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Both laws and the misfit for each normal stress."""
+    names = ("sigma_n", "peak tau", "at slip", "dilation angle", "s_N at end", "misfit tau", "s_N")
+    widths = (8, 18, 18, 18, 18, 12, 8)
+    lines = ["".join(f"{name:>{width}}" for name, width in zip(names, widths, strict=True))]
+    units = ("MPa", "MPa", "mm", "degrees", "mm", "", "")
+    lines.append("".join(f"{unit:>{width}}" for unit, width in zip(units, widths, strict=True)).rstrip())
+    pair = f"{'Barton':>10}{'RIE':>8}"
+    lines.append(" " * widths[0] + 4 * pair)
+    for row in rows:
+        cells = [f"{row.sigma_n:>8.4g}"]
+        cells += [f"{a:>10.4g}{b:>8.4g}" for a, b in (row.tau, row.slip, row.angle, row.s_N)]
+        cells += [f"{row.misfit[0]:>12.1%}{row.misfit[1]:>8.1%}"]
+        lines.append("".join(cells))
+    return "\n".join(lines)

@@ -158,8 +158,8 @@ def _kratos(block: Block) -> str:
         "libasperity.so in its place runs, but damage heals on unloading"
     )
     initial = (
-        "Zero STATE_VARIABLES are the initial state of the joint. Kratos passes no initial stress to a UMAT; a "
-        "state of Interface.initial in place of the zeros has an initial stress"
+        "Zero STATE_VARIABLES are the initial state of the joint. Kratos passes no initial stress to a UMAT; "
+        "a state of Interface.initial in place of the zeros has an initial stress"
     )
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
@@ -268,12 +268,10 @@ def _remarks(block: Block, run: str) -> list[str]:
 
 
 def _text(*lines: str) -> str:
-    """Text of lines, each with its line end."""
     return "\n".join(lines) + "\n"
 
 
 def _constants(props: contract.Floats) -> list[str]:
-    """Text of constants with all digits, eight on a line."""
     texts = [repr(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]
 

@@ -7,15 +7,8 @@ import math
 import sys
 import webbrowser
 
-from ..options import add_options
-from ..starters import assigned
+from ..options import add_options, assigned
 from .model import VALUES
-
-HOST = "127.0.0.1"
-"""The page is for this machine only."""
-
-PORT = 5006
-"""Default of Bokeh."""
 
 
 def add_arguments(explore: argparse.ArgumentParser) -> None:
@@ -27,14 +20,13 @@ def add_arguments(explore: argparse.ArgumentParser) -> None:
     add_options(
         explore,
         ("values NAME=VALUE", f"values at the start, of {', '.join(VALUES)}", str, {"nargs": "*"}),
-        ("--port PORT", "of the page, 0 for any that is free", PORT),
+        ("--port PORT", "of the page, 0 for any that is free", 5006),
         ("--no-browser", "print the address only"),
     )
     explore.set_defaults(action=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Serve the page until the user ends it."""
     values = _values(options.values)
     if not 0 <= options.port <= 65535:
         raise ValueError(f"--port {options.port}: expected 0 to 65535")
@@ -48,7 +40,7 @@ def _run(options: argparse.Namespace) -> int:
         server = Server(
             {"/": lambda document: Page(document, values) and None},
             port=options.port,
-            address=HOST,
+            address="127.0.0.1",
             num_procs=1,
         )
     except OSError as error:

@@ -17,24 +17,26 @@ from ..material import Material, ModelWarning
 from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines
 
-VALUES = {
-    "sigma0": 3.0,
-    "Gc": 0.3,
-    "eta": 0.9,
-    "mu": 0.5,
-    "kc": 20.0,
-    "height": 0.0,
-    "W0": 0.0,
-    "damage0": 0.0,
-    "closure": 0.0,
-    "sides": 8.0,
-    "theta": 30.0,
-    "flat": contract.default("flat"),
-    "direction": 0.0,
-    "sigma_N": -1.0,
-    "slip": 0.4,
+SLIDERS: dict[str, tuple[float, str, float, float, float]] = {
+    "sigma0": (3.0, "strength sigma0 [MPa]", 0.1, 10.0, 0.05),
+    "Gc": (0.3, "fracture energy Gc [N/mm]", 0.01, 2.0, 0.01),
+    "eta": (0.9, "eta = 1 - s0/sf [-]", 0.5, 0.99, 0.01),
+    "mu": (0.5, "friction mu [-]", 0.0, 1.5, 0.01),
+    "kc": (20.0, "contact stiffness kc [-]", 0.0, 4.0, 0.05),
+    "height": (0.0, "asperity height [mm], 0: no end", 0.0, 1.0, 0.01),
+    "W0": (0.0, "work of wear W0 [N/mm], 0: no wear", 0.0, 5.0, 0.05),
+    "damage0": (0.0, "damage from the start [-], 1: no bond", 0.0, 1.0, 0.01),
+    "closure": (0.0, "largest closure [mm], 0: linear", 0.0, 0.5, 0.005),
+    "sides": (8.0, "inclined planes", 0, 16, 1),
+    "theta": (30.0, "inclination theta [°]", 0.0, 75.0, 0.5),
+    "flat": (contract.default("flat"), "weight of the flat plane [-]", 0.0, 1.0, 0.01),
+    "direction": (0.0, "direction of the slip [°]", 0.0, 180.0, 1.0),
+    "sigma_N": (-1.0, "normal traction sigma_N [MPa], pressure < 0", -20.0, 4.0, 0.1),
+    "slip": (0.4, "slip [mm]", 0.05, 2.0, 0.01),
 }
-"""Values at the start."""
+"""Value at the start, title, ends (of kc their logarithms) and step of a slider, by the name of its value."""
+
+VALUES = {name: row[0] for name, row in SLIDERS.items()}
 
 MATERIAL = tuple(row.name for row in contract.owned("law") if row.name in VALUES)
 """Constants of the material that the page varies."""
@@ -218,7 +220,6 @@ def as_case(choice: Choice) -> str:
 
 
 def _lines(entries: list[str], indent: str) -> str:
-    """Entries in lines of four, which fit beside the section."""
     return f",\n{indent}".join(", ".join(entries[i : i + 4]) for i in range(0, len(entries), 4))
 
 

@@ -26,28 +26,10 @@ from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
 from ..contract import Floats
-from .model import CYCLES, MATERIAL, TEXTS, Answer, Choice, answer, in_contact, plan, section
+from .model import CYCLES, MATERIAL, SLIDERS, TEXTS, Answer, Choice, answer, in_contact, plan, section
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
 
-SLIDERS: dict[str, tuple[str, float, float, float]] = {
-    "sigma0": ("strength sigma0 [MPa]", 0.1, 10.0, 0.05),
-    "Gc": ("fracture energy Gc [N/mm]", 0.01, 2.0, 0.01),
-    "eta": ("eta = 1 - s0/sf [-]", 0.5, 0.99, 0.01),
-    "mu": ("friction mu [-]", 0.0, 1.5, 0.01),
-    "kc": ("contact stiffness kc [-]", 0.0, 4.0, 0.05),
-    "height": ("asperity height [mm], 0: no end", 0.0, 1.0, 0.01),
-    "W0": ("work of wear W0 [N/mm], 0: no wear", 0.0, 5.0, 0.05),
-    "damage0": ("damage from the start [-], 1: no bond", 0.0, 1.0, 0.01),
-    "closure": ("largest closure [mm], 0: linear", 0.0, 0.5, 0.005),
-    "sides": ("inclined planes", 0, 16, 1),
-    "theta": ("inclination theta [°]", 0.0, 75.0, 0.5),
-    "flat": ("weight of the flat plane [-]", 0.0, 1.0, 0.01),
-    "direction": ("direction of the slip [°]", 0.0, 180.0, 1.0),
-    "sigma_N": ("normal traction sigma_N [MPa], pressure < 0", -20.0, 4.0, 0.1),
-    "slip": ("slip [mm]", 0.05, 2.0, 0.01),
-}
-"""Title, ends and step of a slider by the name of its value; that of kc is the logarithm."""
 
 LOGARITHMIC = ("kc",)
 
@@ -148,7 +130,6 @@ class Page:
         self.document.unhold()
 
     def _moved(self, attr: str, old: object, new: object) -> None:
-        """Show another position of the path."""
         self.document.hold("combine")
         self._show_place()
         self.document.unhold()
@@ -183,7 +164,6 @@ class Page:
         }
 
     def _show_text(self) -> None:
-        """Show the text to copy."""
         if self.found is not None:
             self.text.text = list(TEXTS.values())[self.kind.active](self.found.choice)
 
@@ -265,15 +245,13 @@ class Page:
 
 
 def _rows(found: Answer, part: slice) -> dict[str, Floats]:
-    """Columns of some rows."""
     history = found.history
     columns = {"slip": found.slip, "tau": found.tau, "s_N": history.dilation, "damage": history.damage}
     return {name: values[part] for name, values in columns.items()}
 
 
 def _slider(name: str, value: float) -> Slider:
-    """Slider of a value, whose range contains it."""
-    title, low, high, step = SLIDERS[name]
+    _, title, low, high, step = SLIDERS[name]
     more = {}
     if name in LOGARITHMIC:
         value = float(np.log10(value))

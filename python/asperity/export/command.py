@@ -24,7 +24,6 @@ def add_arguments(export: argparse.ArgumentParser) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    """Write the kit and list it, with the rows of the README."""
     from .kit import files, rows, write
 
     contents = files()

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-from ..options import add_options
+from ..options import add_options, assigned, command_line
 from ..remarks import doubts, shown_warnings
-from .fitting import Fit
+from .model import SIDES
+from .outcome import Fit
 from .records import read_records
-from .search import CONFIDENCE, Search, add_search, check_search, write
+from .search import Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
 
@@ -29,10 +32,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(
         parser,
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
-        ("--k-T STIFFNESS", "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip", float),
+        (
+            "--k-T STIFFNESS",
+            "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip",
+            float,
+        ),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
+        (
+            "--columns NAME=HEADER",
+            "column of the files with another name, as slip='Shear displacement'",
+            list,
+        ),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
-        ("--confidence CONFIDENCE", "confidence of the intervals", CONFIDENCE),
+        ("--confidence CONFIDENCE", "confidence of the intervals", 0.95),
         (
             "--model-error FRACTION",
             "accept a model that differs from the tests by more than noise, with a scatter of up to this "
@@ -46,15 +58,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             str,
         ),
     )
+    add_options(parser, ("--accept", "take constants that are no result: the best ones, marked as poor"))
     parser.description = (
         "Identify parameters from shear-box tests. Where the tests do not give the parameters, the exit code "
         "is 3 and no PROPS, case or card is written; the report says why, and which command to run next."
     )
-    parser.set_defaults(action=_run)
+    parser.set_defaults(action=partial(_run, parser))
 
 
-def _run(options: argparse.Namespace) -> int:
-    """Read the tests, fit the parameters, report them."""
+def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     check_search(options)
     searching = Search(options, strict=True)
     target = DEFAULT if options.units is None else check_target(options.units.split(","))
@@ -66,6 +78,7 @@ def _run(options: argparse.Namespace) -> int:
             target,
             options.k_T,
             options.sigma_N_path,
+            assigned(options.columns, "--columns", "NAME=HEADER", ".+"),
         )
     if options.units is not None and not tests[0].units:
         raise ValueError(
@@ -73,71 +86,65 @@ def _run(options: argparse.Namespace) -> int:
             "[mm], tau [MPa], from which the numbers are converted"
         )
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
+    from .report import props_line, report
+
     with searching.shown() as fitted:
         found = fitted(tests, searching.given)
         reasons = refusals(found)
-        given = options.sides is not None, bool(searching.fixed)
-        proposal = propose(found, lambda change: fitted(tests, change), *given) if reasons else None
-    from .report import draw, props_line, report
+        print(report(found, units))
+        for one in outliers(found):
+            print(one.text)
+        interface = found.interface
+        slip = max(test.slip.max() for test in tests)
+        pressed = (test.pressed for test in tests)
+        for text in doubts(interface.material, interface.pattern, *pressed, slip=slip):
+            print(f"warning: {text}")
+        if reasons and not options.accept:
+            print(f"\nno result: {'; '.join(reasons)}", flush=True)
+            better = propose(
+                found, searching.given, lambda change: fitted(tests, change), options.sides is not None
+            )
+            print(_next(parser, options, searching.given, found, better))
+        else:
+            print(f"\npoor: {'; '.join(reasons)}" if reasons else "", f"{props_line(found)}", sep="\n")
+    write(options, found, units, reasons=reasons)
+    return NO_RESULT if reasons and not options.accept else 0
 
-    print(report(found, units))
-    for one in outliers(found):
-        print(one.text)
-    interface = found.interface
-    slip = max(test.slip.max() for test in tests)
-    for text in doubts(interface.material, interface.pattern, *(test.pressed for test in tests), slip=slip):
-        print(f"warning: {text}")
-    if reasons:
-        print(f"\nno result: {'; '.join(reasons)}")
-        print(_next(options, found, proposal))
-    else:
-        print(f"\n{props_line(found)}")
-    write(options, found, lambda path: draw(found, path, units), drawing_only=bool(reasons))
-    return NO_RESULT if reasons else 0
 
+def _next(
+    parser: argparse.ArgumentParser,
+    options: argparse.Namespace,
+    given: Change,
+    found: Fit,
+    proposal: tuple[Change, Fit] | None,
+) -> str:
+    def command(change: Change, *more: str, **others: object) -> str:
+        changed = {
+            "free": change.free and ",".join(change.free),
+            "set": [*(f"{name}={value:.10g}" for name, value in change.fixed.items()), *more],
+            "sides": None if change.sides == SIDES and options.sides is None else change.sides,
+            "model_error": change.model_error,
+        }
+        return shlex.join(command_line(parser, options, changed | others))
 
-def _next(options: argparse.Namespace, found: Fit, proposal: tuple[Change, Fit] | None) -> str:
-    """Text with the command to run next."""
-    command = ["asperity", *options.arguments]
     if proposal is not None:
-        change, better = proposal
-        if change.freed:
-            command = _without(command, "--set", "--free")
-        if change.sides != found.problem.sides:
-            command += ["--sides", str(change.sides)]
-        if change.model_error > found.model_error:
-            command += ["--model-error", f"{change.model_error:g}"]
-        for name, value in change.fixed.items():
-            command += ["--set", f"{name}={value:.4g}"]
-        if options.free is not None and change.fixed and not change.freed:
-            command += ["--free", ",".join(better.problem.free)]
-        sums = f"{better.costs[0]:.4g} after {found.costs[0]:.4g}"
-        return f"next: {shlex.join(command)}\n      it has a result (sum of squares {sums})"
+        sums = f"{proposal[1].costs[0]:.4g} after {found.costs[0]:.4g}"
+        return f"next: {command(proposal[0])}\n      it has a result (sum of squares {sums})"
     moving = [one.place for one in outliers(found) if one.moves > MOVED]
     if moving:
         return (
             f"next: put # before these lines if they are errors of reading: {', '.join(moving)}\n"
-            f"      {shlex.join(command)}"
+            f"      {command(given)}"
         )
     unknown = ["theta"] if found.inseparable else []
     unknown += [name for name in found.undetermined if name not in found.at_bounds]
     if unknown and not found.dependent:
+        free = given.free and tuple(name for name in given.free if name != unknown[0])
         return (
-            f"next: {shlex.join([*command, '--set', f'{unknown[0]}=VALUE'])}\n      with the value of "
+            f"next: {command(replace(given, free=free), f'{unknown[0]}=VALUE')}\n      with the value of "
             f"{unknown[0]} from another test: these tests do not contain it"
         )
-    plot = [] if options.plot is not None else ["--plot", "fit.png"]
     return (
-        f"next: {shlex.join([*command, *plot])}\n      and look where record and fit differ: units, signs, "
-        "pattern (--sides), rows to leave out"
+        f"next: {command(given, plot=options.plot or Path('fit.png'))}\n      and look where record and fit "
+        "differ: units, signs, pattern (--sides), rows to leave out; --accept takes these constants"
     )
-
-
-def _without(command: list[str], *names: str) -> list[str]:
-    """Command without these options, each of which has a value."""
-    kept, skip = [], False
-    for text in command:
-        if not skip and text not in names and text.partition("=")[0] not in names:
-            kept.append(text)
-        skip = not skip and text in names
-    return kept

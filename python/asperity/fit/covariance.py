@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import Floats
-from .fitting import Fit
 from .model import SCALES, transformed
+from .outcome import Fit
 
 ASYMMETRY = 1.0e-9
 """Largest difference of two opposite elements, over the largest element, that counts as a rounding error."""
@@ -33,12 +33,11 @@ def file_of(case: Path) -> Path:
 def covariance_text(found: Fit) -> str:
     """Content of the file; the covariance is widened as the intervals of the fit are."""
     names = found.problem.free
-    widened = found.covariance * (found.dependence_factor**2 if found.widened else 1.0)
     content = {
         "parameters": names,
         "values": [found.values[name] for name in names],
         "transforms": [transformed(name) for name in names],
-        "covariance of the transformed values": widened.tolist(),
+        "covariance of the transformed values": (found.covariance * found.widening**2).tolist(),
     }
     return json.dumps(content, indent=1) + "\n"
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import contract
 from ..contract import Floats
@@ -50,9 +51,6 @@ Their error is STEP**2 times the third derivative, 1e-6 where the law is smooth;
 difference is a mean of the two slopes.
 """
 
-FINER = 0.1
-"""Factor on STEP of the second differences that check the derivatives."""
-
 PENALTY = 3.0
 """Residual, in multiples of the range, added to a row that the model does not reach (lost equilibrium)."""
 
@@ -76,10 +74,11 @@ class Scale:
         """Transformed value."""
         return float(np.log(value) if self.top == np.inf else np.log(value / (self.top - value)))
 
-    def back(self, x: float) -> float:
-        """Parameter from its transformed value, which is cut to the range of doubles."""
-        x = float(np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT))
-        return float(np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x)))
+    def back(self, x: ArrayLike) -> Floats:
+        """Parameters from their transformed values, which are cut to the range of doubles."""
+        x = np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT)
+        found: Floats = np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x))
+        return found
 
 
 LARGEST_TOP = 90.0
@@ -159,7 +158,7 @@ class Problem:
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all parameters by name, from the transformed free ones."""
         return dict(self.fixed) | {
-            name: SCALES[name].back(value) for name, value in zip(self.free, x, strict=True)
+            name: float(SCALES[name].back(value)) for name, value in zip(self.free, x, strict=True)
         }
 
     def interface(self, values: Mapping[str, float]) -> Interface:
@@ -187,12 +186,17 @@ class Problem:
                 parts.append((s_N[rows] - test.s_N) / spread[1] + lost)
         return np.concatenate(parts)
 
-    def jacobian(self, x: Floats, step: float = STEP, executor: Executor | None = None) -> Floats:
-        """Central differences of the residuals, whose evaluations the executor distributes."""
-        shifts = step * np.eye(x.size)
-        points = [x + sign * shift for shift in shifts for sign in (1.0, -1.0)]
-        found = map_in_order(self.residuals, points, executor)
-        return np.column_stack([(a - b) / (2.0 * step) for a, b in zip(found[::2], found[1::2], strict=True)])
+    def jacobian(self, x: Floats, executor: Executor | None = None, here: Floats | None = None) -> Floats:
+        """Central differences of the residuals, whose evaluations the executor distributes.
+
+        here: residuals at x, with which there are forward differences only, for half of the evaluations.
+        """
+        shifts = STEP * np.eye(x.size)
+        points = [x + shift for shift in shifts] + [x - shift for shift in shifts if here is None]
+        found = np.array(map_in_order(self.residuals, points, executor))
+        if here is None:
+            return (found[: x.size] - found[x.size :]).T / (2.0 * STEP)
+        return (found - here).T / STEP
 
 
 def material_of(values: Mapping[str, float]) -> Material:

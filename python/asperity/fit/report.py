@@ -1,22 +1,18 @@
-"""Results of a fit as text, picture and case file."""
+"""Results of a fit as text and case file."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ..case_files import case_lines
 from ..contract import Floats
-from .fitting import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, derived, residual_ratio
-from .model import FINER, KS, MATERIAL, STEP, TIMELESS, transformed
+from .model import KS, MATERIAL, TIMELESS, material_of, transformed
+from .outcome import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, residual_ratio
 from .shear_test import ShearTest
 from .units import NONE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
@@ -66,10 +62,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         + "".join(f", {name} = {value:g}" for name, value in given.items()),
         f"scatter     of the residuals, relative to the range of each test: tau {found.scatter[0]:.2%}"
         + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
-        f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}; "
-        f"{found.evaluations} evaluations",
-        f"derivatives central differences, step {STEP:g}; with {FINER * STEP:g} a column changes by at most "
-        f"{found.derivative_error:.1e}",
+        f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
         f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
         f"they change a parameter by at most {found.shift:.1g} standard errors",
         "",
@@ -80,10 +73,12 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
     for name, row in zip(problem.free, found.correlation, strict=True):
         lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
-    lines.append("")
-    for text in identifiability(found):
-        lines += textwrap.wrap(text, WIDTH, subsequent_indent="  ")
-    return "\n".join(lines)
+    return "\n".join([*lines, "", lines_of(identifiability(found))])
+
+
+def lines_of(texts: Iterable[str]) -> str:
+    """Sentences in lines."""
+    return "\n".join(line for text in texts for line in textwrap.wrap(text, WIDTH, subsequent_indent="  "))
 
 
 def props_line(found: Fit) -> str:
@@ -101,10 +96,9 @@ def _derived(found: Fit) -> dict[str, Estimate]:
     """Intervals of s_f, s0, K and of the residual ratio, where they depend on free parameters."""
     free = set(found.problem.free)
     numbers = {}
-    for name in ("s_f", "s0", "K"):
-        needs = {"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())
-        if needs & free:
-            numbers[name] = found.of(lambda values, name=name: derived(values)[name])  # type: ignore[misc]
+    for name, entry in (("s_f", "s_f"), ("s0", "s_0"), ("K", "K")):
+        if ({"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())) & free:
+            numbers[name] = found.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
     if {"mu", "theta"} & free and np.isfinite(residual_ratio(found.values)):
         numbers["ratio"] = found.of(residual_ratio)
     return numbers
@@ -207,7 +201,7 @@ def _bond(found: Fit) -> str:
     free = found.problem.free
     names = [name for name in ("sigma0", "Gc", "eta") if name in free]
     numbers = {name: found.estimates[name] for name in names} | {
-        "K": found.of(lambda values: derived(values)["K"])
+        "K": found.of(lambda values: material_of(values).K)
     }
     widths = {name: _width(one) for name, one in numbers.items()}
     known = ", ".join(f"{name} {text}" for name, text in widths.items())
@@ -265,53 +259,6 @@ def _combination(names: Sequence[str], weights: Floats) -> str:
     return " ".join(terms).removeprefix("+ ")
 
 
-def draw(found: Fit, path: Path, units: tuple[str, str] = NONE) -> None:
-    """Draw tests (points) and fit (lines) over the slip: tau, and s_N where it was measured."""
-    from ..style import printed, save
-
-    with printed():
-        save(_figure(found, units), path)
-
-
-def _figure(found: Fit, units: tuple[str, str]) -> Figure:
-    """Figure of `draw`."""
-    from ..style import COLOURS, LINES, ONE, TWO, new_figure
-
-    problem = found.problem
-    has_dilation = any(test.s_N is not None for test in problem.tests)
-    figure, axes = new_figure(TWO if has_dilation else ONE, 3.0, ncols=1 + has_dilation)
-    length, stress = units
-    for i, (test, track, (tau, s_N, done)) in enumerate(
-        zip(problem.tests, problem.paths, found.problem.curves(found.values), strict=True)
-    ):
-        colour, line = COLOURS[i % len(COLOURS)], LINES[i % len(LINES)]
-        label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−") + (
-            f", $k_N$ = {test.k_N:g}" if test.k_N else ""
-        )
-        for ax, measured, model in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
-            if measured is not None and test.envelope:
-                ax.axhline(measured[0], color=colour, linewidth=0.6)
-                ax.plot(test.slip[1:], measured[1:], "osD^v"[i % 5], color=colour, markersize=4.0)
-            elif measured is not None:
-                ax.plot(test.slip, measured, "osD^v"[i % 5], color=colour, markersize=2.0, alpha=0.5)
-            ax.plot(track.slips[:done], model[:done], line, color=colour, label=label)
-    labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
-    for ax, name in zip(axes, labels, strict=False):
-        ax.set_xlabel(f"slip [{length}]")
-        ax.set_ylabel(name)
-        ax.grid(alpha=0.3)
-    handles, texts = axes[0].get_legend_handles_labels()
-    title = f"points: test data, lines: fit; stresses in {stress}"
-    figure.legend(
-        handles,
-        texts,
-        loc="outside upper center",
-        ncols=min(4, len(texts)),
-        title=title,
-    )
-    return figure
-
-
 def case_text(found: Fit) -> str:
     """Case file with the identified interface and the tests as a sweep; normal springs are left out.
 
@@ -332,9 +279,6 @@ def case_text(found: Fit) -> str:
         if name in values and (found.values[name] or name not in ABSENT) and not (there and name == "kc")
     ]
     material = ", ".join(f"{name} = {values[name]}" for name in there)
-    pattern = f"sides = {problem.sides}"
-    if problem.sides > 0:
-        pattern += f", theta = {values['theta']}, flat = {values['flat']}"
     slips = ", ".join(f"{slip:.6g}" for slip in turns)
     increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
     lines = ["! Identified by asperity fit."]
@@ -342,7 +286,7 @@ def case_text(found: Fit) -> str:
         lines.append(
             "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
         )
-    lines += ["&case title = 'Shear box' /", f"&material {material} /", f"&pattern {pattern} /"]
+    lines += ["&case title = 'Shear box' /", f"&material {material} /", case_lines(found.interface.pattern)]
     if several:
         lines.append(f"&sweep name = 'sigma_N', values = {', '.join(map(str, held))} /")
     lines += [

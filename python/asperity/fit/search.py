@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..cards.blocks import HOSTS
-from ..options import add_options, add_workers, progress_bar, workers
+from ..options import add_options, add_workers, check_outputs, numbers, progress_bar, workers
 from .covariance import covariance_text, file_of
-from .fitting import DEFAULT_FREE, STARTS_TRIED, Fit, fit, needed
+from .fitting import STARTS_TRIED, fit
 from .model import INCREMENTS, SCALES, SIDES
+from .outcome import Fit
+from .ranges import DEFAULT_FREE, needed
 from .shear_test import ShearTest
 from .verdict import Change
-
-CONFIDENCE = 0.95
-"""Of the intervals."""
-
-PLOT = Path("fit.png")
-"""Name of the picture where none is given."""
-
-LABELS = ("starts", "increments", "intervals")
-"""Stages of a fit besides its starts."""
 
 
 def add_search(
@@ -57,24 +49,22 @@ def add_search(
         ("--seed SEED", "seed of the random starts", 0),
         (
             "--plot FILE",
-            f"plot of tests and fit, .png or .pdf (default: {PLOT})",
+            "plot of tests and fit, .png or .pdf (default: fit.png)",
             Path,
-            {"nargs": "?", "const": PLOT},
+            {"nargs": "?", "const": Path("fit.png")},
         ),
         ("-o --case CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json", Path),
         ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
     add_workers(parser, "threads, one for each processor")
-    parser.set_defaults(confidence=CONFIDENCE, model_error=0.0)
+    parser.set_defaults(confidence=0.95, model_error=0.0, accept=False)
 
 
 def check_search(options: argparse.Namespace) -> None:
     """Raise ValueError for options of the search that can be refused before the work starts."""
-    if options.plot is not None and options.plot.suffix not in (".png", ".pdf"):
-        raise ValueError(f"--plot {options.plot}: expected a name that ends in .png or .pdf")
     beside = None if options.case is None else file_of(options.case)
-    for option, path in (("--plot", options.plot), ("--case", options.case), ("--case", beside)):
-        check_output(option, path)
+    read = getattr(options, "records", ())
+    check_outputs(read, ("--plot", options.plot), ("--case", options.case), ("--case", beside))
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
 
@@ -82,24 +72,29 @@ def check_search(options: argparse.Namespace) -> None:
 def write(
     options: argparse.Namespace,
     found: Fit,
-    draw: Callable[[Path], None],
-    drawing_only: bool = False,
-    scatter: bool = True,
+    units: tuple[str, str],
+    of_tests: str = "",
+    reasons: Sequence[str] = (),
 ) -> None:
     """Print the card and write picture, case file and covariance, as far as the options ask for them.
 
-    scatter: whether the tests have one; without it there is no covariance.
+    of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.  reasons: why the fit
+    is no result; without --accept there is then a picture only.
     """
     from .report import case_text
 
-    if options.card is not None and not drawing_only:
+    taken = not reasons or options.accept
+    if options.card is not None and taken:
         print("\n" + found.interface.card(options.card), end="")
     if options.plot is not None:
-        draw(options.plot)
+        from .picture import draw
+
+        draw(found, options.plot, units, of_tests)
         print(options.plot)
-    if options.case is not None and not drawing_only:
-        files = {options.case: case_text(found)}
-        if scatter:
+    if options.case is not None and taken:
+        poor = f"! Poor: {'; '.join(reasons)}.\n" if reasons else ""
+        files = {options.case: poor + case_text(found)}
+        if not of_tests and not reasons:
             files[file_of(options.case)] = covariance_text(found)
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
@@ -137,13 +132,15 @@ class Search:
                 )
         taken = {*(self.free or ()), *self.fixed}
         self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
-        self.given = Change(SIDES if options.sides is None else options.sides, {}, options.model_error)
+        sides = SIDES if options.sides is None else options.sides
+        free = None if self.free is None else tuple(self.free)
+        self.given = Change(sides, free, self.fixed, options.model_error)
 
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
         """Function that fits tests with changed arguments and shows its stages and the remaining time."""
-        stages = self.options.starts + len(LABELS)
-        with workers(self.options) as executor, progress_bar(stages, "stage") as bar:
+        # besides the starts of the search there are the choice of these and the refinement
+        with workers(self.options) as executor, progress_bar(self.options.starts + 2, "stage") as bar:
 
             def tick(label: str) -> None:
                 bar.set_description(label, refresh=False)
@@ -159,12 +156,10 @@ class Search:
         executor: Executor | None,
     ) -> Fit:
         options = self.options
-        fixed = self.assumed | ({} if change.freed else self.fixed) | dict(change.fixed)
-        free = self.free and [name for name in self.free if name not in change.fixed]
         return fit(
             tests,
-            None if change.freed else free,
-            fixed,
+            change.free,
+            self.assumed | dict(change.fixed),
             {name: value for name, value in self.start.items() if name not in change.fixed},
             {name: ends for name, ends in self.bounds.items() if name not in change.fixed},
             change.sides,
@@ -177,30 +172,3 @@ class Search:
             change.model_error,
             executor,
         )
-
-
-def check_output(option: str, path: Path | None) -> None:
-    """Raise ValueError for a file that cannot be written, before the work starts."""
-    if path is None:
-        return
-    if not path.parent.is_dir():
-        raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
-    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise ValueError(f"{option} {path}: expected a file that can be written")
-
-
-def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
-    """Parse the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
-    found = {}
-    for text in (one for several in texts for one in several.split()):
-        name, _, values = text.partition("=")
-        try:
-            numbers = [float(value) for value in values.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != count:
-            raise ValueError(f"{option} {text}: expected {'NAME=VALUE' if count == 1 else 'NAME=LOW,HIGH'}")
-        if name.strip() in found:
-            raise ValueError(f"{option} {text}: {name.strip()} is given twice: expected one value")
-        found[name.strip()] = numbers
-    return found

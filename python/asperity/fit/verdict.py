@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .fitting import ENOUGH, LEAST_ERROR, Fit
 from .model import SIDES
+from .outcome import ENOUGH, LEAST_ERROR, Fit
+from .shear_test import ShearTest
 
 OUTLYING = 6.0
 """Residual, in robust standard deviations, above which a row that stands alone is an outlier."""
@@ -31,6 +32,9 @@ LARGEST_ERROR = 0.1
 BETTER, AS_GOOD = 0.9, 1.05
 """Ratio of two sums of squares below which another pattern is preferred; the second one if it is a result."""
 
+SATURATED, LEAST_PART = 0.7, 4
+"""Ratio of two slopes of the dilation below which it ends, and smallest number of rows of a slope."""
+
 MOST_CHANGES = 4
 """Largest number of changes of the arguments that are tried one after the other."""
 
@@ -49,19 +53,16 @@ class Outlier:
 
 @dataclass(frozen=True)
 class Change:
-    """Arguments of another fit: inclined planes, values that are set, accepted model error.
-
-    freed: whether the values that the user has set are free.
-    """
+    """Arguments of a fit: inclined planes, free parameters (None: the usual), values, model error."""
 
     sides: int
+    free: tuple[str, ...] | None = None
     fixed: Mapping[str, float] = field(default_factory=dict)
     model_error: float = 0.0
-    freed: bool = False
 
 
 Fitted = Callable[[Change], Fit]
-"""Function that fits the same tests with changed arguments."""
+"""Function that fits the same tests with other arguments."""
 
 
 def refusals(found: Fit) -> list[str]:
@@ -103,7 +104,7 @@ def outliers(found: Fit) -> list[Outlier]:
             rows.append((place.start + int(i), test, name, int(i), size))
     if not rows:
         return []
-    inverse = np.linalg.pinv(found.problem.jacobian(found.x))
+    inverse = found.inverse
     good = np.setdiff1d(np.arange(found.residuals.size), [row[0] for row in rows])
     noise = ROBUST * float(np.median(np.abs(found.residuals[good])))
     errors = np.maximum(noise * np.linalg.norm(inverse, axis=1), np.finfo(float).tiny)
@@ -120,38 +121,71 @@ def outliers(found: Fit) -> list[Outlier]:
     return told
 
 
-def propose(found: Fit, fitted: Fitted, given_sides: bool, given_values: bool) -> tuple[Change, Fit] | None:
-    """Changed arguments with which the same tests give a result, and this fit; None if none is found.
+def propose(found: Fit, change: Change, fitted: Fitted, given_sides: bool) -> tuple[Change, Fit] | None:
+    """Arguments with which the same tests give a result, and this fit; None if none is found.
 
-    given_sides, given_values: whether the user has given the pattern, and values of parameters.  The changes
-    add up: another pattern or free parameters that fit better, then customary values of parameters that the
-    tests do not tell, then the acceptance of a model error.
+    change: arguments of the fit that was found.  given_sides: whether the user has given the pattern.  The
+    changes add up: a finite height where the dilation ends, wear in cycles, another pattern or free values
+    that fit better, then customary values of parameters that the tests do not tell, then the acceptance of a
+    model error.
     """
-    change = Change(found.problem.sides, model_error=found.model_error)
-    ways = (
-        [] if given_sides else [[replace(change, sides=sides) for sides in PATTERNS if sides != change.sides]]
-    )
-    ways += [[replace(change, freed=True)]] if given_values else []
+    problem = found.problem
+    ways: list[Callable[[Change], list[Change]]] = []
+    if problem.sides > 0 and any(map(saturates, problem.tests)):
+        ways.append(lambda now: _freeing(found, now, "height"))
+        if any(len(test.turns) > 1 for test in problem.tests):
+            ways.append(lambda now: _freeing(found, now, "W0"))
+    if not given_sides:
+        ways.append(lambda now: [replace(now, sides=sides) for sides in PATTERNS if sides != now.sides])
+    if change.fixed:
+        ways.append(lambda now: [replace(now, free=None, fixed={})])
     for _ in range(MOST_CHANGES):
         if not refusals(found):
             return change, found
         better: list[tuple[Change, Fit]] = []
         while ways and not better:
-            for one in ways.pop(0):
-                try:
-                    other = fitted(one)
-                except ValueError:  # too few data for so many parameters, or parameters without their planes
-                    continue
-                if _is_better(other, found):
-                    better.append((one, other))
-        if better:
-            change, found = min(better, key=lambda one: one[1].costs[0])
-            continue
-        following = _value(found, change) or _acceptance(found, change)
-        if following is None:
+            better = [one for one in _fits(fitted, ways.pop(0)(change)) if _is_better(one[1], found)]
+        if not better:
+            following = _value(found, change) or _acceptance(found, change)
+            better = _fits(fitted, [following] if following else [])
+        if not better:
             return None
-        change, found = following, fitted(following)
+        change, found = min(better, key=lambda one: one[1].costs[0])
     return None if refusals(found) else (change, found)
+
+
+def _fits(fitted: Fitted, changes: Sequence[Change]) -> list[tuple[Change, Fit]]:
+    """Fits with changed arguments, without those that a fit refuses."""
+    found = []
+    for one in changes:
+        try:
+            found.append((one, fitted(one)))
+        except ValueError:
+            continue
+    return found
+
+
+def _freeing(found: Fit, change: Change, name: str) -> list[Change]:
+    """Change that adds a free parameter, unless it has a value or the pattern has no inclined planes."""
+    free = change.free or tuple(one for one in found.problem.free if one not in change.fixed)
+    if name in free or name in change.fixed or change.sides == 0:
+        return []
+    return [replace(change, free=(*free, name))]
+
+
+def saturates(test: ShearTest) -> bool:
+    """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
+    if test.s_N is None or test.envelope:
+        return False
+    end = int(np.argmax(np.abs(test.slip) >= 0.98 * np.abs(test.slip).max()))
+    way, stroke = test.slip / test.slip[end], np.arange(test.slip.size) <= end
+    slopes = []
+    for low, high in ((0.25, 0.5), (0.75, 1.0)):
+        part = stroke & (way >= low) & (way <= high)
+        if np.count_nonzero(part) < LEAST_PART:
+            return False
+        slopes.append(np.polyfit(way[part], test.s_N[part], 1)[0])
+    return bool(slopes[1] < SATURATED * slopes[0])
 
 
 def _is_better(other: Fit, found: Fit) -> bool:
@@ -165,7 +199,8 @@ def _value(found: Fit, change: Change) -> Change | None:
         one = found.estimates[name]
         inside = [value for value in CUSTOMARY.get(name, ()) if one.low <= value <= one.high]
         if inside:
-            return replace(change, fixed=dict(change.fixed) | {name: inside[0]})
+            free = None if change.free is None else tuple(one for one in change.free if one != name)
+            return replace(change, free=free, fixed=dict(change.fixed) | {name: inside[0]})
     return None
 
 

@@ -110,7 +110,7 @@ def fracture_energy(
     last = np.full(len(angles), np.inf)
     n = COARSEST
     while n <= FINEST:
-        curves = slip_curves(interface, angles, _slips(material, n), preload=1)
+        curves = slip_curves(interface, angles, SPAN * material.s_f * np.arange(1, n + 1) / n, preload=1)
         _check_end(material, curves)
         values = curves.work[:, -1]
         error = np.abs(values - last)
@@ -141,10 +141,6 @@ def sampled(curves: SlipCurves, first: int, interval: int) -> tuple[float, float
 def printed(largest: float, smallest: float) -> tuple[str, str, str]:
     """Energies and their ratio in the digits of Table 5."""
     return f"{largest:.4f}", f"{smallest:.4f}", f"{largest / smallest:.4f}"
-
-
-def _slips(material: Material, increments: int) -> Floats:
-    return SPAN * material.s_f * np.arange(1, increments + 1) / increments
 
 
 def _check_end(material: Material, curves: SlipCurves) -> None:

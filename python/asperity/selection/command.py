@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_files import SlipTest, read_case, slip_tests
+from ..case_files import SlipTest, case_lines, read_case, slip_tests
 from ..material import ModelWarning
-from ..options import add_options, add_workers, progress_bar, workers
-from ..pattern import Pattern
+from ..options import add_options, add_workers, check_outputs, progress_bar, workers
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
 from .search import (
@@ -23,9 +22,6 @@ from .search import (
     Selection,
     select,
 )
-
-TOLERANCE = 0.01
-"""Largest error where none is given."""
 
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
@@ -40,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "case of the driver: t_N, then slip under it; a sweep gives the stress range",
             Path,
         ),
-        ("--tolerance ERROR", "largest error of traction, dilation and residual strength", TOLERANCE),
+        ("--tolerance ERROR", "largest error of traction, dilation and residual strength", 0.01),
         ("--planar", "the surface is a ridge and slips across it, along the direction of the case only"),
         ("-o --output CHOSEN.nml", "write the case with the selected pattern, for run and card", Path),
     )
@@ -83,15 +79,12 @@ def read_load_case(path: Path, planar: bool = False) -> LoadCase:
 
 
 def _turns(test: SlipTest) -> tuple[float, ...]:
-    """Slips at the reversals of a path, and its last slip."""
     path = np.append(0.0, test.slips)
     return tuple(path[turns_of(path)[1:]].tolist()) if path.any() else ()
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Select a pattern for a load case."""
-    if options.output is not None and options.output.resolve() == options.case.resolve():
-        raise ValueError(f"-o {options.output}: expected another name than that of the case that is read")
+    check_outputs([options.case], ("-o", options.output))
     with shown_warnings():
         case = read_load_case(options.case, options.planar)
     with warnings.catch_warnings():
@@ -108,17 +101,10 @@ def _run(options: argparse.Namespace) -> int:
                 raise ValueError(f"{options.case}: {error}") from None
     print(report(answer))
     if options.output is not None:
-        write_case(options.case, answer.pattern, options.output)
+        source = read_case(options.case)
+        options.output.write_bytes(source.before + case_lines(answer.pattern).encode() + source.after)
         print(options.output)
     return 0
-
-
-def write_case(source: Path, pattern: Pattern, output: Path) -> None:
-    """Write the case of a file with another pattern."""
-    from ..surface.command import case_lines
-
-    case = read_case(source)
-    output.write_bytes(case.before + case_lines(pattern).encode() + case.after)
 
 
 def report(answer: Selection) -> str:
@@ -147,7 +133,7 @@ def report(answer: Selection) -> str:
         f"cost       {ratio:.1f} times fewer planes than RP-{REFERENCE_SIDES}; "
         "the time of an update is nearly proportional to them"
     )
-    props = answer.props()
+    props = answer.interface.props()
     return "\n".join(
         [*lines, f"PROPS({len(props)})   " + ", ".join(f"{value!r}" for value in props.tolist())]
     )

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
 from ..pattern import Pattern
-from ..slip_curves import slip_curves
+from ..slip_curves import SlipCurves, slip_curves
 
 REFERENCE_SIDES = 64
 """Sides of the fine pattern, whose mean over directions is the reference."""
@@ -93,11 +92,6 @@ class LoadCase:
                 raise ValueError(f"{name} = {values}: expected one or more finite numbers")
         if not np.any(np.diff([0.0, *self.turns])):
             raise ValueError(f"turns = {self.turns}: expected a path of some length")
-
-    @property
-    def cyclic(self) -> bool:
-        """Whether the slip has a reversal."""
-        return len(self.turns) > 1
 
     @property
     def smooth(self) -> bool:
@@ -190,13 +184,6 @@ class Selection(Candidate):
         """Interface with the selected pattern."""
         return Interface(self.case.material, self.pattern)
 
-    def props(self) -> Floats:
-        """PROPS up to the last one that differs from its default."""
-        props = self.interface.props()
-        defaults = [row.default for row in contract.props_table()]
-        last = max(i for i, value in enumerate(props) if defaults[i] is None or value != defaults[i])
-        return props[: last + 1]
-
 
 class NoPatternError(ValueError):
     """No candidate meets the tolerance; `best` has the smallest error."""
@@ -205,16 +192,6 @@ class NoPatternError(ValueError):
         """Message and the best candidate."""
         super().__init__(message)
         self.best = best
-
-
-class Curves(NamedTuple):
-    """Curves of a pattern: (normal tractions, directions, slips); rows: numbers of converged slips."""
-
-    tau_L: Floats
-    tau_across: Floats
-    s_N: Floats
-    damage: Floats
-    rows: NDArray[np.int_]
 
 
 class DenseRun:
@@ -236,64 +213,66 @@ class DenseRun:
         else:
             angles, pattern = 360.0 / REFERENCE_SIDES * np.array(average), case.regular(REFERENCE_SIDES)
         run = self._run(pattern, angles)
-        self.rows = run.rows.min(axis=1)
-        for sigma_N in np.array(case.sigma_N)[self.rows < 1]:
-            raise ValueError(
-                f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
-                "the reference has no equilibrium"
-            )
-        self.tau_L, self.s_N = run.tau_L.mean(axis=1), run.s_N.mean(axis=1)
-        ends = run.damage[np.array(case.sigma_N) < 0.0, :, -1]
-        self.fully_damaged = bool(np.any(ends.min(axis=1) >= FULLY_DAMAGED))
+        means: list[Floats] = []
+        for part in self._of_tractions(run):
+            rows = int(run.rows[part].min())
+            if rows < 1:
+                raise ValueError(
+                    f"sigma_N = {run.sigma_N[part][0]:g}: expected a normal traction under which the surface "
+                    "can slip, the reference has no equilibrium"
+                )
+            means.append(np.stack([values[part, :rows].mean(axis=0) for values in (run.tau_L, run.s_N)]))
+        self.means = means
+        ends = [run.damage[part, -1].min() for part in self._of_tractions(run) if run.sigma_N[part][0] < 0.0]
+        self.fully_damaged = any(end >= FULLY_DAMAGED for end in ends)
+
+    def _of_tractions(self, run: SlipCurves) -> list[NDArray[np.bool_]]:
+        return [run.sigma_N == sigma_N for sigma_N in self.case.sigma_N]
 
     @property
     def lost(self) -> tuple[tuple[float, float], ...]:
         """sigma_N and length of path at which equilibrium is lost before the end of the path."""
         length = np.cumsum(np.abs(np.diff(self.slips, prepend=0.0)))
         return tuple(
-            (sigma_N, float(length[rows - 1]))
-            for sigma_N, rows in zip(self.case.sigma_N, self.rows, strict=True)
-            if rows < self.slips.size
+            (sigma_N, float(length[mean.shape[1] - 1]))
+            for sigma_N, mean in zip(self.case.sigma_N, self.means, strict=True)
+            if mean.shape[1] < self.slips.size
         )
 
     def mean_error(self, other: DenseRun) -> float:
         """Difference from the mean curves of another reference with the same increments."""
-        zero = np.zeros_like(other.tau_L)
-        means = (values[:, None] for values in (other.tau_L, zero, other.s_N, zero, other.rows))
-        return self._compare(Curves(*means)).worst
+        total = Errors()
+        for own, mean in zip(self.means, other.means, strict=True):
+            columns = mean[:1], 0.0 * mean[:1], mean[1:]
+            total = total.joined(self._error(own, np.array([mean.shape[1]]), *columns))
+        return total.worst
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the residual strength."""
-        return self._compare(self._run(pattern, angles))
-
-    def _run(self, pattern: Pattern, angles: Floats) -> Curves:
-        """Curves in all directions for each normal traction."""
-        pairs = np.meshgrid(self.case.sigma_N, angles, indexing="ij")
-        sigma_N, directions = (values.ravel() for values in pairs)
-        interface = Interface(self.case.material, pattern)
-        run = slip_curves(interface, directions, self.slips, sigma_N, PRELOAD, self.executor)
-        columns = (run.tau_L, run.tau_across, run.s_N, run.damage, run.rows)
-        return Curves(*(values.reshape(*pairs[0].shape, *values.shape[1:]) for values in columns))
-
-    def _compare(self, run: Curves) -> Errors:
-        s_0 = self.case.material.s_0
-        total = Errors()
-        for k, rows in enumerate(self.rows):
-            # a pattern that loses equilibrium elsewhere has no small error
-            n = min(rows, run.rows[k].min())
-            if n < 1 or np.any(np.abs(run.rows[k] - rows) > max(1, 0.01 * self.slips.size)):
-                return Errors(1.0, 1.0, 1.0)
-            tau, s_N = self.tau_L[k, :n], self.s_N[k, :n]
-            along = np.sqrt(np.sum(tau**2)) or 1.0
-            dilation = max(np.sqrt(np.sum(s_N**2)), np.sqrt(n) * s_0)
-            total = total.joined(
-                Errors(
-                    _largest(run.tau_L[k, :, :n] - tau) / float(along),
-                    _largest(run.tau_across[k, :, :n]) / float(along),
-                    _largest(run.s_N[k, :, :n] - s_N) / float(dilation),
-                )
-            )
+        run, total = self._run(pattern, angles), Errors()
+        for part, mean in zip(self._of_tractions(run), self.means, strict=True):
+            columns = (values[part] for values in (run.tau_L, run.tau_across, run.s_N))
+            total = total.joined(self._error(mean, run.rows[part], *columns))
         return total
+
+    def _run(self, pattern: Pattern, angles: Floats) -> SlipCurves:
+        sigma_N, directions = (one.ravel() for one in np.meshgrid(self.case.sigma_N, angles))
+        interface = Interface(self.case.material, pattern)
+        return slip_curves(interface, directions, self.slips, sigma_N, PRELOAD, self.executor)
+
+    def _error(
+        self, mean: Floats, rows: NDArray[np.int_], tau_L: Floats, tau_across: Floats, s_N: Floats
+    ) -> Errors:
+        """Errors of curves (C, T) under one normal traction, as far as the reference and all of them go."""
+        n = min(mean.shape[1], rows.min())
+        # a pattern that loses equilibrium elsewhere has no small error
+        if n < 1 or np.any(np.abs(rows - mean.shape[1]) > max(1, 0.01 * self.slips.size)):
+            return Errors(1.0, 1.0, 1.0)
+        tau, dilation = mean[:, :n]
+        along = float(np.linalg.norm(tau)) or 1.0
+        size = max(float(np.linalg.norm(dilation)), np.sqrt(n) * self.case.material.s_0)
+        differences = (tau_L[:, :n] - tau, along), (tau_across[:, :n], along), (s_N[:, :n] - dilation, size)
+        return Errors(*(float(np.linalg.norm(one, axis=1).max() / scale) for one, scale in differences))
 
 
 def residual_error(case: LoadCase, sides: int) -> float:
@@ -398,8 +377,3 @@ def select(
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
     return Search(case, executor).select(tolerance, tick)
-
-
-def _largest(curves: Floats) -> float:
-    """Largest L2 norm of the rows."""
-    return float(np.sqrt(np.sum(curves**2, axis=-1)).max())

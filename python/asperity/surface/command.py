@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
 from .. import contract
-from ..case_files import read_case
+from ..case_files import case_lines, read_case
 from ..contract import Floats
+from ..fit.units import LENGTHS
 from ..interface import Interface
-from ..options import add_options, progress_bar
+from ..material import Material
+from ..options import add_options, assigned, check_outputs, progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
 from .scan import Scan, lengths_of
-from .scan_files import UNITS, read_scan
+from .scan_files import read_scan
 from .slopes import Facets, Planes, Slips
 
 MU = 0.5
@@ -72,36 +73,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(action=_run)
 
 
-def case_lines(pattern: Pattern) -> str:
-    """Group &pattern of a case file, with a line for each plane."""
-    if pattern.m >= 0:
-        text = f"&pattern sides = {pattern.m}"
-        if pattern.m > 0:
-            text += f", theta = {pattern.theta:.9g}, flat = {pattern.flat:.9g}, turn = {pattern.turn:.9g}"
-        return f"{text} /"
-    rows = [", ".join(f"{value:.9f}" for value in normal) for normal in _rounded(pattern.normals)]
-    weights = [f"{value:.9f}" for value in pattern.weights]
-    wrapped = [", ".join(weights[i : i + 6]) for i in range(0, len(weights), 6)]
-    join = ",\n" + " " * 19
-    return f"&pattern normals = {join.join(rows)},\n         weights = {join.join(wrapped)} /"
-
-
-def props_line(pattern: Pattern, material: Sequence[float] | None = None) -> str:
-    """PROPS of a pattern, up to the last value that is not its default.
-
-    Without a material the names of its constants stand for their values.
-    """
-    defaults = [row.default for row in contract.props_table()]
-    props = contract.pack(pattern.values())
-    last = contract.N_FIXED_PROPS
-    if pattern.m >= 0:
-        last = max(i for i, value in enumerate(props) if i < 6 or value != defaults[i]) + 1
-    first = list(REQUIRED) if material is None else [f"{value:.9g}" for value in material]
-    rest = [f"{value:.9g}" for value in props[len(first) : last]]
-    if pattern.m < 0:
-        planes = np.column_stack([pattern.normals, pattern.weights])
-        rest += [f"{value:.9f}" for value in _rounded(planes).ravel()]
-    return ", ".join(first + rest)
+def props_line(pattern: Pattern, material: Material | None) -> str:
+    """PROPS of a pattern; without a material the names of its constants stand for their values."""
+    if material is not None:
+        values = Interface(material, pattern).props()
+    else:
+        values = contract.pack(pattern.values(), pattern.constants())[len(REQUIRED) :]
+    return ", ".join([*(REQUIRED if material is None else ()), *(f"{value:.9g}" for value in values)])
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -109,10 +87,10 @@ def _run(options: argparse.Namespace) -> int:
     _check(options)
     table, png, case = _outputs(options)
     template = None if options.case is None else read_case(options.case)
-    of_case = None if template is None else template.runs[0].material
-    if template is not None and any(run.material != of_case for run in template.runs):
+    material = options.material if template is None else template.runs[0].material
+    if template is not None and any(run.material != material for run in template.runs):
         raise ValueError(f"{template.path}: &material: expected numbers, not the name of a sweep")
-    mu = of_case.mu if of_case is not None else options.material[3] if options.material is not None else MU
+    mu = MU if material is None else material.mu
     original = scan = read_scan(options.scan, options.spacing, options.unit)
     if options.smooth is not None:
         scan = scan.smoothed(options.smooth)
@@ -145,12 +123,10 @@ def _run(options: argparse.Namespace) -> int:
     print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
     written = [table, png]
-    props = props_line(chosen, options.material)
-    if template is not None and of_case is not None:
+    if template is not None:
         case.write_bytes(template.before + case_lines(chosen).encode() + template.after)
-        props = ", ".join(f"{value:.9g}" for value in Interface(of_case, chosen).props().tolist())
         written.append(case)
-    print(f"{case_lines(chosen)}\n\nPROPS  {props}\n")
+    print(f"{case_lines(chosen)}\n\nPROPS  {props_line(chosen, material)}\n")
     _write(table, chosen)
     from .picture import draw
 
@@ -175,34 +151,25 @@ def _check(options: argparse.Namespace) -> None:
         raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
     if not np.isfinite(options.direction):
         raise ValueError(f"--direction {options.direction}: expected a finite angle")
-    if options.unit not in UNITS:
-        raise ValueError(f"--unit {options.unit}: expected one of {', '.join(UNITS)}")
+    if options.unit not in LENGTHS:
+        raise ValueError(f"--unit {options.unit}: expected one of {', '.join(LENGTHS)}")
     if options.case is not None and options.material is not None:
         raise ValueError("--case, --material: expected one of them, a case has its material")
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
-    """Names of table, picture and case.
-
-    Raises ValueError if one of them is the scan or the case that is read, or if the folder does not exist.
-    """
+    """Names of table, picture and case."""
     stem = options.output or Path(f"{options.scan.stem}_planes")
     if stem.suffix in (".csv", ".png", ".nml"):
         stem = stem.with_suffix("")
     if not stem.name:
         raise ValueError(f"-o {stem}: expected a name")
-    if not stem.parent.is_dir():
-        raise ValueError(f"-o {stem}: expected a folder that exists, {stem.parent} does not")
     table, png, case = (stem.with_name(stem.name + suffix) for suffix in (".csv", ".png", ".nml"))
-    read = [path.resolve() for path in (options.scan, options.case) if path is not None]
-    for path in (table, png, case):
-        if path.resolve() in read:
-            raise ValueError(f"-o {stem}: {path} is read: expected another name")
+    check_outputs([options.scan, options.case], *(("-o", path) for path in (table, png, case)))
     return table, png, case
 
 
 def _shown(error: float) -> str:
-    """Text of an error in the table."""
     if np.isinf(error):
         return "locks"
     return f"{error:.1e}" if error > ROUNDING else "0"
@@ -221,7 +188,6 @@ def _scales(
 
 
 def _directions(options: argparse.Namespace, found: Facets) -> int:
-    """Number of sectors of azimuth."""
     if found.profile:
         if options.directions not in (None, 2):
             raise ValueError(f"--directions {options.directions}: expected 2 for a profile")
@@ -262,7 +228,6 @@ def _nearest(found: Facets, pattern: Pattern) -> np.ndarray:
 
 
 def _name(pattern: Pattern) -> str:
-    """Short name of a pattern, with its angle."""
     if pattern.m < 0:
         return "listed"
     if pattern.m == 0:
@@ -271,27 +236,14 @@ def _name(pattern: Pattern) -> str:
 
 
 def _write(path: Path, pattern: Pattern) -> None:
-    """Planes of a pattern as CSV."""
     planes = Planes.of(pattern)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(
-            ["plane", "theta_deg", "azimuth_deg", "n_N", "n_Tx", "n_Ty", "gamma", "nominal_share"]
-        )
-        angles = planes.inclination, np.degrees(planes.azimuth)
-        rows = np.column_stack([*angles, planes.normals, planes.gamma, planes.nominal])
-        for k, row in enumerate(_rounded(rows), start=1):
-            writer.writerow([k, *(f"{value:.9f}" for value in row)])
-
-
-def _rounded(values: Floats) -> Floats:
-    """Values rounded to the digits that are printed, without -0."""
-    found: Floats = np.round(values, 9) + 0.0
-    return found
+    columns = planes.inclination, np.degrees(planes.azimuth), planes.normals, planes.gamma, planes.nominal
+    rows = np.column_stack([np.arange(len(planes.gamma)) + 1, np.round(np.column_stack(columns), 9) + 0.0])
+    header = "plane,theta_deg,azimuth_deg,n_N,n_Tx,n_Ty,gamma,nominal_share"
+    np.savetxt(path, rows, ["%d", *["%.9f"] * 7], ",", header=header, comments="")
 
 
 def _lengths(text: str) -> tuple[float, ...]:
-    """Read the spacings of the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
     except ValueError:
@@ -301,14 +253,11 @@ def _lengths(text: str) -> tuple[float, ...]:
     return found
 
 
-def _material(text: str) -> tuple[float, ...]:
-    """Read the constants of the option, in the order of PROPS."""
+def _material(text: str) -> Material:
     try:
-        pairs = [part.partition("=") for part in text.split(",")]
-        values = {name.strip(): contract.number(name, value) for name, _, value in pairs}  # type: ignore[arg-type]
-        if set(values) != set(REQUIRED) or len(values) < len(pairs):
+        values = assigned(text.split(","))
+        if set(values) != set(REQUIRED):
             raise ValueError("expected " + ",".join(f"{name}=VALUE" for name in REQUIRED))
-        contract.check(contract.pack(values))
+        return Material(**{name: contract.number(name, value) for name, value in values.items()})  # type: ignore[arg-type]
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"{text}: {error}") from None
-    return tuple(values[name] for name in REQUIRED)

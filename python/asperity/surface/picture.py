@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from ..contract import Floats
 from ..pattern import Pattern, unit_vector
-from ..style import COLOURS, TWO, printed, save
+from ..style import COLOURS, TWO, label_axes, printed, save
 from .scan import Scan
 from .slopes import Facets, Planes, Slips
 
@@ -22,9 +22,6 @@ MOST_CELLS = 600
 
 AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
 """Colours of slopes that rise towards Tx, Ty, -Tx, -Ty (Okabe and Ito), mixed for other directions."""
-
-GREY = 0.85
-"""Shade of a flat facet."""
 
 LONGEST = 12.0
 """Length of the drawn part of a profile over its height: the picture is to scale."""
@@ -73,7 +70,7 @@ def _colours(planes: Planes) -> Floats:
     at = planes.azimuth % (2.0 * np.pi) / (0.5 * np.pi)
     base = np.column_stack([np.interp(at, np.arange(5), channel) for channel in knots.T])
     share = (0.3 + 0.7 * depth)[:, None] * (depth > 0.0)[:, None]
-    colours: Floats = share * base + (1.0 - share) * GREY
+    colours: Floats = share * base + (1.0 - share) * 0.85  # grey where a facet is flat
     return colours
 
 
@@ -155,36 +152,20 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, star
     e = unit_vector(start)
     incl = _signed(found, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
-    ax.hist(
-        incl,
-        bins=41,
-        range=(-top, top),
-        weights=100.0 * found.gamma,
-        color="#BBBBBB",
-        label="facets",
-    )
+    bars = {"bins": 41, "range": (-top, top), "weights": 100.0 * found.gamma}
+    ax.hist(incl, color="#BBBBBB", label="facets", **bars)
     for one, mark, colour, label in (
         (planes, "o-", COLOURS[1], "listed planes"),
         (regular, "s--", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),
     ):
         for i, (at, share) in enumerate(zip(_signed(one, e), one.gamma, strict=True)):
-            ax.plot(
-                [at, at],
-                [0.0, 100.0 * share],
-                mark,
-                color=colour,
-                markevery=[1],
-                markerfacecolor="none",
-                label=None if i else label,
-            )
-    ax.set_xlabel("inclination, + rises along the profile [degrees]")
-    ax.set_ylabel("share of the true area [%]")
-    ax.grid(alpha=0.3)
+            stick = {"color": colour, "markevery": [1], "markerfacecolor": "none"}
+            ax.plot([at, at], [0.0, 100.0 * share], mark, label=None if i else label, **stick)
+    label_axes(ax, "inclination, + rises along the profile [degrees]", "share of the true area [%]")
     ax.legend()
 
 
 def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
-    """Draw mean and rms slope over the sampling length."""
     ax.semilogx(scales[:, 0], scales[:, 1], "o-", color=COLOURS[0], label="mean")
     ax.semilogx(scales[:, 0], scales[:, 2], "s--", color=COLOURS[1], label="rms")
     ax.axvline(scan.spacing, color=COLOURS[3], linestyle=":", label="in use")
@@ -210,15 +191,12 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
     if np.isfinite(slips.residual).any():
         ax.set_ylim(bottom=0.0)
-    ax.set_xlabel("direction of slip, from Tx [degrees]")
-    ax.set_ylabel(r"residual $\tau_L / |\sigma_N|$ [-]")
+    label_axes(ax, "direction of slip, from Tx [degrees]", r"residual $\tau_L / |\sigma_N|$ [-]")
     ax.set_title(f"$\\mu$ = {mu:g}")
-    ax.grid(alpha=0.3)
     ax.legend()
 
 
 def _axis(found: Facets) -> Floats:
-    """Unit vector along a profile."""
     g = found.gradients[found.slopes.argmax()]
     size = float(np.hypot(*g))
     e = g / size if size > 0.0 else np.array([1.0, 0.0])
@@ -226,6 +204,5 @@ def _axis(found: Facets) -> Floats:
 
 
 def _signed(planes: Planes, e: Floats) -> Floats:
-    """Inclination along e, degrees."""
     found: Floats = np.degrees(np.arctan(planes.gradients @ e))
     return found

@@ -86,6 +86,5 @@ def report(
 
 
 def _apart(scan: Scan) -> str:
-    """Text of the spacing of the points."""
     low, high = scan.steps()
     return f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"

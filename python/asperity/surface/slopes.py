@@ -392,7 +392,6 @@ def _rotation(n: Floats) -> Floats:
 
 
 def _place(scan: Scan, facet: int) -> str:
-    """Text of the position at which a facet begins."""
     if scan.y is None:
         return f"x = {scan.x[facet]:g}"
     j, i = divmod(facet // 4, len(scan.x) - 1)

@@ -14,24 +14,17 @@ from .. import contract
 from ..case_files import Case, read_case
 from ..fit import covariance
 from ..fit.command import NO_RESULT
-from ..fit.search import check_output, numbers
-from ..options import add_options, add_workers, check_picture, progress_bar, units_of, workers
+from ..options import add_options, add_workers, check_outputs, numbers, progress_bar, units_of, workers
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
 from .paths import CURVES, load_paths
 from .spread import BATCH, RESULTS, Spread, spread
-
-LEVELS = (0.05, 0.5, 0.95)
-"""Quantiles where none are given."""
 
 MOST_SAMPLES = 1_000_000
 """A sample takes up to 3 kB of memory."""
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
-
-PLOT = Path("uncertainty.png")
-"""Name of the picture where none is given."""
 
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
@@ -46,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"more than {MOST_LEFT_OUT:.0%}, the exit code is {NO_RESULT}."
     )
     names = ", ".join(CONSTANTS)
+    drawn = {"nargs": "?", "const": Path("uncertainty.png")}
     add_options(
         parser,
         ("case CASE.nml", "case file with a prescribed slip or opening", Path),
@@ -54,9 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--correlation NAME,NAME=VALUE", "correlation of two of them (default: 0)", list),
         ("--samples SAMPLES", "number of samples", 10_000),
         ("--seed SEED", "of the random numbers", 0),
-        ("--quantiles LEVELS", "between 0 and 1", ",".join(map(str, LEVELS))),
+        ("--quantiles LEVELS", "between 0 and 1", "0.05,0.5,0.95"),
         ("-o --output OUT.csv", "write the quantiles of the curves", Path),
-        ("--plot FILE", f"draw them, .png or .pdf (default: {PLOT})", Path, {"nargs": "?", "const": PLOT}),
+        ("--plot FILE", "draw them, .png or .pdf (default: uncertainty.png)", Path, drawn),
         ("--units LENGTH,STRESS", "units for the labels", "mm,MPa"),
     )
     add_workers(parser, "one for each processor")
@@ -64,18 +58,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Draw samples, run them, report the quantiles."""
     levels = _levels(options.quantiles)
     if not 2 <= options.samples <= MOST_SAMPLES:
         raise ValueError(f"--samples {options.samples}: expected 2 to {MOST_SAMPLES}")
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
     units = units_of(options.units)
-    if options.plot is not None:
-        check_picture(options.plot)
-    check_output("--plot", options.plot)
-    check_output("-o", options.output)
-    _check_outputs(options)
+    read = options.case, options.fit or covariance.file_of(options.case)
+    check_outputs(read, ("-o", options.output), ("--plot", options.plot))
     with shown_warnings():
         case = read_case(options.case)
     paths = load_paths(case)
@@ -106,17 +96,6 @@ def _run(options: argparse.Namespace) -> int:
         )
         return NO_RESULT
     return 0
-
-
-def _check_outputs(options: argparse.Namespace) -> None:
-    """Raise ValueError for an output that would replace what the command reads, or its other output."""
-    taken = [options.case, options.fit or covariance.file_of(options.case)]
-    for option, path in (("-o", options.output), ("--plot", options.plot)):
-        if path is not None and path.resolve() in [other.resolve() for other in taken]:
-            raise ValueError(
-                f"{option} {path}: this file is read or written by the same command: expected another name"
-            )
-        taken += [] if path is None else [path]
 
 
 def _levels(text: str) -> list[float]:

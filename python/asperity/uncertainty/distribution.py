@@ -10,7 +10,7 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..fit.covariance import Covariance
-from ..fit.model import LARGEST_EXPONENT, SCALES, TIMELESS
+from ..fit.model import SCALES, TIMELESS
 
 CONSTANTS = tuple(row.name for row in TIMELESS)
 """Constants that may be uncertain."""
@@ -48,10 +48,7 @@ class Distribution:
         x = self.mean + scales * (normal @ root)
         if not self.transformed:
             return x
-        tops = np.array([SCALES[name].top for name in self.names])
-        x = np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT)
-        logit = np.isfinite(tops)
-        return np.where(logit, np.where(logit, tops, 1.0) / (1.0 + np.exp(-x)), np.exp(x))
+        return np.column_stack([SCALES[name].back(one) for name, one in zip(self.names, x.T, strict=True)])
 
 
 def of_fit(found: Covariance) -> Distribution:

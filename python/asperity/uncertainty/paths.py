@@ -21,14 +21,6 @@ CURVES = ("traction", "dilation", "damage")
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
-    """Curves of one sample, (n, 3) in the order of CURVES, and work (n,); n is smaller where it was lost."""
-
-    values: Floats
-    work: Floats
-
-
-@dataclass(frozen=True, eq=False)
 class LoadPath:
     """Load path of one run of a case, as PROPS -> curves over the abscissa x (n,), which is prescribed.
 
@@ -45,15 +37,15 @@ class LoadPath:
     first: int
     e: Floats
 
-    def curve(self, props: Floats) -> Curve:
-        """Curves of a joint with these constants."""
+    def curve(self, props: Floats) -> tuple[Floats, Floats]:
+        """Curves of a joint with these constants, (n, 3), and work (n,); n is smaller where it is lost."""
         n_planes = contract.check(props)
         wears = bool(props[contract.index("W0")] > 0.0)
         start = Point(np.zeros(contract.n_statev(n_planes, wears)))
         rows, _ = rows_of(props, n_planes, self.steps, start)
         values = np.column_stack([rows.traction @ self.e, rows.dilation, rows.damage])
         whole = np.vstack([np.zeros(3), values])
-        return Curve(whole[self.first :], np.append(0.0, rows.work)[self.first :])
+        return whole[self.first :], np.append(0.0, rows.work)[self.first :]
 
 
 def load_paths(case: Case) -> list[LoadPath]:

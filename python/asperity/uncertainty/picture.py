@@ -7,16 +7,13 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from ..plots import COLOURS
 from ..steps import turns_of
+from ..style import COLOURS, label_axes, new_figure, printed, save
 from .spread import Spread
 
-BAND = 0.25
-"""Opacity of a band between two quantiles."""
 
-
+@printed()
 def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tuple[str, str]) -> None:
     """Draw bands between the quantiles, the median and the curves of the case, a colour for each run."""
     length, stress = units
@@ -25,44 +22,30 @@ def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tup
     labels += [f"dilation $s_N$ [{length}]"] if slips else []
     labels += ["damage [-]"]
     shown = (0, 1, 2) if slips else (0, 2)
-    figure = Figure(figsize=(3.6 * len(labels), 3.6), layout="constrained")
-    axes = figure.subplots(1, len(labels))
+    figure, axes = new_figure(2.6 * len(labels), 2.8, ncols=len(labels))
     for number, one in enumerate(found):
         colour = COLOURS[number % len(COLOURS)]
         x = one.path.x[one.points]
         branches = [slice(a, b + 1) for a, b in pairwise(turns_of(x))]
         for ax, i in zip(axes, shown, strict=True):
             for branch in branches:
-                for low, high in _bands(len(one.levels)):
-                    ax.fill_between(
-                        x[branch],
-                        one.curves[low, branch, i],
-                        one.curves[high, branch, i],
-                        color=colour,
-                        alpha=BAND,
-                        linewidth=0.0,
-                    )
+                # pairs of levels, from the outside to the middle
+                for k in range(len(one.levels) // 2):
+                    low, high = one.curves[k, branch, i], one.curves[-1 - k, branch, i]
+                    ax.fill_between(x[branch], low, high, color=colour, alpha=0.25, linewidth=0.0)
             for median in np.flatnonzero(one.levels == 0.5):
                 ax.plot(x, one.curves[median, :, i], color=colour, linewidth=1.5)
             ax.plot(one.path.x, one.case[0][:, i], "--", color=colour, linewidth=0.9)
         if one.path.value is not None:
             axes[0].plot([], [], color=colour, label=f"{one.path.value:g}")
     for ax, label in zip(axes, labels, strict=True):
-        ax.set_xlabel(f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]")
-        ax.set_ylabel(label)
-        ax.grid(alpha=0.3)
+        label_axes(ax, f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]", label)
     levels = found[0].levels
     text = " to ".join(f"{100.0 * level:g} %" for level in (levels[0], levels[-1]))
     parts = [f"band: quantiles {text}" if len(levels) > 1 else "", "line: median" if 0.5 in levels else ""]
     parts.append("dashed: the case")
     caption = ", ".join(part for part in parts if part)
-    figure.suptitle(f"{title}\n{caption}" if title else caption, fontsize="medium")
+    figure.suptitle(f"{title}\n{caption}" if title else caption)
     if sweep:
-        figure.legend(title=sweep, loc="outside right upper", fontsize="small")
-    metadata = {"Software": None} if path.suffix == ".png" else {"CreationDate": None}
-    figure.savefig(path, dpi=150, metadata=metadata)
-
-
-def _bands(count: int) -> list[tuple[int, int]]:
-    """Pairs of levels, from the outside to the middle."""
-    return [(i, count - 1 - i) for i in range(count // 2)]
+        figure.legend(title=sweep, loc="outside right upper")
+    save(figure, path)

@@ -13,9 +13,9 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
-from ..steps import turns_of
+from ..steps import thinned
 from .distribution import bad_constant
-from .paths import CURVES, Curve, LoadPath
+from .paths import CURVES, LoadPath
 
 BATCH = 250
 """Samples of a task, whatever the number of workers."""
@@ -65,45 +65,33 @@ def spread(
     Raises ValueError where no sample has the whole path.
     """
     case = path.curve(path.props)
-    points = points_of(path.x)
+    points = thinned(path.x, MOST_POINTS)
     batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
     done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
-    refused: Counter[str] = sum((batch.refused for batch in done), Counter())
-    curves, results = (
-        np.concatenate([getattr(batch, name) for batch in done]) for name in ("curves", "results")
-    )
-    lost = sum(batch.lost for batch in done)
+    parts = list(zip(*done, strict=True))
+    curves, results = (np.concatenate(part) for part in parts[:2])
+    refused: Counter[str] = sum(parts[2], Counter())
+    lost = sum(parts[3])
     if not len(results):
         raise ValueError(
             f"none of {len(samples)} samples has the whole path: {sum(refused.values())} are out of range "
             f"({', '.join(refused) or 'no constant'}), {lost} lose equilibrium"
         )
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
-    own = (case.values, _results(path.x, case))
+    own = (case[0], _results(path.x, *case))
     return Spread(path, points, np.array(levels), quantiles, results, refused, lost, own)
 
 
-def points_of(x: Floats) -> np.ndarray:
-    """Rows of a path for which quantiles are computed."""
-    even = np.linspace(0, x.size - 1, MOST_POINTS).round().astype(int)
-    return np.unique(np.concatenate([even, turns_of(x)]))
+def _batch(
+    path: LoadPath, names: tuple[str, ...], points: np.ndarray, samples: Floats
+) -> tuple[np.ndarray, Floats, Counter[str], int]:
+    """Curves (k, R, 3) and results (k, 5) of a batch of samples, those refused, and the number of those lost.
 
-
-@dataclass(frozen=True, eq=False)
-class _Batch:
-    """Curves (k, R, 3), in single precision to save memory, and results (k, 5) of a batch."""
-
-    curves: np.ndarray
-    results: Floats
-    refused: Counter[str]
-    lost: int
-
-
-def _batch(path: LoadPath, names: tuple[str, ...], points: np.ndarray, samples: Floats) -> _Batch:
-    """Curves and results of a batch of samples (k, p)."""
+    The curves are in single precision, to save memory.
+    """
     places = [contract.index(name) for name in names]
-    curves, results, lost = [], [], 0
-    refused: Counter[str] = Counter()
+    curves = np.zeros((len(samples), len(points), len(CURVES)), dtype=np.float32)
+    results, refused, lost = [], Counter[str](), 0
     for sample in samples:
         props = path.props.copy()
         props[places] = sample
@@ -111,23 +99,17 @@ def _batch(path: LoadPath, names: tuple[str, ...], points: np.ndarray, samples: 
         if bad is not None:
             refused[bad] += 1
             continue
-        curve = path.curve(props)
-        if len(curve.work) < path.x.size:
+        values, work = path.curve(props)
+        if len(work) < path.x.size:
             lost += 1
             continue
-        curves.append(curve.values[points].astype(np.float32))
-        results.append(_results(path.x, curve))
-    shape = (-1, len(points), len(CURVES))
-    return _Batch(
-        np.array(curves, dtype=np.float32).reshape(shape),
-        np.array(results, dtype=float).reshape(-1, len(RESULTS)),
-        refused,
-        lost,
-    )
+        curves[len(results)] = values[points]
+        results.append(_results(path.x, values, work))
+    return curves[: len(results)], np.array(results).reshape(-1, len(RESULTS)), refused, lost
 
 
-def _results(x: Floats, curve: Curve) -> Floats:
+def _results(x: Floats, values: Floats, work: Floats) -> Floats:
     """Numbers of a curve in the order of RESULTS."""
-    traction, s_N, _ = curve.values.T
+    traction, s_N, _ = values.T
     peak = int(np.argmax(np.abs(traction)))
-    return np.array([abs(traction[peak]), x[peak], traction[-1], s_N[-1], curve.work[-1]])
+    return np.array([abs(traction[peak]), x[peak], traction[-1], s_N[-1], work[-1]])

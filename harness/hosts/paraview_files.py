@@ -1,25 +1,23 @@
 """Results of structures for ParaView: a PVD file, and for every step a VTU file of solids and one of joints.
 
-Writing needs meshio, which `pip install "asperity[paraview]"` installs.
+Writing needs meshio (`pip install "asperity[paraview]"`).  A script of your own may have a copy of this file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from asperity import contract
 from numpy.typing import NDArray
-
-from .. import contract
-from ..contract import Floats
 
 if TYPE_CHECKING:
     import meshio
 
+Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CELLS = {4: "quad", 8: "hexahedron"}
@@ -51,21 +49,6 @@ class Structure:
     joints: Integers
     parts: tuple[int, ...]
     order: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check the shapes."""
-        dimension = self.nodes.shape[1]
-        for name, cells in (("solids", self.solids), ("joints", self.joints)):
-            if cells.shape[1:] != (2**dimension,):
-                raise ValueError(f"{name} have shape {cells.shape}: expected (cells, {2**dimension})")
-            if len(cells) and not 0 <= cells.min() <= cells.max() < len(self.nodes):
-                worst = cells.max() if cells.min() >= 0 else cells.min()
-                raise ValueError(f"{name}: node {worst}: expected 0 to {len(self.nodes) - 1}")
-        if len(self.parts) != dimension or min(self.parts) < 1:
-            raise ValueError(f"parts = {self.parts}: expected {dimension} numbers of at least 1")
-        count = int(np.prod(self.parts))
-        if self.order and sorted(self.order) != list(range(count)):
-            raise ValueError(f"order = {self.order}: expected the numbers 0 to {count - 1}")
 
     @property
     def points(self) -> int:
@@ -128,11 +111,8 @@ def write(pvd: Path, structure: Structure, steps: Iterable[Step]) -> None:
 
     Both kinds of files have the displacement at the nodes.  Those of the joints have, for each integration
     point, damage, dilation (s_N), slip (s_Tx, s_Ty), traction (N, Tx, Ty) and the energies per area stored,
-    rupture and friction.  Raises ValueError where a name does not end with .pvd or a shape does not fit, and
-    ImportError without meshio.
+    rupture and friction.  Raises ValueError where a name does not end with .pvd or a shape does not fit.
     """
-    if find_spec("meshio") is None:
-        raise ImportError('meshio is missing: expected for ParaView: pip install "asperity[paraview]"')
     if pvd.suffix != ".pvd":
         raise ValueError(f"{pvd}: expected a name that ends with .pvd")
     folder = pvd.with_suffix("")

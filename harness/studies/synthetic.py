@@ -1,4 +1,4 @@
-"""Synthetic shear-box tests, to try fits: `python -m asperity.fit.synthetic RECORD.csv`."""
+"""Synthetic shear-box tests, to try fits: `python -m harness.studies.synthetic RECORD.csv`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from asperity.contract import Floats
+from asperity.fit.model import SIDES, Problem, slip_curve
+from asperity.fit.shear_test import ShearTest
+from asperity.options import add_options
 
-from ..contract import Floats
-from ..options import add_options
-from .model import SIDES, Problem, slip_curve
-from .shear_test import ShearTest
+from .program import run
 
 TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
 """Parameters of the synthetic tests: mm, MPa, degrees."""
@@ -103,21 +104,23 @@ def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write synthetic tests to a file."""
-    parser = argparse.ArgumentParser(prog="python -m asperity.fit.synthetic", description=__doc__)
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the program."""
     add_options(
         parser,
         ("record RECORD.csv", "file of the tests", Path),
         ("--noise NOISE", "of the range", DEFAULT_NOISE),
         ("--seed SEED", "of the noise", 0),
     )
-    options = parser.parse_args(arguments)
-    tests = synthetic(options.noise, options.seed)
-    write_record(options.record, tests)
+    parser.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Write synthetic tests to a file."""
+    write_record(options.record, synthetic(options.noise, options.seed))
     print(options.record)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(_add_arguments))
