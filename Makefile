@@ -1,7 +1,7 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
-# make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, scikit-fem, CalculiX, MTest: tests, pictures; Chromium
+# make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, PETSc, scikit-fem, CalculiX, MTest: tests, pictures; Chromium
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs), mutants (which changes of the library do the tests notice?),
 # wheel (sdist and wheel, tried in a bare Debian root), release (these and the sources for Abaqus, from a clean clone), site
@@ -12,6 +12,9 @@ ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif
 export JOBS ?= 2
+
+# two steps at a time: each has parts in which it keeps one core busy at most
+side_by_side = $(MAKE) --no-print-directory --jobs=2 --output-sync=target
 
 builds := suites debug flang
 parts := lint $(builds) coverage pytest
@@ -29,7 +32,6 @@ code := $(call files,$(native) CMakePresets.json Makefile tools \
 package := $(call files,$(native) pyproject.toml python)
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
-.NOTPARALLEL:
 .DELETE_ON_ERROR:
 .PHONY: build demo test check $(parts) bench soak mutants hosts site wheel release dependencies clean distclean force
 
@@ -39,8 +41,10 @@ build: dependencies
 demo: .venv/installed
 	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) tools/demo.sh
 	@$(venv)/python tools/demo_numbers.py build/demo/figure05b.csv
-test: $(passed)/suites $(passed)/fast
-check: $(parts)
+test:
+	@$(side_by_side) $(passed)/suites $(passed)/fast
+check:
+	@$(side_by_side) $(parts)
 	@echo "make check: everything passed"
 
 $(parts): %: $(passed)/%
@@ -50,10 +54,11 @@ $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: layers of the package" build/logs/lint-imports.log env PYTHONPATH=python $(venv)/lint-imports --no-cache
 	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)
-$(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed
+$(passed)/suites: | .venv/installed
+$(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | dependencies
 	@$(step) "$$(cmake --list-presets | sed -n 's/.*"$*" *- //p')" $(log) tools/build-and-test.sh $*
 	$(done)
-$(passed)/coverage: $(passed)/debug
+$(passed)/coverage: $(passed)/debug | .venv/installed
 	@$(step) "Coverage of src/ by these suites" $(log) $(venv)/python tools/coverage.py build/debug
 	$(done)
 $(passed)/pytest: selection := -m "not long" --junitxml=build/pytest/junit.xml
@@ -65,6 +70,7 @@ build/options: force
 	@mkdir -p build; echo "$(FLANG) $(PFUNIT_DIR)" >$@.new; cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 
 bench: build
+	@$(step) "Benchmark" $(log) cmake --build build/release --target asperity_bench
 	@build/release/bin/bench
 soak: build .venv/installed
 	@tools/soak.sh

@@ -189,25 +189,20 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   !f2py threadsafe
   type(interface_type) :: joint
   character(len=:), allocatable :: reasons
-  integer :: failed, i
+  integer :: failed
   message = ""
   call new_interface(props, joint, status)
   if (status /= status_ok) return
-  call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt)
+  call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows=.true.)
   if (status == status_time) then
     reasons = ""
     call explain_time(joint, "dt", reasons, dt)
     call put_text(reasons, message)
-    return
   else if (status /= status_ok) then
     reasons = ""
     call explain_point(joint, s_old(:, failed), s(:, failed), state(:, failed), reasons)
     call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
-    return
   end if
-  do i = 1, n
-    tangent(:, :, i) = transpose(tangent(:, :, i))
-  end do
 end subroutine interface_update
 
 !> Give n states the offset at which they carry a traction.

@@ -27,9 +27,12 @@ program bench
     pattern_type("RP-6", 6.0_real64, third, .true.), pattern_type("RP-8", 8.0_real64, third, .false.), &
     pattern_type("RP-16", 16.0_real64, third, .false.), pattern_type("RP-32", 32.0_real64, third, .true.), &
     pattern_type("RP-63", 63.0_real64, third, .false.)]
-  !> Facets of RP-4: of a finite height, and with wear, too.
-  character(len=8), parameter :: facet_names(2) = ["RP-4 H  ", "RP-4 HW0"]
-  real(real64), parameter :: height = 0.3_real64, w0(2) = [0.0_real64, 1.0_real64]
+  !> Patterns with facets of a finite height; the first has wear, too.
+  character(len=8), parameter :: facet_names(6) = [character(len=8) :: "RP-4 HW0", "RT H", "RP-4 H", "RP-8 H", &
+    "RP-16 H", "RP-32 H"]
+  real(real64), parameter :: facet_m(6) = [4.0_real64, 2.0_real64, 4.0_real64, 8.0_real64, 16.0_real64, 32.0_real64]
+  real(real64), parameter :: height = 0.3_real64, w0(6) = [1.0_real64, 0.0_real64, 0.0_real64, 0.0_real64, 0.0_real64, &
+    0.0_real64]
   !> Material of Table 2 of the paper.
   real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
   !> Points with data in the first-level cache, points with mixed states, points of a VUMAT call, and number of calls
@@ -110,8 +113,7 @@ contains
       rows = [rows, some]
     end do
     do i = 1, size(facet_names)
-      call new_workspace([table_2, 4.0_real64, third, prop_table(p_turn:p_guard)%default, height, w0(i)], slip, &
-        n_small, work)
+      call new_workspace(facet_props(i), slip, n_small, work)
       some = small_rows()
       some = pack(some, some%kernel == "point" .or. some%kernel == "umat" .or. some%kernel == "block")
       call take_turns(work, some, turns, shortest, used)
@@ -135,6 +137,13 @@ contains
       rows = [rows, some]
     end do
   end subroutine measure_all
+
+  !> PROPS of a pattern with facets.
+  pure function facet_props(i) result(props)
+    integer, intent(in) :: i   !! number of its name in facet_names
+    real(real64) :: props(size(table_2) + 2 + (p_guard - p_turn + 1) + 2)
+    props = [table_2, facet_m(i), third, prop_table(p_turn:p_guard)%default, height, w0(i)]
+  end function facet_props
 
   !> Rows to measure with data in the cache.
   pure function small_rows() result(list)
@@ -191,24 +200,27 @@ contains
     type(row_type), intent(in) :: row   !! pattern, kernel, tangent
     integer, parameter :: runs = 1000
     type(workspace_type) :: work
-    real(real64) :: props(8)
+    real(real64), allocatable :: props(:)
     integer :: i
-    if (all(patterns%name /= row%pattern)) then
+    if (all([patterns%name, facet_names] /= row%pattern)) then
       write (error_unit, "(99a)") "bench: --profile ", trim(row%pattern), ": expected one of", &
-        (" """ // trim(patterns(i)%name) // """", i=1, size(patterns))
+        (" """ // trim(patterns(i)%name) // """", i=1, size(patterns)), &
+        (" """ // trim(facet_names(i)) // """", i=1, size(facet_names))
       stop 1
     end if
     do i = 1, size(patterns)
-      if (patterns(i)%name /= row%pattern) cycle
-      props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
-      if (row%kernel == "vumat" .or. row%kernel == "stream") then
-        call new_large_workspace(props, row%precision, n_small, 1, work)
-      else
-        call new_workspace(props, slip, n_small, work)
-      end if
-      call run_often(work, row, runs, used)
-      print "(i0, a)", runs*n_small, " points"
+      if (patterns(i)%name == row%pattern) props = [table_2, patterns(i)%m, patterns(i)%flat, 0.0_real64]
     end do
+    do i = 1, size(facet_names)
+      if (facet_names(i) == row%pattern) props = facet_props(i)
+    end do
+    if (row%kernel == "vumat" .or. row%kernel == "stream") then
+      call new_large_workspace(props, row%precision, n_small, 1, work)
+    else
+      call new_workspace(props, slip, n_small, work)
+    end if
+    call run_often(work, row, runs, used)
+    print "(i0, a)", runs*n_small, " points"
   end subroutine profile
 
 end program bench

@@ -1,6 +1,7 @@
 !> Output of the times as a printed table and as CSV.
 module table
   use, intrinsic :: iso_fortran_env, only: real64
+  use asperity_instruction_set, only: instruction_set
   use tasks, only: row_type
   implicit none
   private
@@ -79,13 +80,14 @@ contains
     type(row_type), intent(in) :: rows(:)   !! all rows
     integer :: i
     write (unit, "(2a)") "pattern,planes,kernel,precision,tangent,states,points,threads,ns_per_point,ns_per_plane,", &
-      "textbook_ratio,stream_ratio,roots_ratio"
+      "textbook_ratio,stream_ratio,roots_ratio,isa"
     do i = 1, size(rows)
-      write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), 2(',', f0.4), 3(',', a))") trim(rows(i)%pattern), &
+      write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), 2(',', f0.4), 3(',', a), ',', i0)") trim(rows(i)%pattern), &
         rows(i)%planes, trim(rows(i)%kernel), trim(rows(i)%precision), trim(yes_no(rows(i))), trim(rows(i)%states), &
         rows(i)%points, rows(i)%threads, rows(i)%ns, rows(i)%ns/real(rows(i)%planes, real64), &
         trim(adjustl(ratio(rows(i)%textbook, rows(i)%ns))), &
-        trim(adjustl(ratio(rows(i)%ns, rows(i)%stream))), trim(adjustl(ratio(rows(i)%ns, rows(i)%roots)))
+        trim(adjustl(ratio(rows(i)%ns, rows(i)%stream))), trim(adjustl(ratio(rows(i)%ns, rows(i)%roots))), &
+        instruction_set()
     end do
   end subroutine write_csv
 

@@ -252,12 +252,12 @@ def plane_errors(
                 # here the error of the increments exceeds the spread of fine patterns
                 work = fracture_energy(material(mu), interface.pattern, angles, ENERGY_TOLERANCE).spread
                 loop = np.nan
-            off = _relative(curves.tau_L - tau, tau), _relative(curves.tau_across, tau)
-            yield PlaneError(m, sigma_N, *off, _relative(curves.s_N - s_N, s_N), work, loop)
+            off = relative_error(curves.tau_L - tau, tau), relative_error(curves.tau_across, tau)
+            yield PlaneError(m, sigma_N, *off, relative_error(curves.s_N - s_N, s_N), work, loop)
             tick()
 
 
-def _relative(error: Floats, reference: Floats) -> float:
+def relative_error(error: Floats, reference: Floats) -> float:
     """Largest ratio, over the curves, of the L2 norm of the error to that of the reference."""
     return float(np.max(np.linalg.norm(error, axis=-1)) / np.linalg.norm(reference))
 

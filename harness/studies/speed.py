@@ -1,68 +1,129 @@
-"""Charts and table of the benchmark: time per point against the number of planes, and ratios."""
+"""Chart and table of the benchmark: error of the patterns against the time per point."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from statistics import median
 
-from asperity.style import COLOURS, TWO, label_ends, new_figure, printed, save
+import numpy as np
+from asperity.interface import Interface
+from asperity.pattern import Pattern
+from asperity.slip_curves import slip_curves
+from asperity.style import COLOURS, TWO, new_figure, printed, save
 from asperity.tables import markdown
+from matplotlib.axes import Axes
 
+from .accuracy import (
+    DIRECTIONS,
+    FLAT,
+    PLANE_INCREMENTS,
+    PRELOAD,
+    REFERENCE_SIDES,
+    THETA,
+    log_axes,
+    material,
+    monotonic,
+    relative_error,
+)
 from .program import run
 from .timings import Timing, measure, read_timings
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+SIDES = {"RT": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-8": 8, "RP-16": 16, "RP-32": 32}
+"""Inclined planes of the patterns of the chart."""
 
-CURVES = (
-    ("textbook", "double", True, "textbook", 3, "x--"),
-    ("point", "double", True, "point", 1, "s-"),
-    ("block", "double", True, "block", 0, "^-"),
-    ("vumat", "double", False, "VUMAT", 4, "D-"),
-    ("stream", "double", False, "streaming", 4, ":"),
-    ("block", "double", False, "block, double", 0, "o-"),
-    ("roots", "double", False, "limit, double", 0, ":"),
-    ("block", "single", False, "block, single", 2, "o-"),
-    ("roots", "single", False, "limit, single", 2, ":"),
-)
-"""Kernel, precision, tangent, label, colour number, marker and line style of the curves."""
+FACETS = {"": ("", 0.0), ", height": (" H", 0.3)}
+"""Texts of the legend, ends of the names of the patterns in the benchmark, and heights in mm."""
 
-BARS = (
-    ("textbook / point,\ntangent", "textbook", "point", "double", True),
-    ("textbook / block,\ntangent", "textbook", "block", "double", True),
-    ("textbook / block,\nstress", "textbook", "block", "double", False),
-    ("block / limit,\nstress", "block", "roots", "double", False),
-    ("block / limit,\nsingle", "block", "roots", "single", False),
-    ("VUMAT /\nstreaming", "vumat", "stream", "double", False),
-)
-"""Label, kernel above, kernel below, precision and tangent of the ratios."""
+SIGMA_N = -5.0
+"""Normal traction, MPa."""
 
-BAR_PATTERNS = ("RT", "RP-4", "RP-32")
+RUNS = 21
+"""Runs of the benchmark with each kind of kernels; the medians count."""
+
+KINDS = {1: "portable", 3: "AVX2", 0: "one set of kernels"}
+"""Names of the kinds of kernels."""
 
 
 def draw_speed(timings: Sequence[Timing], path: Path) -> None:
-    """Draw time per point against the number of planes, and ratios, into a file that ends in .png or .pdf."""
+    """Draw the error against the time per point into a file that ends in .png or .pdf."""
+    times = _medians(timings)
+    errors = {name: pattern_errors(height) for name, (_, height) in FACETS.items()}
     with printed():
-        figure, (tangent, stress, ratios) = new_figure(TWO, 3.2, ncols=3, width_ratios=(1.0, 1.0, 1.0))
-        for ax, wanted, title in (
-            (tangent, True, "stress and tangent"),
-            (stress, False, "stress only; dotted: limits"),
+        figure, axes = new_figure(TWO, 3.2, ncols=2, sharey=True, sharex=True)
+        for ax, tangent, title in zip(
+            axes, (True, False), ("stress and tangent", "stress only"), strict=True
         ):
-            _growth(ax, timings, wanted)
+            for isa in sorted({t.isa for t in timings}):
+                for precision in ("double", "single"):
+                    for name, (end, _) in FACETS.items():
+                        _curve(ax, times, errors[name], (isa, precision, tangent), name, end)
+            log_axes(ax, "time per point [ns]", r"relative error of $\tau_L$" if tangent else "")
             ax.set_title(title)
-        _ratios(ratios, timings)
-        low, high = (f(f(ax.get_ylim()) for ax in (tangent, stress)) for f in (min, max))
-        for ax in (tangent, stress):
-            ax.set_ylim(low, high)
-            label_ends(ax)
+            ax.margins(x=0.15)
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
         save(figure, path)
 
 
-FACETS = ("RP-4 H", "RP-4 HW0")
-"""Patterns with a finite height, and with wear, too; the curves are those of straight planes."""
+def pattern_errors(height: float) -> dict[str, float]:
+    """Errors of the patterns in tau_L against RP-64: L2 norm over a monotonic path, the worst direction."""
+    law, slips = replace(material(), height=height), monotonic(PLANE_INCREMENTS["monotonic"])
+    dense = Interface(law, Pattern.regular(REFERENCE_SIDES, THETA, FLAT))
+    reference = slip_curves(dense, 0.0, slips, SIGMA_N, PRELOAD).tau_L[0]
+    errors = {}
+    for name, sides in SIDES.items():
+        angles = np.linspace(0.0, 180.0 / sides, DIRECTIONS)
+        pattern = Interface(law, Pattern.regular(sides, THETA, FLAT))
+        errors[name] = relative_error(
+            slip_curves(pattern, angles, slips, SIGMA_N, PRELOAD).tau_L - reference, reference
+        )
+    return errors
+
+
+def _medians(timings: Sequence[Timing]) -> dict[tuple[int, str, bool, str], float]:
+    """Median times of the blocks by level, precision, tangent and pattern."""
+    rows: dict[tuple[int, str, bool, str], list[float]] = {}
+    for t in timings:
+        if (t.kernel, t.states) == ("block", "slip"):
+            rows.setdefault((t.isa, t.precision, t.tangent, t.pattern), []).append(t.ns_per_point)
+    return {key: median(values) for key, values in rows.items()}
+
+
+def _curve(
+    ax: Axes,
+    times: dict[tuple[int, str, bool, str], float],
+    errors: dict[str, float],
+    kernel: tuple[int, str, bool],
+    name: str,
+    end: str,
+) -> None:
+    """Draw the curve of one kernel; the names of the patterns stand at that of AVX2 in single precision."""
+    isa, precision, _ = kernel
+    points = [(times[key], error, p) for p, error in errors.items() if (key := (*kernel, p + end)) in times]
+    if not points:
+        return
+    x, y, patterns = zip(*points, strict=True)
+    colour = COLOURS[{1: 1, 3: 0, 0: 3}[isa]]
+    ax.plot(
+        x,
+        y,
+        ("o" if precision == "double" else "s") + ("-" if end == "" else ":"),
+        color=colour,
+        markersize=3.5,
+        linewidth=1.0,
+        markerfacecolor=colour if precision == "double" else "white",
+        label=f"{KINDS[isa]}, {precision}{name}",
+    )
+    if (precision, end) == ("single", "") and isa != 1:
+        for at, error, pattern in zip(x, y, patterns, strict=True):
+            ax.annotate(
+                pattern, (at, error), (-4, -2), textcoords="offset points", ha="right", va="top", fontsize=6
+            )
+
 
 COLUMNS = (
     ("textbook", "textbook", "double", True),
@@ -81,64 +142,18 @@ COLUMNS = (
 
 
 def table(timings: Sequence[Timing]) -> str:
-    """Nanoseconds per point as a table in Markdown, a row per pattern."""
+    """Nanoseconds per point as a table in Markdown, a row per pattern and kind of kernels."""
     rows = []
-    for pattern, planes in dict.fromkeys((t.pattern, t.planes) for t in timings if t.states == "slip"):
-        cells = [pattern, str(planes)]
+    for pattern, planes, isa in dict.fromkeys(
+        (t.pattern, t.planes, t.isa) for t in timings if t.states == "slip"
+    ):
+        cells = [pattern, str(planes), KINDS[isa]]
         for _, kernel, precision, tangent in COLUMNS:
-            times = {t.pattern: t.ns_per_point for t in _rows(timings, kernel, precision, tangent)}
-            cells.append(f"{times[pattern]:.1f}" if pattern in times else "")
+            chosen = _rows(timings, kernel, precision, tangent)
+            times = [t.ns_per_point for t in chosen if (t.pattern, t.isa) == (pattern, isa)]
+            cells.append(f"{median(times):.1f}" if times else "")
         rows.append(cells)
-    return markdown(["pattern", "planes", *(column[0] for column in COLUMNS)], rows, numbers=True)
-
-
-SHOWN_PLANES = (2, 4, 8, 16, 32, 64)
-"""Numbers of planes with a label on the axis; the axis is logarithmic."""
-
-
-def _growth(ax: Axes, timings: Sequence[Timing], with_tangent: bool) -> None:
-    """Draw the time over the number of planes, of kernels with the tangent or without it."""
-    for kernel, precision, tangent, label, colour, style in CURVES:
-        rows = _rows(timings, kernel, precision, tangent)
-        points = sorted((t.planes, t.ns_per_point) for t in rows if t.pattern not in FACETS)
-        if points and tangent == with_tangent:
-            x, y = zip(*points, strict=True)
-            ax.loglog(x, y, style, color=COLOURS[colour], label=label, markersize=3)
-    ax.set_xticks(SHOWN_PLANES, [str(n) for n in SHOWN_PLANES])
-    ax.set_xticks([], minor=True)
-    ax.set_xlabel("number of planes [-]")
-    ax.set_ylabel("time per point [ns]" if with_tangent else "")
-    ax.grid(alpha=0.3)
-
-
-def _ratios(ax: Axes, timings: Sequence[Timing]) -> None:
-    height = 0.8 / len(BAR_PATTERNS)
-    hatches = ("", "//", "..")
-    for i, pattern in enumerate(BAR_PATTERNS):
-        for j, (_, above, below, precision, tangent) in enumerate(BARS):
-            numerator, denominator = (
-                {t.pattern: t.ns_per_point for t in _rows(timings, kernel, precision, tangent)}.get(pattern)
-                for kernel in (above, below)
-            )
-            if numerator is None or denominator is None:
-                continue
-            ratio = numerator / denominator
-            ax.barh(
-                j + (i - 1) * height,
-                ratio,
-                0.9 * height,
-                color=COLOURS[(4, 0, 1)[i]],
-                hatch=hatches[i],
-                edgecolor="white",
-                label=pattern if j == 0 else None,
-            )
-            ax.text(ratio, j + (i - 1) * height, f" {ratio:.1f}", va="center", fontsize=6.0)
-    ax.set_yticks(range(len(BARS)), [bar[0] for bar in BARS])
-    ax.invert_yaxis()
-    ax.axvline(1.0, color="black", linewidth=0.8)
-    ax.set_xlim(0.0, 1.2 * ax.get_xlim()[1])
-    ax.set_xlabel("ratio of times [-]")
-    ax.legend()
+    return markdown(["pattern", "planes", "kernels", *(column[0] for column in COLUMNS)], rows, numbers=True)
 
 
 def _rows(timings: Sequence[Timing], kernel: str, precision: str, tangent: bool) -> Iterator[Timing]:
@@ -150,7 +165,11 @@ def _rows(timings: Sequence[Timing], kernel: str, precision: str, tangent: bool)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
     parser.add_argument(
-        "csv", nargs="?", type=Path, metavar="BENCH.csv", help="written by bench --csv (default: run it now)"
+        "csv",
+        nargs="*",
+        type=Path,
+        metavar="BENCH.csv",
+        help=f"written by bench --csv, with any kernels (default: run it {RUNS} times with each)",
     )
     parser.add_argument(
         "-o",
@@ -160,17 +179,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="picture, .png or .pdf (default: %(default)s)",
     )
-    parser.add_argument("--quick", action="store_true", help="short run with rough results")
+    parser.add_argument("--quick", action="store_true", help="short runs with rough results")
     parser.add_argument("--table", action="store_true", help="also print a table in Markdown")
     parser.set_defaults(action=_speed)
 
 
 def _speed(options: argparse.Namespace) -> int:
-    """Read the CSV of the benchmark, or run the benchmark, then draw."""
-    if options.csv is not None and options.quick:
-        raise ValueError(f"--quick: expected without {options.csv}, which is not run again")
-    quick = ["--quick"] if options.quick else []
-    timings = measure(*quick) if options.csv is None else read_timings(options.csv)
+    """Read CSVs of the benchmark, or run the benchmark, then draw."""
+    if options.csv and options.quick:
+        raise ValueError(f"--quick: expected without {options.csv[0]}, which is not run again")
+    if options.csv:
+        timings = [row for path in options.csv for row in read_timings(path)]
+    else:
+        quick = ["--quick"] if options.quick else []
+        timings = [row for _ in range(RUNS) for level in ("v1", "v3") for row in measure(*quick, level=level)]
     draw_speed(timings, options.output)
     if options.table:
         print(table(timings))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -15,7 +16,10 @@ BENCH = next((path for path in BUILDS if path.exists()), BUILDS[0])
 
 @dataclass(frozen=True)
 class Timing:
-    """Row of the benchmark: a kernel on a pattern, nanoseconds per point."""
+    """Row of the benchmark: a kernel on a pattern, nanoseconds per point.
+
+    isa: level of x86-64 of the kernels, 3 or 1; 0: the library has one set of kernels.
+    """
 
     pattern: str
     planes: int
@@ -24,6 +28,7 @@ class Timing:
     tangent: bool
     states: str
     ns_per_point: float
+    isa: int
 
 
 def read_timings(path: Path) -> list[Timing]:
@@ -39,6 +44,7 @@ def read_timings(path: Path) -> list[Timing]:
                     {"yes": True, "no": False}[row["tangent"]],
                     row["states"],
                     float(row["ns_per_point"]),
+                    int(row["isa"]),
                 )
                 for row in csv.DictReader(file)
             ]
@@ -49,11 +55,12 @@ def read_timings(path: Path) -> list[Timing]:
     return timings
 
 
-def measure(*options: str) -> list[Timing]:
-    """Run the benchmark, which prints its table, and return its rows."""
+def measure(*options: str, level: str = "v3") -> list[Timing]:
+    """Run the benchmark, which prints its table, and return its rows; level: the kernels, "v3" or "v1"."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "bench.csv")
-        done = subprocess.run([BENCH, "--csv", path, *options], check=False)
+        environment = os.environ | {"ASPERITY_ISA": level}
+        done = subprocess.run([BENCH, "--csv", path, *options], check=False, env=environment)
         if done.returncode != 0:
             raise ValueError(f"{BENCH}: exit code {done.returncode}: expected 0")
         return read_timings(path)

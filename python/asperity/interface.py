@@ -74,25 +74,67 @@ class Interface:
         state: ArrayLike | None = None,
         s_old: ArrayLike | None = None,
         dt: float | None = None,
+        out: tuple[Floats, Floats, Floats] | None = None,
     ) -> Update:
-        """Take n points over one increment; the arguments are not modified.
+        """Take n points over one increment; the arguments are not modified, except for out.
 
-        s (n, 3): separation at the end, length.  state (n, nstatv) and s_old (n, 3): state and separation at
-        the start; None means zero, a virgin point.  s_old enters the energies, the guard and, with W0 > 0,
-        the wear.  dt: duration of the increment, time, used only if tau_v > 0 and then required.  Raises
-        ValueError for wrong shapes and for values that are missing, not finite or out of range.
+        Parameters
+        ----------
+        s
+            Separation at the end (n, 3), length.
+        state, s_old
+            State (n, nstatv) and separation (n, 3) at the start; None means zero, a virgin point. s_old
+            enters the energies, the guard and, with W0 > 0, the wear.
+        dt
+            Duration of the increment, time, used only if tau_v > 0 and then required.
+        out
+            Arrays to which traction (n, 3), state (n, nstatv) and tangent (n, 3, 3) are written: contiguous
+            doubles in C order. The state at the end may replace that at the start: `out[1] is state`.
+
+        Returns
+        -------
+        Update
+            Traction, state and tangent; with out it shows these arrays, so it changes with them.
+
+        Raises
+        ------
+        ValueError
+            For wrong shapes and for values that are missing, not finite or out of range. A state that was to
+            be replaced is then unchanged.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from asperity import Interface, Material, Pattern
+        >>> joint = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(4, 30.0))
+        >>> s_old, state = np.zeros((2, 3)), np.zeros((2, joint.nstatv))
+        >>> out = np.empty((2, 3)), state, np.empty((2, 3, 3))
+        >>> for slip in (0.01, 0.02, 0.03):
+        ...     s = np.array([[0.0, slip, 0.0], [0.0, 0.0, slip]])
+        ...     end = joint.update(s, state, s_old, out=out)
+        ...     s_old = s
+        >>> bool(end.damage[0] == state[0, 0] > 0.0)
+        True
         """
         s = _array("s", s, 3)
         n = len(s)
-        new = np.zeros((n, self.nstatv)) if state is None else _array("state", state, self.nstatv, n).copy()
+        start = None if state is None else _array("state", state, self.nstatv, n)
         s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
-        traction, tangent = np.empty((n, 3)), np.empty((n, 3, 3))
+        shapes = (n, 3), (n, self.nstatv), (n, 3, 3)
+        if out is None:
+            traction, new, tangent = map(np.empty, shapes)
+        else:
+            traction, new, tangent = _outputs(out, shapes, {"s": s, "state": start, "s_old": s_old})
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
+        if start is None:
+            new[:] = 0.0
+        elif start is not new:
+            new[:] = start
         if n > 0:  # f2py accepts no empty arrays
             _raise(
                 *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
             )
-        return Update(traction, new, tangent, self.n_planes)
+        return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
     def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
@@ -500,6 +542,29 @@ def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -
         expected = f"({'n' if rows is None else rows}, {columns})"
         raise ValueError(f"{name} has shape {array.shape}: expected {expected}")
     return array
+
+
+def _outputs(
+    out: Sequence[Floats], shapes: Sequence[tuple[int, ...]], inputs: dict[str, Floats | None]
+) -> Sequence[Floats]:
+    """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
+    if len(out) != len(shapes):
+        raise ValueError(f"out has {len(out)} entries: expected traction, state and tangent")
+    taken = dict(inputs)
+    for i, (array, shape) in enumerate(zip(out, shapes, strict=True)):
+        name = f"out[{i}]"
+        if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.carray:
+            found = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
+            raise ValueError(f"{name} is {found}: expected writable float64, contiguous in C order")
+        if array.shape != shape:
+            raise ValueError(f"{name} has shape {array.shape}: expected {shape}")
+        for other, values in taken.items():
+            in_place = i == 1 and other == "state" and values is array
+            # exact for contiguous arrays
+            if not in_place and values is not None and np.may_share_memory(values, array):
+                raise ValueError(f"{name} overlaps {other}: expected memory of its own")
+        taken[name] = array
+    return out
 
 
 def _raise(status: int, message: bytes) -> None:

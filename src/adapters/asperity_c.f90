@@ -101,7 +101,7 @@ contains
     real(wp), target :: none(0)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
-    integer :: failed, i
+    integer :: failed
 
     allocate (character(len=0) :: text)
     call begin(props, nprops, n, nstatv, size, joint, status, text)
@@ -123,15 +123,11 @@ contains
       nullify (from, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(joint, to, states, t, status, failed, from, d, dt)
+      call update_points(joint, to, states, t, status, failed, from, d, dt, by_rows=.true.)
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
       else if (status /= status_ok) then
         call explain_points(joint, failed, to, states, text, from)
-      else if (associated(d)) then
-        do i = 1, n
-          d(:, :, i) = transpose(d(:, :, i))   ! C stores rows first
-        end do
       end if
     end if
     call put_text(text, message, size)

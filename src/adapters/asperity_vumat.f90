@@ -11,7 +11,7 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
     points_type, update_block
   use asperity_call_checks, only: explain_block, explain_vumat, vumat_status
   use asperity_checks, only: check_block
-  use asperity_contract, only: max_planes, n_statev, status_initial, status_ok, status_state, v_friction, v_offset, &
+  use asperity_contract, only: most_statev, status_initial, status_ok, status_state, v_friction, v_offset, &
     v_rupture, v_status
   use asperity_host, only: vumat_map
   use asperity_initial, only: carry_traction, explain_initial, first_traction

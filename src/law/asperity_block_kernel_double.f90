@@ -1,12 +1,13 @@
 !> The loops over the points of a block in double precision.
 module asperity_block_kernel_double
-  use asperity_contract, only: facet_statev, max_planes, n_facet_statev, n_plane_statev, n_point_statev, n_statev, &
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_contract, only: facet_statev, most_statev, n_facet_statev, n_plane_statev, n_point_statev, n_statev, &
     v_damage, v_friction, v_offset, v_rupture, v_status, v_stored
   use asperity_kinds, only: wp
   use asperity_material, only: material_type
   use asperity_types_double, only: block_type, chunk, damage_type, dissipation_type, facet_type, forces_type, &
-    friction_type, growth_type, history_type, local_type, moduli_type, plane_type, points_type, response_type, &
-    separation_type, tensor_type, unseen, vector_type, wear_type
+    friction_type, growth_type, history_type, local_type, mild_slope, moduli_type, plane_type, points_type, &
+    profile_type, response_type, separation_type, short_artanh, tensor_type, unseen, vector_type, wear_type
   implicit none
   private
   include "asperity_block_kernel.inc"

@@ -14,7 +14,8 @@ module asperity_checks
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: bounded, all_bounded, review, read_props, review_props, state_bounded, review_state, check_block
+  public :: bounded, all_bounded, review, read_props, review_props, state_bounded, states_bounded, review_state, &
+    check_block
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
@@ -143,6 +144,33 @@ contains
     end do
     yes = beyond >= 0_int64
   end function state_bounded
+
+  !> Whether every state variable of some points is in its range. The loops over the points have no branches, so that
+  !> the compiler vectorises them.
+  pure function states_bounded(n_planes, n_statev, states, energy, slip) result(yes)
+    integer, intent(in) :: n_planes                        !! planes
+    integer, intent(in) :: n_statev                        !! state variables the law needs
+    real(wp), intent(in), contiguous :: states(:, :)       !! (>= n_statev, points) STATEV, any bits
+    real(wp), intent(in) :: energy                         !! largest energy, stress*length
+    real(wp), intent(in) :: slip                           !! largest slip and offset, length
+    logical :: yes
+    integer(int64) :: beyond
+    integer :: i, j, row
+    beyond = 0_int64
+    do j = 1, n_statev
+      row = statev_row(j, n_planes)
+      if (row_signed(row)) then
+        do i = 1, size(states, 2)
+          beyond = ior(beyond, outside(states(j, i), row_bound(row, energy, slip), .true.))
+        end do
+      else
+        do i = 1, size(states, 2)
+          beyond = ior(beyond, outside(states(j, i), row_bound(row, energy, slip), .false.))
+        end do
+      end if
+    end do
+    yes = beyond >= 0_int64
+  end function states_bounded
 
   !> Append one line for each state variable of a point that is not in its range.
   pure subroutine review_state(n_planes, n_statev, state, energy, slip, message)

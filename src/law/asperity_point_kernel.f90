@@ -10,8 +10,8 @@ module asperity_point_kernel
   use asperity_material, only: damage_share, double_material_type => material_type, material_type
   use asperity_pattern, only: max_lanes, pattern_type, whole_vectors
   use asperity_types_double, only: damage_type, dissipation_type, facet_type, forces_type, friction_type, growth_type, &
-    history_type, local_type, moduli_type, plane_type, response_type, separation_type, tensor_type, unseen, &
-    vector_type, wear_type
+    history_type, local_type, moduli_type, plane_type, profile_type, response_type, separation_type, short_artanh, &
+    tensor_type, unseen, vector_type, wear_type
   use asperity_width, only: lane_width
   implicit none
   private
@@ -128,6 +128,7 @@ contains
     type(kinematics_type) :: kinematics
     type(plane_type) :: plane
     type(local_type) :: bond
+    type(profile_type) :: profile
     type(facet_type) :: facet
     real(wp) :: rho
     plane = plane_of(joint%pattern, k)
@@ -135,7 +136,8 @@ contains
     rho = 1.0_wp
     if (joint%material%wears) rho = 1.0_wp - state(facet_statev(joint%pattern%n, k))
     if (joint%material%curved) then
-      facet = facet_at(joint%material, plane, rho, vector_type(s(1), s(2), s(3)))
+      profile = profile_at(joint%material, plane, .true., rho, vector_type(s(1), s(2), s(3)))
+      facet = facet_at(joint%material, plane, rho, profile, vector_type(s(1), s(2), s(3)))
     else
       facet = facet_type(bond, plane%slope*(plane%e_x*s(2) + plane%e_y*s(3)), plane%n%n, plane%t%n, 1.0_wp, 0.0_wp, &
         0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
@@ -150,6 +152,18 @@ contains
     kinematics%touch = facet%z
   end function plane_kinematics
 
+  !> Separations of bond and contact of a plane.
+  pure function separations_at(m, plane, rho, s) result(at)
+    type(material_type), intent(in) :: m    !! constants
+    type(plane_type), intent(in) :: plane   !! axes
+    real(wp), intent(in) :: rho             !! share of the profile of the facet that is not worn
+    type(vector_type), intent(in) :: s      !! separation of the interface, length
+    type(separation_type) :: at
+    type(profile_type) :: profile
+    if (m%general) profile = profile_at(m, plane, .true., rho, s)
+    at = separations(m, plane, rho, profile, s)
+  end function separations_at
+
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
   pure subroutine sum_planes(joint, kernel, whole, share, from, to, lanes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
@@ -162,6 +176,7 @@ contains
     type(material_type) :: m
     type(growth_type) :: growth
     type(plane_type) :: plane
+    type(profile_type) :: profile
     type(wear_type) :: wear
     type(history_type) :: old
     type(separation_type) :: at, at_start
@@ -206,7 +221,8 @@ contains
         do k = 1, n_lanes
           plane = plane_of(joint%pattern, k)
           old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
-          wear = wear_at_start(m, plane, from, old, lanes%omega(k), lanes%wear_work(k))
+          profile = profile_at(m, plane, .true., rho_old(k), from)
+          wear = wear_at_start(m, plane, profile, from, old, lanes%omega(k), lanes%wear_work(k))
           drive_old(k) = wear%drive
           worn(k) = share*(wear%omega - lanes%omega(k))
           lanes%omega(k) = merge(wear%omega, lanes%omega(k) + worn(k), share >= 1.0_wp)
@@ -219,8 +235,8 @@ contains
       do k = 1, n_lanes
         plane = plane_of(joint%pattern, k)
         old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
-        at_start = separations(m, plane, rho_old(k), from)
-        at = separations(m, plane, rho(k), to)
+        at_start = separations_at(m, plane, rho_old(k), from)
+        at = separations_at(m, plane, rho(k), to)
         limit(k) = guarded_limit(m, whole, at_start, at, old)
       end do
     end if
@@ -232,8 +248,8 @@ contains
       old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
       growth = whole
       growth%limit = limit(k)
-      at_start = separations(m, plane, rho_old(k), from)
-      at = separations(m, plane, rho(k), to)
+      at_start = separations_at(m, plane, rho_old(k), from)
+      at = separations_at(m, plane, rho(k), to)
       now = plane_response(m, growth, at, old)
       lanes%alpha(k) = now%new%alpha
       lanes%s_dit(k) = now%new%s_dit

@@ -252,7 +252,7 @@ contains
     logical :: good
     n = equations%n + 1
     a(:3, :) = derivative(equations, unit, point)
-    a = a/max(maxval(abs(a(:3, :))), tiny(a))
+    a(:3, :) = a(:3, :)/max(maxval(abs(a(:3, :))), tiny(a))
     a(n, :) = sense
     v = 0.0_wp
     v(n) = 1.0_wp

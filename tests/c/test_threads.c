@@ -8,7 +8,7 @@
 #include "asperity.h"
 #include "check.h"
 
-enum { NSTATV = POINT_STATEV + 5 * PLANE_STATEV, STEPS = 2000, REJECTED = 300, INITIAL = 100 };
+enum { NSTATV = POINT_STATEV + 5 * PLANE_STATEV, STEPS = 200, REJECTED = 300, INITIAL = 20 };
 static const double rp_4[] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0};
 
 /* Path of one point. Every thread k has a separate path. */

@@ -16,7 +16,7 @@ module support_law
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
     slip_steps, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
-    random_history, same_bits, is_nan
+    random_history, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -266,6 +266,20 @@ contains
     real(wp) :: c(3)
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> Number of random samples: n, or the part of them that is left where each instruction checks itself, as the suites
+  !> of the optimised library draw them all (environment: ASPERITY_SAMPLES_OVER).
+  function samples(n)
+    integer, intent(in) :: n   !! all
+    integer :: samples
+    character(len=8) :: text
+    integer :: divisor, status
+    samples = n
+    call get_environment_variable("ASPERITY_SAMPLES_OVER", text, status=status)
+    if (status /= 0) return
+    read (text, *) divisor
+    samples = max(1, n/divisor)
+  end function samples
 
   !> Separations of n increments that change sign at random: opening, closing and sliding, with growing size up to 1.5
   !> s_f.

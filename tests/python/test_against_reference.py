@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from harness.studies.compare import compare, find
 from tests.oracle import reference
@@ -155,46 +153,6 @@ def trial_distance(planes: reference.Pattern, s: np.ndarray, state: np.ndarray) 
     local = np.einsum("kab,nb->nka", reference.frames(planes[0]), s)
     slip = state[:, N_POINT_STATEV:].reshape(len(s), -1, 3)[..., 1:]
     return np.linalg.norm(local[..., 1:] - slip, axis=-1)
-
-
-hundredths = st.integers(-500, 500).map(lambda i: i / 100)
-
-
-@pytest.mark.slow
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(
-    eta=st.integers(1, 99).map(lambda i: i / 100),
-    mu=st.integers(0, 150).map(lambda i: i / 100),
-    kc=st.sampled_from([1.0, 0.5, 10.0]),
-    sides=st.sampled_from([0, 2, 3, 4, 5, 8]),
-    theta=st.integers(0, 80),
-    flat=st.sampled_from([1 / 3, 0.0, 0.5, 1.0]),
-    turn=st.integers(-180, 180),
-    path=st.lists(st.tuples(hundredths, hundredths, hundredths), min_size=1, max_size=8),
-)
-def test_shrinking_histories(
-    eta: float,
-    mu: float,
-    kc: float,
-    sides: int,
-    theta: int,
-    flat: float,
-    turn: int,
-    path: list[tuple[float, ...]],
-) -> None:
-    """The library and the reference agree on short histories whose separations are multiples of s_f/100.
-
-    Hypothesis shrinks a failing history to the simplest one.  With these round numbers points occur that lie
-    exactly between two branches of the law.
-    """
-    interface = Interface(Material(3.0, 0.3, eta, mu, kc=kc), Pattern.regular(sides, theta, flat, turn))
-    p = parameters_of(interface.material)
-    S = p.sf * np.array(path)
-    largest = np.maximum.accumulate(np.linalg.norm(S, axis=1))[:, None]
-    theirs = reference.replay(p, reference.regular_pattern(sides, theta, flat, turn), S)
-    ours = interface.replay(S)
-    assert_within("traction", ours.traction, theirs.traction, TRACTION * stiffness(p) * largest)
-    assert_within("damage", ours.damage, theirs.state[:, 0], STATE * (1.0 + largest[:, 0] / p.s0) / p.eta)
 
 
 @pytest.mark.slow

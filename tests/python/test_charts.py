@@ -15,10 +15,10 @@ from harness.studies.timings import BENCH
 PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
 """Planes of the patterns: inclined ones and, but for the first, the flat one."""
 
-FACETS = {"RP-4 H": 5, "RP-4 HW0": 5}
-"""Planes of the pattern with a finite height, and with wear, too."""
+FACETS = {"RP-4 HW0": 5, "RT H": 3} | {f"RP-{m} H": m + 1 for m in (4, 8, 16, 32)}
+"""Planes of the patterns with a finite height; the first has wear, too."""
 
-pytestmark = pytest.mark.skipif(not BENCH.exists(), reason="the benchmark is not built here")
+pytestmark = pytest.mark.long
 
 FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
 
@@ -78,6 +78,7 @@ def test_table(measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert charts.main([str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
     head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
     rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
+    assert {row[" kernels "].strip() for row in rows.values()} <= {"portable", "AVX2", "one set of kernels"}
     assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES | FACETS
     with measured.open(encoding="utf-8", newline="") as file:
         single = {

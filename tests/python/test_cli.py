@@ -93,12 +93,21 @@ def test_what_needs_no_numbers_imports_none(arguments: list[str], folder: Path) 
     assert done.stdout.splitlines()[-1] == "set()"
 
 
-@pytest.mark.parametrize("name", asperity.__all__)
-def test_names_of_the_package(name: str) -> None:
-    """Public names are imported at their first use; an unknown name is an error."""
-    script = f"import asperity\nprint(asperity.{name})\nasperity.nothing"
+def test_names_of_the_package() -> None:
+    """Each public name is imported at its first use, whichever comes first; an unknown name is an error."""
+    script = (
+        "import sys\nimport asperity\n"
+        "for name in asperity.__all__:\n"
+        "    for module in list(sys.modules):\n"
+        "        if module.startswith('asperity') and module != 'asperity._core':\n"
+        "            del sys.modules[module]\n"
+        "    import asperity\n"
+        "    print(getattr(asperity, name))\n"
+        "asperity.nothing"
+    )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert name.lower() in done.stdout.lower()
+    for name, line in zip(asperity.__all__, done.stdout.splitlines(), strict=True):
+        assert name.lower() in line.lower()
     assert "AttributeError: module 'asperity' has no attribute 'nothing'" in done.stderr
 
 
@@ -139,7 +148,7 @@ def test_run_of_a_sweep(folder: Path) -> None:
     assert np.all(results.read_rows(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
 
 
-@pytest.mark.parametrize("output", ["x.txt", "x.csv", "[x].csv", "x"])
+@pytest.mark.parametrize("output", ["x.txt", "[x].csv", "x"])
 def test_run_of_a_sweep_into_files_of_any_name(
     output: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -231,9 +240,7 @@ def test_picture_shows_the_rows() -> None:
     """Curves show columns over the slip, with units, labels of a sweep, a cross at a lost equilibrium."""
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
-    figure = plots.figure_of(
-        {1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, "Title", "theta", "m", "Pa"
-    )
+    figure = plots.figure_of({1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, "Title", "theta", "m", "Pa")
     shown = [[line.get_xydata().tolist() for line in ax.lines] for ax in figure.axes]
     assert shown[0] == [[[0, 0], [1, 4], [2, 7]], [[0, 0], [1, 8], [2, 14]], [[2, 14]]]
     assert shown[1][0] == [[0, 0], [1, 0.1], [2, 0.3]]

@@ -141,7 +141,8 @@ def test_doctor(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
 def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     """The case that fit writes is read by select, whose case is read by run and card."""
     study.write_record(Path("record.csv"), study.synthetic(0.02, 31, sigma_N=(-0.2, -0.5)))
-    assert main(["fit", "record.csv", "--starts", "2", "--plot", "-o", "joint.nml"]) == 0
+    known = ["--set", "kc=20 eta=0.9 flat=0.3333333", "--starts", "2"]
+    assert main(["fit", "record.csv", *known, "--plot", "-o", "joint.nml"]) == 0
     assert Path("fit.png").exists()
     assert main(["select", "joint.nml", "--tolerance", "0.2", "-o", "joint.nml"]) == 1
     assert "expected another name" in capsys.readouterr().err

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 import os
 import re
+import signal
 import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -101,15 +105,27 @@ def test_limit_on_the_size_of_a_file(driver: Path, tmp_path: Path) -> None:
     assert rows and all(len(row) == len(header) for row in rows)
 
 
-def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
-    """A long run shows its progress on a terminal; the CSV of a killed run has only complete rows."""
-    (tmp_path / "long.nml").write_text(
+@contextmanager
+def long_run(
+    driver: Path, folder: Path, options: Sequence[str], terminal: int
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A run that shows its progress after two seconds, most of which it is stopped."""
+    (folder / "long.nml").write_text(
         MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
     )
-    screen, terminal = os.openpty()
-    with subprocess.Popen([driver, "long.nml", "--planes"], cwd=tmp_path, stderr=terminal) as process:
+    with subprocess.Popen([driver, "long.nml", *options], cwd=folder, stderr=terminal) as process:
         os.close(terminal)
-        # The first progress line comes after two seconds.
+        time.sleep(0.4)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(2.0)
+        process.send_signal(signal.SIGCONT)
+        yield process
+
+
+def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
+    """A long run shows its progress on a terminal; the CSV of a killed run has only complete rows."""
+    screen, terminal = os.openpty()
+    with long_run(driver, tmp_path, ["--planes"], terminal) as process:
         line = os.read(screen, 200).decode()
         process.kill()
         process.wait()
@@ -127,14 +143,10 @@ def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("options", [[], ["--quiet"]])
 def test_no_progress(options: list[str], driver: Path, tmp_path: Path) -> None:
     """A long run shows no progress in a file, nor with --quiet on a terminal."""
-    (tmp_path / "long.nml").write_text(
-        MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
-    )
     screen, terminal = os.openpty() if options else os.pipe()
-    with subprocess.Popen([driver, "long.nml", *options], cwd=tmp_path, stderr=terminal) as process:
-        os.close(terminal)
+    with long_run(driver, tmp_path, options, terminal) as process:
         with pytest.raises(subprocess.TimeoutExpired):
-            process.wait(3.0)
+            process.wait(0.6)
         process.kill()
         process.wait()
     os.set_blocking(screen, False)

@@ -164,18 +164,14 @@ def test_own_starts_and_derivatives(three_percent: outcome.Fit, monkeypatch: pyt
     monkeypatch.setattr(fit_model, "STEP", 0.1 * fit_model.STEP)
     finer = problem.jacobian(three_percent.x) - three_percent.jacobian
     assert (np.linalg.norm(finer, axis=0) < 1e-3 * np.linalg.norm(three_percent.jacobian, axis=0)).all()
-    monkeypatch.undo()
-    again = fit(problem.tests, fixed=study.SET)
-    assert again.values == three_percent.values
 
 
 @pytest.mark.slow
-def test_stiffness_and_cycles() -> None:
-    """Tests under a normal stiffness and with reversals are fitted."""
-    for record in ({"k_N": study.K_N}, {"turns": study.CYCLE, "rows": 120}):
-        found = fit(study.synthetic(0.01, 0, **record), fixed=study.SET, start=AT_TRUTH, starts=1)
-        for name, value in AT_TRUTH.items():
-            assert found.values[name] == pytest.approx(value, rel=0.05), name
+def test_normal_stiffness_is_fitted() -> None:
+    """The constants of tests under a normal stiffness are identified."""
+    found = fit(study.synthetic(0.01, 0, k_N=study.K_N), fixed=study.SET, start=AT_TRUTH, starts=1)
+    for name, value in AT_TRUTH.items():
+        assert found.values[name] == pytest.approx(value, rel=0.05), name
 
 
 # --- what cannot be known -----------------------------------------------------------------------------------

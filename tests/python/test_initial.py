@@ -1,6 +1,5 @@
 """Initial states with a traction, compared with closed forms and the independent reference."""
 
-from dataclasses import replace
 
 import asperity
 import numpy as np
@@ -110,21 +109,6 @@ def test_bad_input(keywords, message):
     """Errors have the value and the expectation."""
     with pytest.raises(ValueError, match=message):
         interface(4).initial(**keywords)
-
-
-@pytest.mark.parametrize("sides", [2, 4, 6])
-def test_guarded(sides):
-    """With the guard the path to the traction causes less damage; the rest grows in one step afterwards."""
-    pattern = asperity.Pattern.regular(sides, 30.0)
-    traction = [-20.0, 1.0, 0.5]
-    states = []
-    for guarded in (False, True):
-        law = asperity.Interface(replace(TABLE_2, guard=guarded), pattern)
-        state = law.initial(traction, damage=0.3, slip=[0.05, 0.0])
-        update = law.update(np.zeros((1, 3)), state[None])
-        np.testing.assert_allclose(update.traction, [traction], rtol=0, atol=TOLERANCE * 20.0)
-        states.append(state)
-    assert states[1][0] < states[0][0] - 0.05
 
 
 def test_what_the_guard_held_back():

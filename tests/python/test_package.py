@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pickle
+import re
 import shutil
 import subprocess
 import tempfile
@@ -66,7 +67,7 @@ def test_signatures() -> None:
     assert arguments(Pattern.regular) == {"sides": required, "theta": required, "flat": 1 / 3, "turn": 0.0}
     assert arguments(Pattern.planes) == {"normals": required, "weights": required}
     assert arguments(Interface) == {"material": required, "pattern": required}
-    assert arguments(Interface.update) == {"s": required, "state": None, "s_old": None, "dt": None}
+    assert arguments(Interface.update) == {"s": required} | dict.fromkeys(("state", "s_old", "dt", "out"))
     assert arguments(Interface.replay) == {"S": required, "times": None}
     assert list(arguments(Interface.confined_slip))[:3] == ["direction_deg", "slips", "sigma_N"]
     assert arguments(Interface.props) == {r.name: r.default for r in contract.owned("host", "numerics")}
@@ -189,6 +190,76 @@ def test_planes_of_a_pattern(pattern: Pattern, n_planes: int) -> None:
 
 
 # --- input ----------------------------------------------------------------
+
+
+def arrays(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Arrays for the results of n points, full of what a user may have left in them."""
+    return np.full((n, 3), NAN), np.full((n, 23), 1e300), np.full((n, 3, 3), -INF)
+
+
+@pytest.mark.parametrize("n", [0, 1, 63, 64, 65, 300])
+def test_arrays_of_the_caller(n: int) -> None:
+    """Results in given arrays, also with the state in place, are those in new arrays to the last bit."""
+    path = 0.02 * np.random.default_rng(8).standard_normal((4, n, 3))
+    out, state, kept = arrays(n), np.zeros((n, 23)), None
+    traction, tangent = arrays(n)[::2]
+    for s_old, s in pairwise(path):
+        fresh = RP_4.update(s, kept, s_old)
+        apart = RP_4.update(s, kept, s_old, out=out)
+        in_place = RP_4.update(s, state, s_old, out=(traction, state, tangent))
+        for result, given in ((apart, out), (in_place, (traction, state, tangent))):
+            shown = (result.traction, result.state, result.tangent)
+            for ours, theirs, array in zip(
+                shown, (fresh.traction, fresh.state, fresh.tangent), given, strict=True
+            ):
+                assert np.array_equal(ours, theirs)
+                assert np.array_equal(array, theirs)
+                assert array.flags.writeable
+                assert not ours.flags.writeable
+        kept = fresh.state
+
+
+def test_state_in_place_untouched_on_error() -> None:
+    """A rejected update in place leaves the state as it was."""
+    state = RP_4.update(random_path(6, 6)).state.copy()
+    s, before, out = random_path(5, 6), state.copy(), arrays(6)
+    s[5, 1] = INF
+    with pytest.raises(ValueError, match=r"point 5 \(of 0 to 5\): s_Tx = Inf: expected a finite number"):
+        RP_4.update(s, state, out=(out[0], state, out[2]))
+    assert np.array_equal(state, before)
+
+
+S, STATE = np.zeros((4, 3)), np.zeros((4, 23))
+T, V, D = np.zeros((4, 3)), np.zeros((4, 23)), np.zeros((4, 3, 3))
+READ_ONLY = np.zeros((4, 3))
+READ_ONLY.flags.writeable = False
+WANTED = ": expected writable float64, contiguous in C order"
+
+
+@pytest.mark.parametrize(
+    ("out", "message"),
+    [
+        ((T, V), "out has 2 entries: expected traction, state and tangent"),
+        ((None, V, D), "out[0] is None" + WANTED),
+        ((T.tolist(), V, D), "out[0] is [[0.0, 0.0, 0.0], [0.0, "),
+        ((T[:3], V, D), "out[0] has shape (3, 3): expected (4, 3)"),
+        ((T, V[:, :22].copy(), D), "out[1] has shape (4, 22): expected (4, 23)"),
+        ((T, V, np.zeros((4, 9))), "out[2] has shape (4, 9): expected (4, 3, 3)"),
+        ((T.astype(np.float32), V, D), "out[0] is a float32 array" + WANTED),
+        ((T, V.astype(">f8"), D), "out[1] is a >f8 array" + WANTED),
+        ((T, np.asfortranarray(V), D), "out[1] is a float64 array" + WANTED),
+        ((T, V, np.zeros((8, 3, 3))[::2]), "out[2] is a float64 array" + WANTED),
+        ((READ_ONLY, V, D), "out[0] is a float64 array" + WANTED),
+        ((S, V, D), "out[0] overlaps s: expected memory of its own"),
+        ((T, STATE[:], D), "out[1] overlaps state: expected memory of its own"),
+        ((D.reshape(12, 3)[:4], V, D), "out[2] overlaps out[0]: expected memory of its own"),
+    ],
+)
+def test_unfit_arrays_of_the_caller(out: tuple, message: str) -> None:
+    """The error names the array that cannot take a result, and nothing is written."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        RP_4.update(S, STATE, out=out)
+    assert not any(np.any(array) for array in (S, STATE, T, V, D))
 
 
 def test_input_of_any_kind() -> None:

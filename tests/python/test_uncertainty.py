@@ -181,7 +181,7 @@ def test_from_a_record_to_quantiles(
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
     path.write_text(case_text(found))
     beside.write_text(covariance.covariance_text(found))
-    command = ["uncertainty", str(path), "--samples", "300", "-o", str(tmp_path / "out.csv")]
+    command = ["uncertainty", str(path), "--samples", "100", "-o", str(tmp_path / "out.csv")]
     printed = []
     for jobs in ("1", "2"):
         assert main([*command, "--jobs", jobs, "--plot", str(tmp_path / f"{jobs}.png")]) == 0

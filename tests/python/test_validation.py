@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from harness.studies.validation import common, granite, push_off, sandstone, scan
+from harness.studies.validation import common, granite, push_off, sandstone, scan, wall_runs, walls
 
 STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY, scan.STUDY]
 
@@ -20,6 +20,34 @@ def test_page_is_up_to_date(study: common.Study) -> None:
     assert study.main(["--check"]) == 0
     assert f"(../images/{study.picture.name})" in study.page.read_text(encoding="utf-8")
     assert matplotlib.image.imread(study.picture).shape[1] > 300
+
+
+def test_page_of_the_walls() -> None:
+    """Its tables are those of the stored runs, all runs are stored, and its pictures are there."""
+    assert walls.main(["--check"]) == 0
+    assert set(wall_runs.curves()) == set(wall_runs.summaries()) == set(wall_runs.RUNS)
+    text = walls.PAGE.read_text(encoding="utf-8")
+    for picture in (walls.CURVES, walls.CRACKS, walls.DILATION):
+        assert f"(../images/{picture.name})" in text and matplotlib.image.imread(picture).shape[1] > 300
+
+
+def test_walls_within_ten_percent() -> None:
+    """Most walls have the measured strength within a tenth, as the overview says."""
+    curves = wall_runs.curves()
+    away = walls.errors(curves)
+    assert sum(abs(one) <= 0.1 for one in away.values()) == len(away) - 2
+    assert "9 of 11 walls within 10 %" in (walls.PAGE.parent / "README.md").read_text(encoding="utf-8")
+
+
+def test_thinned_curve() -> None:
+    """Straight lines between the rows that are left stay close to those that are not."""
+    x = np.linspace(0.0, 4.0, 400)
+    curve = np.column_stack([x, np.sin(3.0 * x), x**2])
+    thin = wall_runs.thinned(curve)
+    assert len(thin) < 100
+    for column in (1, 2):
+        away = np.interp(x, thin[:, 0], thin[:, column]) - curve[:, column]
+        assert np.abs(away).max() <= wall_runs.THIN * np.abs(curve[:, column]).max()
 
 
 def test_overview_has_the_numbers_of_the_pages() -> None:
@@ -78,7 +106,8 @@ def test_closed_form_of_the_slip(name: str) -> None:
 def test_data_have_source_and_licence() -> None:
     """Every file of measurements says where its numbers come from and under which licence."""
     files = [path for path in common.DATA.glob("*.csv") if not path.stem.endswith("_constants")]
-    assert len(files) == len(STUDIES)
+    files = [path for path in files if path.stem not in ("walls_runs", "walls_summaries")]
+    assert {path.stem for path in files} >= {"walls", "walls_mortar"} and len(files) == len(STUDIES) + 2
     for path in files:
         assert re.match(r"# Source: .*\n# Licence: .*\n", path.read_text(encoding="utf-8"))
 

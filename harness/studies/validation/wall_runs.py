@@ -1,0 +1,155 @@
+"""Runs of the walls: harness/hosts/petsc/shear_wall.py with the options of each, three at a time."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from asperity.contract import Floats
+
+from .common import DATA, rows
+
+PROGRAM = Path(__file__).parents[3] / "harness" / "hosts" / "petsc" / "shear_wall.py"
+BUILD = Path(__file__).parents[3] / "build"
+PYTHON = BUILD / "petsc" / "bin" / "python"
+"""Made by `make hosts`."""
+
+DRY = "--drag 1e-6 --tolerance 1e-5 --step 0.1 --most 0.5"
+MORTAR = "--tau 0.002"
+"""Options of the dry walls and of those with mortar."""
+
+SOLID = "--tau 0.005 --elements 4 1 3 --theta 10 --height 0.1 --to 3.5"
+"""Options of a wall in three dimensions."""
+
+ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
+
+RUNS = {
+    **{name: f"--wall {name} {DRY} --elements 2 2 {ROCKING}" for name in ("WS40", "WS100", "WS175", "WS250")},
+    **{name: f"--wall {name} {DRY} --elements 2 2 {SLIDING}" for name in ("SW30", "SW100", "SW200", "SW250")},
+    **{name: f"--wall {name} {MORTAR}" for name in ("J4D", "J6D", "J7D")},
+    **{
+        f"{name} {theta} {height}": f"--wall {name} {MORTAR} --theta {theta} --height {height}"
+        for name, theta, height in (
+            ("J4D", 10, 0.1),
+            ("J6D", 10, 0.1),
+            ("J7D", 10, 0.1),
+            ("J4D", 10, 0),
+            ("J4D", 20, 0.1),
+            ("J4D", 10, 0.5),
+            ("J4D", 5, 0.1),
+        )
+    },
+    **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
+    "drag": "--drag 1e-6",
+    "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
+    "3D 0": f"{SOLID} --turn 0",
+    "3D 45": f"{SOLID} --turn 45",
+    "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
+    "J4D 2 2": f"{MORTAR} --elements 2 2",
+    "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
+    "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
+    "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
+    "WS100 drag": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --drag 2e-6",
+    "WS100 kn": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --joint kn=15.8 ks=6.32",
+}
+"""Options by the name of a run."""
+
+FIELDS = {"WS100": 4.0, "SW100": 8.0, "J4D": 20.0}
+"""Runs of the picture of cracks, with the scale of the displacements."""
+
+STEPS = {"J4D": "--to 2.2 4"}
+"""Displacements of the fields, where the run has others."""
+
+THIN = 2e-3
+"""Rows are left out where straight lines stay within this part of the largest force."""
+
+
+def environment() -> dict[str, str]:
+    """Environment of the program: one thread, and where Debian has PETSc."""
+    found = sorted(Path("/usr/lib/petscdir").glob("petsc3*/*-real"))
+    return os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PETSC_DIR": str(found[-1])}
+
+
+def execute(name: str, folder: Path) -> None:
+    """Run a wall, unless its summary is there."""
+    words = name.replace(" ", "-")
+    done = folder / f"{words}.json"
+    if done.exists():
+        return
+    line = f"{RUNS[name]} {STEPS.get(name, '')} --out {folder / words}.csv"
+    line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
+    end = subprocess.run(
+        [PYTHON, PROGRAM, *line.split()], env=environment(), capture_output=True, text=True, check=False
+    )
+    if end.returncode not in (0, 3):
+        raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
+    done.write_text(end.stdout.splitlines()[-1] + "\n", encoding="utf-8")
+    print(f"{name}: {end.stdout.splitlines()[-1]}", flush=True)
+
+
+def execute_all(folder: Path, workers: int = 3) -> None:
+    """Run all walls whose summary is not in the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(lambda name: execute(name, folder), RUNS))
+
+
+def thinned(curve: Floats) -> Floats:
+    """Rows of a curve without those where straight lines stay within THIN."""
+    size = np.maximum(np.abs(curve).max(axis=0), 1e-30)
+
+    def keep(first: int, last: int) -> list[int]:
+        if last - first < 2:
+            return [first]
+        part = (np.arange(first + 1, last) - first)[:, None] / (last - first)
+        along = curve[first + 1 : last, :1] - curve[first, 0]
+        width = curve[last, 0] - curve[first, 0]
+        part = along / width if abs(width) > 1e-9 else part
+        away = np.abs((curve[first + 1 : last] - curve[first] - part * (curve[last] - curve[first])) / size)
+        worst = int(away.max(axis=1).argmax())
+        if away.max() <= THIN:
+            return [first]
+        return keep(first, first + 1 + worst) + keep(first + 1 + worst, last)
+
+    return curve[[*keep(0, len(curve) - 1), len(curve) - 1]]
+
+
+def store(folder: Path) -> None:
+    """Write the thinned curves and the summaries of all runs to the folder `data`."""
+    lines = [
+        "# Made by python -m harness.studies.validation.walls --run",
+        "run,displacement,horizontal,vertical",
+    ]
+    sums = [lines[0]]
+    for name in RUNS:
+        file = folder / name.replace(" ", "-")
+        if not file.with_name(file.name + ".json").exists():
+            continue
+        curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
+        curve = thinned(np.vstack([[0.0, 0.0, curve[0, 2]], curve]))
+        lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
+        found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
+        del found["reason"]
+        sums += [",".join(["run", *found])] * (len(sums) == 1)
+        sums.append(",".join([name, *(f"{value:.5g}" for value in found.values())]))
+    for file, text in (("walls_runs.csv", lines), ("walls_summaries.csv", sums)):
+        (DATA / file).write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+def curves() -> dict[str, Floats]:
+    """Stored rows of every run: displacement, horizontal and vertical force."""
+    found: dict[str, list[list[float]]] = {}
+    for row in rows("walls_runs"):
+        found.setdefault(row["run"], []).append(
+            [float(row[key]) for key in ("displacement", "horizontal", "vertical")]
+        )
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def summaries() -> dict[str, dict[str, str]]:
+    """Stored summary of every run."""
+    return {row["run"]: row for row in rows("walls_summaries")}

@@ -1,0 +1,338 @@
+"""Masonry walls under shear: tables and pictures of docs/validation/walls.md."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from asperity.contract import Floats
+from asperity.style import COLOURS, TWO, new_figure, printed, save
+from asperity.tables import markdown
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from ..program import DIFFERS, run
+from ..tables import refresh
+from . import wall_runs
+from .common import DOCS, rows
+
+PAGE = DOCS / "validation" / "walls.md"
+CURVES, CRACKS, DILATION = (
+    DOCS / "images" / f"validation_walls{name}.png" for name in ("", "_cracks", "_dilation")
+)
+
+FORCES = {"WS40": 44.8, "WS100": 104.8, "WS175": 179.8, "WS250": 254.8,
+          "SW30": 33.6, "SW100": 103.6, "SW200": 203.6, "SW250": 253.6}  # fmt: skip
+"""Vertical forces on the dry walls, kN."""
+
+LEVEL = {"WS": 1325.0, "SW": 1000.0}
+"""Height of the horizontal force, mm; the walls are 1000 mm long."""
+
+UNTIL = {"WS": 20.0, "SW": 12.0, "SW30": 9.0}
+"""Displacements up to which the strengths are compared, mm; after 9 mm SW30 leans on its rig."""
+
+MORTAR = ("J4D", "J6D", "J7D")
+LABEL = {
+    "tau": "viscous damage, tau_v = {} mm",
+    "drag": "drag on the half-bricks",
+    "path": "path control, elements 2 x 2",
+}
+
+
+def until(name: str) -> float:
+    """Displacement up to which a dry wall is compared."""
+    return UNTIL.get(name, UNTIL[name[:2]])
+
+
+def measured(wall: str) -> dict[str, Floats]:
+    """Displacements and forces (n, 2) of the tests of a wall."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    for row in rows("walls"):
+        if row["wall"] == wall:
+            found.setdefault(row["test"], []).append((float(row["displacement"]), float(row["force"])))
+    return {test: np.array(points) for test, points in found.items()}
+
+
+def most(curve: Floats, limit: float) -> float:
+    """Largest force up to a displacement, between the points of a curve, too."""
+    inside = curve[:, 0] <= limit
+    return float(max(curve[inside, 1].max(), np.interp(limit, curve[:, 0], curve[:, 1])))
+
+
+def strengths(wall: str) -> list[float]:
+    """Measured strengths of a wall, kN."""
+    if wall in FORCES:
+        return [most(one, until(wall)) for one in measured(wall).values()]
+    names = ("J4D", "J5D") if wall == "J4D" else (wall,)
+    return [float(row["peak"]) for row in rows("walls_mortar") if row["test"] in names]
+
+
+def errors(curves: dict[str, Floats]) -> dict[str, float]:
+    """Error of the strength of every wall over the mean of the measured ones."""
+    found = {}
+    for wall in (*FORCES, *MORTAR):
+        model = most(curves[wall], until(wall) if wall in FORCES else np.inf)
+        found[wall] = float(model / np.mean(strengths(wall)) - 1.0)
+    return found
+
+
+def dry(curves: dict[str, Floats]) -> str:
+    """Table of the dry walls."""
+    away, body = errors(curves), []
+    for name, force in FORCES.items():
+        bound = force * 500.0 / LEVEL[name[:2]]
+        tests = ", ".join(f"{x:.1f}" for x in strengths(name))
+        model = most(curves[name], until(name))
+        body.append([name, f"{force:g}", f"{bound:.1f}", f"{until(name):g}", tests, f"{model:.1f}",
+                     f"**{100.0 * away[name]:.0f}**"])  # fmt: skip
+    head = ["wall", "N, kN", "N L/(2 H0), kN", "up to, mm", "measured, kN", "model, kN", "error, %"]
+    return markdown(head, body)
+
+
+def cyclic(curves: dict[str, Floats]) -> str:
+    """Table of the cyclic wall."""
+    found = {
+        "measured, WS2.100": next(iter(measured("cyclic WS100").values())),
+        "model": curves["cyclic WS100"],
+    }
+    body = [[name, f"{one[:, 1].max():.1f}", f"{-one[:, 1].min():.1f}"] for name, one in found.items()]
+    return markdown(["cyclic wall", "strength to the right, kN", "to the left, kN"], body)
+
+
+def mortar(curves: dict[str, Floats]) -> str:
+    """Table of the Eindhoven walls."""
+    body = []
+    for name in MORTAR:
+        tests = strengths(name)
+        line = [name, ", ".join(f"{x:g}" for x in tests)]
+        for curve in (curves[name], curves[f"{name} 10 0.1"]):
+            k = curve[:, 1].argmax()
+            away = 100.0 * (curve[k, 1] / np.mean(tests) - 1.0)
+            line += [f"{curve[k, 1]:.1f}", f"{curve[k, 0]:.2f}", f"**{away:.0f}**"]
+        body.append(line)
+    head = ["wall", "measured, kN", "flat, kN", "at, mm", "error, %", "10°, 0.1 mm, kN", "at, mm", "error, %"]
+    return markdown(head, body)
+
+
+JOINTS = {
+    "J4D": ("0", "flat"),
+    "J4D 5 0.1": ("5", "0.1"),
+    "J4D 10 0.1": ("10", "0.1"),
+    "J4D 20 0.1": ("20", "0.1"),
+    "J4D 10 0.5": ("10", "0.5"),
+    "J4D 10 0": ("10", "straight"),
+}
+"""Theta in degrees and height in mm of J4D with inclined planes."""
+
+
+def dilation(curves: dict[str, Floats]) -> str:
+    """Table of J4D with inclined planes."""
+    body = []
+    for name, joint in JOINTS.items():
+        curve = curves[name]
+        k = curve[:, 1].argmax()
+        vertical = [f"{np.interp(x, curve[:, 0], curve[:, 2]):.0f}" for x in (2.0, 4.0)]
+        body.append([*joint, f"{curve[k, 1]:.1f}", f"{curve[k, 0]:.2f}", *vertical])
+    head = ["theta, °", "height, mm", "peak, kN", "at, mm", "vertical at 2 mm, kN", "at 4 mm, kN"]
+    return markdown(head, body)
+
+
+def methods(summaries: dict[str, dict[str, str]]) -> str:
+    """Table of the methods that carry J4D over the snaps of its bricks."""
+    names = ["tau 0", "J4D", *(f"tau {tau}" for tau in (0.005, 0.02, 0.05)), "drag", "path"]
+    body = []
+    for name in (one for one in names if one in summaries):
+        one, kind = summaries[name], name.split()[0]
+        label = LABEL["tau" if name == "J4D" else kind].format(0.002 if name == "J4D" else name.split()[-1])
+        label = "Newton's method alone" if name == "tau 0" else label
+        end = "passes" if float(one["end"]) >= 4.0 else f"stops at {float(one['end']):.2f} mm"
+        numbers = [f"{float(one['peak']):.1f}", f"{float(one['at']):.2f}", one["steps"], one["iterations"]]
+        body.append([label, *numbers, one["cuts"], f"{float(one['seconds']):.0f}", end])
+    head = ["method", "peak, kN", "at, mm", "steps", "iterations", "cuts", "seconds", "to 4 mm"]
+    return markdown(head, body)
+
+
+CHECKS = {
+    "WS100 4 4": ("WS100", "elements 4 x 4 instead of 2 x 2"),
+    "WS100 drag": ("WS100", "twice the drag"),
+    "WS100 kn": ("WS100", "twice the stiffness of the joints"),
+    "SW100 4 4": ("SW100", "elements 4 x 4 instead of 2 x 2"),
+    "SW100 drag": ("SW100", "twice the drag"),
+    "J4D 2 2": ("J4D", "elements 2 x 2 instead of 4 x 3"),
+}
+"""Runs with another mesh or constant: the run they belong to, and what is changed."""
+
+
+def checks(curves: dict[str, Floats]) -> str:
+    """Table of what a mesh and the assumed constants change."""
+    body = []
+    for name, (wall, what) in CHECKS.items():
+        if name in curves:
+            limit = until(wall) if wall in FORCES else 4.0
+            new, old = most(curves[name], limit), most(curves[wall], limit)
+            body.append(
+                [wall, what, f"{old:.1f}", f"{new:.1f}", f"{round(100.0 * (new / old - 1.0), 1) + 0.0:.1f}"]
+            )
+    return markdown(["wall", "changed", "strength, kN", "with the change, kN", "difference, %"], body)
+
+
+SOLID = {
+    "3D 0": "RP-4, turn 0: two planes face across the slip",
+    "3D 45": "RP-4, turn 45°",
+}
+
+
+def solid(summaries: dict[str, dict[str, str]]) -> str:
+    """Table of J4D in three dimensions."""
+    body = []
+    for name, label in SOLID.items():
+        if name in summaries:
+            one = summaries[name]
+            end = "passes" if float(one["end"]) >= 3.5 else f"stops at {float(one['end']):.2f} mm"
+            body.append([label, f"{float(one['peak']):.1f}", one["iterations"], one["cuts"], end])
+    return markdown(["pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm"], body)
+
+
+def plot(ax: Axes, curve: Floats, **style: object) -> None:
+    """Draw force over displacement."""
+    ax.plot(curve[:, 0], curve[:, 1], **style)
+
+
+def draw_curves(curves: dict[str, Floats]) -> Figure:
+    """Draw model and measurement of all walls."""
+    figure, axes = new_figure(TWO, 5.4, nrows=2, ncols=2)
+    for ax, kind, title in zip(axes, ("WS", "SW"), ("dry granite", "dry sandstone"), strict=False):
+        for name, colour in zip((one for one in FORCES if one[:2] == kind), COLOURS, strict=False):
+            plot(ax, curves[name], color=colour, label=f"{name}, {FORCES[name]:g} kN")
+            for one in measured(name).values():
+                plot(ax, one, color=colour, linestyle="--", linewidth=0.8)
+        ax.set_xlim(0.0, UNTIL[kind])
+        ax.set_title(f"{title}: lines model, dashed measured")
+    for name, colour in zip(MORTAR, COLOURS, strict=False):
+        plot(axes[2], curves[name], color=colour, label=f"{name}, flat")
+        plot(axes[2], curves[f"{name} 10 0.1"], color=colour, linestyle=":", label=f"{name}, 10°")
+        for row in rows("walls_mortar"):
+            if row["test"] == name or (name, row["test"]) == ("J4D", "J5D"):
+                axes[2].axhline(float(row["peak"]), color=colour, linestyle="--", linewidth=0.8)
+    axes[2].set_title("Eindhoven: lines model, dashed measured peaks")
+    if "cyclic WS100" in curves:
+        for one in measured("cyclic WS100").values():
+            plot(axes[3], one, color="0.6", linewidth=0.8, label="measured, WS2.100")
+        plot(axes[3], curves["cyclic WS100"], color=COLOURS[1], label="model")
+    axes[3].set_title("dry granite, cyclic")
+    for ax in axes:
+        ax.set_xlabel("displacement [mm]")
+        ax.set_ylabel("horizontal force [kN]")
+        ax.grid(alpha=0.3)
+    for ax, top, columns in zip(axes, (100.0, 140.0, 130.0), (2, 2, 3), strict=False):
+        ax.set_ylim(0.0, top)
+        ax.legend(loc="upper left", ncols=columns)
+    axes[3].legend()
+    return figure
+
+
+def draw_dilation(curves: dict[str, Floats]) -> Figure:
+    """Draw horizontal and vertical force of J4D with inclined planes."""
+    figure, axes = new_figure(TWO, 2.9, ncols=2)
+    for (name, joint), colour in zip(JOINTS.items(), COLOURS, strict=True):
+        label = "flat" if name == "J4D" else f"{joint[0]}°, {joint[1]}" + " mm" * (joint[1] != "straight")
+        for ax, column in zip(axes, (1, 2), strict=True):
+            ax.plot(curves[name][:, 0], curves[name][:, column], color=colour, label=label)
+    for ax, text in zip(axes, ("horizontal", "vertical"), strict=True):
+        ax.set_xlabel("displacement [mm]")
+        ax.set_ylabel(f"{text} force [kN]")
+        ax.set_ylim(0.0, None)
+        ax.grid(alpha=0.3)
+    axes[0].legend(ncols=2)
+    return figure
+
+
+def draw_cracks(folder: Path) -> Figure:
+    """Draw the deformed walls; joints of mortar have the colour of damage, dry ones of their separation."""
+    import meshio
+
+    figure, axes = new_figure(TWO, 3.2, ncols=3)
+    titles = {"WS100": "dry granite, 20 mm", "SW100": "dry sandstone, 12 mm", "J4D": "J4D, 4 mm"}
+    for ax, (name, scale) in zip(axes, wall_runs.FIELDS.items(), strict=True):
+        last = sorted((folder / name).glob("solids_*.vtu"))[-1]
+        solids, joints = meshio.read(last), meshio.read(last.with_name(last.name.replace("solids", "joints")))
+        shapes = [
+            (one.points + scale * one.point_data["displacement"])[:, :2][one.cells[0].data]
+            for one in (solids, joints)
+        ]
+        ax.add_collection(
+            PolyCollection(shapes[0], facecolors="#E4DCCF", edgecolors="#C8BBA5", linewidths=0.2)
+        )
+        if name in FORCES:
+            apart = np.linalg.norm(
+                np.column_stack([joints.cell_data[k][0] for k in ("dilation", "slip")]), axis=1
+            )
+            values, label, shown = apart, "separation [mm]", apart > 0.05 * apart.max()
+        else:
+            values, label = joints.cell_data["damage"][0], "damage"
+            shown = values > 0.05
+        cells = PolyCollection(shapes[1][shown], cmap="plasma_r", linewidths=1.4, edgecolors="face")
+        cells.set_array(values[shown])
+        cells.set_edgecolor("face")
+        ax.add_collection(cells)
+        figure.colorbar(cells, ax=ax, location="bottom", shrink=0.8, pad=0.02, aspect=25, label=label)
+        ax.set_title(f"{titles[name]}\ndisplacements × {scale:g}")
+        ax.set_aspect("equal")
+        ax.autoscale_view()
+        ax.set_axis_off()
+    return figure
+
+
+def tables() -> dict[str, str]:
+    """Tables of the page from the stored rows."""
+    curves, summaries = wall_runs.curves(), wall_runs.summaries()
+    return {
+        "dry": dry(curves),
+        "cyclic": cyclic(curves),
+        "mortar": mortar(curves),
+        "dilation": dilation(curves),
+        "methods": methods(summaries),
+        "solid": solid(summaries),
+        "checks": checks(curves),
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program."""
+    return run(add_arguments, arguments)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the program."""
+    text = "run the walls whose rows are not in build/walls; else use the stored rows"
+    parser.add_argument("--run", action="store_true", help=text)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit with 1 if the page differs")
+    parser.set_defaults(action=_action)
+
+
+def _action(options: argparse.Namespace) -> int:
+    """Run the walls, fill the page and draw its pictures, or check the page."""
+    folder = wall_runs.BUILD / "walls"
+    if options.run and not options.check:
+        wall_runs.execute_all(folder)
+        wall_runs.store(folder)
+        with printed():
+            save(draw_cracks(folder), CRACKS)
+    same = refresh(PAGE, options.check, {name: lambda text=text: text for name, text in tables().items()})  # type: ignore[misc]
+    if options.check:
+        print(f"{PAGE}: {'up to date' if same else 'not up to date'}")
+        return 0 if same else DIFFERS
+    curves = wall_runs.curves()
+    with printed():
+        save(draw_curves(curves), CURVES)
+        save(draw_dilation(curves), DILATION)
+    print(PAGE, CURVES, DILATION, sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
