@@ -21,12 +21,14 @@ from pathlib import Path
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
-from asperity.hosts import paraview
 from asperity.pattern import Pattern
 from distributed import COMM, SOLVERS, NotConvergedError, Wall, largest, total
 from masonry import WALLS, laws
 from newton import Steps
 from petsc4py import PETSc
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files as paraview
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations"
 MODEL = (
