@@ -144,7 +144,7 @@ def store(folder: Path) -> None:
         found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
         del found["reason"]
         sums += [",".join(["run", *found])] * (len(sums) == 1)
-        sums.append(",".join([name, *(f"{value:.5g}" for value in found.values())]))
+        sums.append(",".join([name, *(f"{value:.6g}" for value in found.values())]))
     for file, text in (("walls_runs.csv", lines), ("walls_summaries.csv", sums)):
         (DATA / file).write_text("\n".join(text) + "\n", encoding="utf-8")
 
