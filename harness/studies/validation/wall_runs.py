@@ -48,6 +48,7 @@ RUNS = {
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
     "drag": "--drag 1e-6",
+    "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
     "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
     "3D 0": f"{SOLID} --turn 0",
     "3D 45": f"{SOLID} --turn 45",
