@@ -233,7 +233,8 @@ class Run:
     def advance(self, target: float) -> None:
         """Take one step towards a displacement, or cut it."""
         o, w, left = self.o, self.wall, target - self.at
-        move = np.copysign(min(self.step, abs(left)), left)
+        last = abs(left) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
+        move = left if last else np.copysign(self.step, left)
         try:
             if self.arc:
                 new = self.steps.path(self.u, self.push, self.load, self.arc)
@@ -254,7 +255,7 @@ class Run:
             self.reason = f"stopped at {self.at:.5g} mm: {error}" if over else ""
             return
         self.last, self.u, self.move = new - self.u, new, move
-        self.at = target if not self.arc and abs(move) >= abs(left) else self.at + move
+        self.at = target if last and not self.arc else self.at + move
         self.taken += self.steps.iterations
         self.rows.append(self.row())
         if self.steps.iterations <= FAST:

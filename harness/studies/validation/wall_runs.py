@@ -27,6 +27,9 @@ SOLID = "--tau 0.005 --elements 4 1 3 --theta 10 --height 0.1 --to 3.5"
 
 ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
 
+SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04"
+"""Options of the runs in three dimensions that are timed."""
+
 RUNS = {
     **{name: f"--wall {name} {DRY} --elements 2 2 {ROCKING}" for name in ("WS40", "WS100", "WS175", "WS250")},
     **{name: f"--wall {name} {DRY} --elements 2 2 {SLIDING}" for name in ("SW30", "SW100", "SW200", "SW250")},
@@ -45,12 +48,19 @@ RUNS = {
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
     "drag": "--drag 1e-6",
+    "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
     "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
     "3D 0": f"{SOLID} --turn 0",
     "3D 45": f"{SOLID} --turn 45",
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
     "J4D 2 2": f"{MORTAR} --elements 2 2",
     "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
+    "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
+    **{
+        f"scale {scale} {solver}": f"{SOLID_STEPS} --scale {scale} --solver {solver}"
+        for scale in (1, 2)
+        for solver in ("mumps", "bricks")
+    },
     "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
     "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
     "WS100 drag": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --drag 2e-6",
@@ -135,7 +145,7 @@ def store(folder: Path) -> None:
         found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
         del found["reason"]
         sums += [",".join(["run", *found])] * (len(sums) == 1)
-        sums.append(",".join([name, *(f"{value:.5g}" for value in found.values())]))
+        sums.append(",".join([name, *(f"{value:.6g}" for value in found.values())]))
     for file, text in (("walls_runs.csv", lines), ("walls_summaries.csv", sums)):
         (DATA / file).write_text("\n".join(text) + "\n", encoding="utf-8")
 
