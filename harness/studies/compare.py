@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -16,9 +14,9 @@ import numpy as np
 from asperity import contract
 from asperity.case_files import SlipTest, read_case, slip_tests
 from asperity.contract import Floats
-from asperity.installed import cases, driver
+from asperity.installed import cases
 from asperity.material import Material
-from asperity.results import ENERGIES, Rows, read_rows, results_of
+from asperity.results import ENERGIES, Rows, drive
 from tqdm import tqdm
 
 from tests.oracle import reference
@@ -95,17 +93,6 @@ def _figures(path: Path) -> list[str]:
     """Figures in a name such as figure09a_10b; a later number without letter is no figure (figure13a_45)."""
     first, *others = path.stem.removeprefix("figure").split("_")
     return [name.lstrip("0") for name in [first, *others] if name == first or not name.isdigit()]
-
-
-def drive(case: Path) -> dict[float | None, Rows]:
-    """Rows by the value of the sweep, None without one; raises ValueError with the message of the driver."""
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder, "out.csv")
-        command = [driver(), case, "-o", output, "--quiet"]
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
-        if run.returncode != 0:
-            raise ValueError(run.stderr.strip())
-        return {value: read_rows(path) for value, path in results_of(output).items()}
 
 
 def compare(case: Path) -> Comparison:

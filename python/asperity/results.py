@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import glob
+import subprocess
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from .installed import driver
 
 if TYPE_CHECKING:
     from .contract import Floats
@@ -50,6 +54,17 @@ def read_rows(path: Path) -> Rows:
     column = {name: [row[names.index(name)] for row in cells] for name in COLUMNS}
     numbers = np.array([column[name] for name in COLUMNS[:-1]], dtype=float).T
     return Rows(numbers[:, 0:3], numbers[:, 3:6], numbers[:, 6], column["event"], numbers[:, 7:])
+
+
+def drive(case: Path) -> dict[float | None, Rows]:
+    """Rows by the value of the sweep, None without one; raises ValueError with the message of the driver."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "out.csv")
+        command = [driver(), case, "-o", output, "--quiet"]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            raise ValueError(run.stderr.strip())
+        return {value: read_rows(path) for value, path in results_of(output).items()}
 
 
 def results_of(output: Path) -> dict[float | None, Path]:

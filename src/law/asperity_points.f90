@@ -95,7 +95,8 @@ contains
     yes = size(state, 1) >= joint%n_statev
     if (yes) yes = all_bounded(n, s(:, first:last), separation_bound(joint))
     if (yes .and. present(s_old)) yes = all_bounded(n, s_old(:, first:last), separation_bound(joint))
-    if (yes) yes = states_bounded(joint%pattern%n, joint%n_statev, state(:, first:last), energy_limit, slip_bound(joint))
+    if (yes) yes = states_bounded(joint%pattern%n, joint%n_statev, state(:, first:last), energy_limit, &
+      slip_bound(joint))
   end function admissible
 
   !> Update points first..last, at most `chunk`: copy them to structure of arrays, apply the law, copy the results back.

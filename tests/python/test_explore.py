@@ -29,9 +29,8 @@ from asperity.explore.model import (
     section,
 )
 from asperity.pattern import direction_vector
+from asperity.results import drive
 from support_browser import browser, missing, served
-
-from harness.studies.compare import drive
 
 PLAIN = Choice(VALUES, "one cycle")
 WORN = Choice(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from asperity import Interface, ModelWarning, Pattern
 from asperity.cli import main
-from asperity.paper import command, entries
+from asperity.paper import command
 from asperity.paper.fracture_energy import (
     DIRECTIONS,
     MATERIAL,
@@ -176,14 +176,14 @@ def again(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     page = folder / "README.md"
     text = (GALLERY / page.name).read_text(encoding="utf-8")
     page.write_text(re.sub(r"(<!-- \w+ -->).*?(<!-- /)", r"\1\n\2", text, flags=re.DOTALL), encoding="utf-8")
-    gallery.refresh(page, command.select(request.param) if request.param else entries.ENTRIES)
+    gallery.refresh(page, command.select(request.param) if request.param else command.ENTRIES)
     return folder
 
 
 @pytest.mark.slow
 def test_files_are_the_committed_ones(again: Path) -> None:
     """Every entry has its picture and its numbers, and there are no other files."""
-    names = {f"{entry.stem}.{kind}" for entry in entries.ENTRIES for kind in ("png", "csv")} | {"README.md"}
+    names = {f"{entry.stem}.{kind}" for entry in command.ENTRIES for kind in ("png", "csv")} | {"README.md"}
     names.remove("table5.png")
     assert {path.name for path in GALLERY.iterdir()} == names
     drawn = {path.name for path in again.iterdir()}
@@ -217,7 +217,7 @@ def test_numbers_are_the_committed_ones(again: Path) -> None:
 def test_page_is_the_committed_one(again: Path) -> None:
     """The page has the same text; numbers that are rounding errors or error estimates stay small."""
     filled, committed = (sections(folder / "README.md") for folder in (again, GALLERY))
-    assert len(filled) in (len(FEW), len(entries.ENTRIES)) and len(committed) == len(entries.ENTRIES)
+    assert len(filled) in (len(FEW), len(command.ENTRIES)) and len(committed) == len(command.ENTRIES)
     for name, text in filled.items():
         (words, values), (committed_words, expected) = numbers(text), numbers(committed[name])
         assert words == committed_words
@@ -255,4 +255,4 @@ def test_unknown_figure(capsys: pytest.CaptureFixture[str]) -> None:
 def test_every_figure_is_there() -> None:
     """The gallery has the figures of the paper and those that the project adds."""
     promised = [*"1 2 3 4a 4b 5a 5b 6 7 8 9 10 11 12 13a 13b 14 15 16".split(), "Table 5"]
-    assert [entry.number for entry in entries.ENTRIES] == promised
+    assert [entry.number for entry in command.ENTRIES] == promised

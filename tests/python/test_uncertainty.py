@@ -22,12 +22,12 @@ from asperity.fit import covariance
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
+from asperity.results import drive
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
 
 from harness.studies import synthetic as study
-from harness.studies.compare import drive
 
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /\n"
 FLAT = LAW + "&pattern sides = 0 /\n&step t_N = -2.0, increments = 5 /\n&step slip = 0.6, increments = 60 /\n"

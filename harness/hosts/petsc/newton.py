@@ -40,7 +40,7 @@ class Steps:
         start, slow = u, self.drag / dt
         if last is not None:
             u, change = np.where(wall.free, u + last, u + change), 0.0 * change
-        F = wall.update(u, dt)
+        self.iterations, F = 0, wall.update(u, dt)
         for iteration in range(self.most + 1):
             self.iterations = iteration
             R, norm, small = self.rest(F, load, slow * (u - start))

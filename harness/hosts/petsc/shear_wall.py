@@ -29,6 +29,22 @@ from newton import Steps
 from petsc4py import PETSc
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations"
+MODEL = (
+    "wall",
+    "elements",
+    "scale",
+    "theta",
+    "sides",
+    "turn",
+    "height",
+    "tau",
+    "drag",
+    "kc",
+    "joint",
+    "ranks",
+)
+"""Options that a run that goes on must share with the one before."""
+
 LEAST_STEP = 1e-5
 """Least step, mm."""
 
@@ -253,7 +269,8 @@ class Run:
             f"{what}{k}": getattr(g, what) for k, g in enumerate(self.wall.joints) for what in ("s", "state")
         }
         now = np.array([self.at, self.move, self.step, self.cuts, self.taken, len(self.rows)])
-        return joints | {"u": self.u, "last": self.last, "now": now}
+        kept = {name: value for name, value in vars(self.o).items() if name in MODEL}
+        return joints | {"u": self.u, "last": self.last, "now": now, "model": np.array(str(kept))}
 
     def file(self) -> Path:
         """File of this rank to go on from."""
@@ -261,7 +278,9 @@ class Run:
 
     def save(self) -> None:
         """Write what a run goes on from."""
-        np.savez(self.file(), **self.names())
+        new = self.file().with_suffix(".new.npz")
+        np.savez(new, **self.names())
+        new.replace(self.file())  # whole even if the run is ended here
 
     def resume(self) -> None:
         """Go on from the files of an earlier run."""
@@ -270,7 +289,9 @@ class Run:
                 dict(np.load(self.file())),
                 np.loadtxt(self.o.out, delimiter=",", skiprows=1, ndmin=2),
             )
-            problem = [name for name, value in self.names().items() if found[name].shape != value.shape]
+            now = self.names()
+            problem = [name for name, value in now.items() if found[name].shape != value.shape]
+            problem += ["model"] * (str(found["model"]) != str(now["model"]))
         except (OSError, KeyError, ValueError) as error:
             problem = [str(error)]
         if worst := max(COMM.allgather(", ".join(problem))):

@@ -45,10 +45,9 @@ RUNS = {
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
     "drag": "--drag 1e-6",
-    "path": "--arc 0.01 --most 0.02",
+    "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
     "3D 0": f"{SOLID} --turn 0",
     "3D 45": f"{SOLID} --turn 45",
-    "3D 0 drag": f"{SOLID} --turn 0 --drag 1e-6",
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
     "J4D 2 2": f"{MORTAR} --elements 2 2",
     "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
@@ -56,8 +55,6 @@ RUNS = {
     "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
     "WS100 drag": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --drag 2e-6",
     "WS100 kn": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --joint kn=15.8 ks=6.32",
-    "SW100 kn": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --joint kn=15.8 ks=6.32",
-    "J4D 8 6": f"{MORTAR} --elements 8 6",
 }
 """Options by the name of a run."""
 

@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
-from ..case_files import Run, SlipTest, read_case, slip_tests
+from ..case_files import SlipTest, read_case, slip_tests
 from ..contract import Floats
 from ..curve_pictures import SLIP, TRACTION, curves, merged
 from ..installed import named_case
 from ..pattern import Pattern, direction_vector
+from ..results import Rows, drive
 from ..steps import turns_of
 from ..style import ONE, new_figure
 from .fracture_energy import Energies
@@ -90,27 +91,28 @@ class Entry:
         return f"figure{int(digits):02d}{self.number[len(digits) :]}"
 
     def run(self) -> Outcome:
-        """Run the cases, compute and draw."""
+        """Run the cases by the driver, compute and draw."""
         return self.make(*(run_case(stem) for stem in self.cases))
 
 
 def run_case(stem: str) -> Case:
-    """Run a case of the paper."""
-    case = read_case(named_case(stem))
-    pairs = zip(slip_tests(case), case.runs, strict=True)
-    return Case(case.title, case.sweep, tuple(_curve(test, run) for test, run in pairs))
+    """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
+    path = named_case(stem)
+    results = drive(path)
+    case = read_case(path)
+    return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
 
 
-def _curve(test: SlipTest, run: Run) -> Curve:
+def _curve(test: SlipTest, rows: Rows) -> Curve:
     """Curve of a test from the end of its preload on; without a preload it starts at the virgin point."""
-    rows, lost = run.interface.rows(run.steps, tolerance=run.tolerance)
     columns = (rows.separation, rows.traction, rows.damage)
     s, t, damage = (column[max(test.preload - 1, 0) :] for column in columns)
     if test.preload == 0:
         s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
     e = direction_vector(test.direction)
     across = np.array([-e[1], e[0]])
-    return Curve(test, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, bool(lost))
+    lost = "lost" in rows.events[-1]
+    return Curve(test, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
 
 
 ROUNDING = 1.0e-12
