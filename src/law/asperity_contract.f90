@@ -110,8 +110,7 @@ module asperity_contract
   integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
   !> With wear (W0 > 0), state variables per facet (worn share, frictional work), after those of all planes.
   integer, parameter, public :: n_facet_statev = 2
-  !> Largest number of state variables of a point. It is a constant, as gfortran puts arrays of another size on the
-  !> heap.
+  !> Largest number of state variables of a point; a constant, since gfortran puts arrays of another size on the heap.
   integer, parameter, public :: most_statev = n_point_statev + (n_plane_statev + n_facet_statev)*max_planes
   !> Rows of statev_table that must not be negative: damage, worn share, frictional work. The first two are at most 1.
   integer, parameter, public :: damage_row = n_point_statev + 1, worn_row = damage_row + n_plane_statev, &
