@@ -14,6 +14,7 @@ module asperity_point_law
     real(wp) :: reach = 0.0_wp           !! separation at which the bond is broken, length
     real(wp) :: stiffness = 0.0_wp       !! largest stiffness of the bond, stress/length
     real(wp) :: softest = 0.0_wp         !! smallest stiffness of the virgin or the closed joint, stress/length
+    real(wp) :: stiffest = 0.0_wp        !! the largest one, stress/length
     real(wp) :: stress = 0.0_wp          !! strength, stress
     real(wp) :: bound = 0.0_wp           !! largest admissible separation, length
     logical :: relaxes = .false.         !! whether the duration of an increment matters
@@ -25,7 +26,7 @@ module asperity_point_law
     procedure(state_test), deferred :: cannot_soften
     procedure(state_test), deferred :: admissible
     procedure(magnitude_procedure), deferred :: magnitude
-    procedure(touch_procedure), deferred :: contact_opening
+    procedure(opening_procedure), deferred :: contact_opening
   end type point_law
 
   abstract interface
@@ -74,14 +75,14 @@ module asperity_point_law
     end function magnitude_procedure
 
     !> Smallest separation N, not below zero, at which no part of the joint is in contact, length.
-    pure function touch_procedure(law, s, state) result(opening)
+    pure function opening_procedure(law, s, state) result(opening)
       import :: point_law, wp
       implicit none
       class(point_law), intent(in) :: law   !! the law
       real(wp), intent(in) :: s(3)          !! separation, of which Tx and Ty are used, length
       real(wp), intent(in) :: state(:)      !! state
       real(wp) :: opening
-    end function touch_procedure
+    end function opening_procedure
 
   end interface
 

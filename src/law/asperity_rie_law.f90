@@ -36,6 +36,7 @@ contains
       law%reach = m%s0/(1.0_wp - m%eta)
       law%stiffness = max(m%k_n, m%k_t)
       law%softest = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
+      law%stiffest = max(m%k_n, m%k_t, m%k_c)
       law%stress = m%k_n*m%s0
       law%relaxes = m%tau_v > 0.0_wp
       law%wears = m%wears
@@ -119,7 +120,7 @@ contains
       i = plane_statev(k)
       size = max(size, abs(state(i + 1)), abs(state(i + 2)))
     end do
-    size = max(law%stiffness, law%joint%material%k_c)*size
+    size = law%stiffest*size
   end function magnitude
 
   !> Smallest separation N, not below zero with the offset, at which no plane is in contact, length.

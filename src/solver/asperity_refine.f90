@@ -17,6 +17,9 @@ module asperity_refine
   real(wp), parameter :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
   !> Smallest number of increments to a target in the first run: fewer may agree by chance.
   integer, parameter :: least_parts = 8
+  !> Parts of the tolerance for the distance between two runs and for the rows that are left out; the rest is for what
+  !> both runs have in common.
+  real(wp), parameter :: measured_part = 0.4_wp, thinned_part = 0.4_wp
   !> Largest number of increments of a path; its rows need some 100 MB for a pattern of 65 planes.
   integer, parameter, public :: most_parts = 100000
   !> Positions of the stored and the dissipated energies in STATEV.
@@ -42,8 +45,7 @@ contains
   end subroutine explain_tolerance
 
   !> Run a path to a tolerance: the largest distance of the rows of a run from straight lines between those of a run
-  !> with half as many increments, in this run (half of the tolerance) and in the one before (all of it). The other half
-  !> is for the rows that are left out.
+  !> with half as many increments is small, and was at most twice as large in the run before.
   !>
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
@@ -78,7 +80,7 @@ contains
       lines = table_of(start, coarse)/spread(scales, 2, size(coarse) + 1)
       earlier = error
       error = distance_of(coarse, fine, lines, values)
-      if (max(error, 0.5_wp*earlier) <= 0.5_wp*tolerance) exit
+      if (max(error, 0.5_wp*earlier) <= measured_part*tolerance) exit
       if (2*run%total > most_parts) then
         call append(message, "tolerance = " // to_text(tolerance) // ": the rows of " // &
           integer_text(run%total/2) // " and of " // integer_text(run%total) // " increments differ by " // &
@@ -87,7 +89,7 @@ contains
       end if
       call move_alloc(fine, coarse)
     end do
-    call thin(fine, values, 0.5_wp*tolerance, rows)
+    call thin(fine, values, thinned_part*tolerance, rows)
   end subroutine refine_path
 
   !> Rows of a path.

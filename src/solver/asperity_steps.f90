@@ -349,7 +349,7 @@ contains
     bound = huge(bound)
     if (traction < 0.0_wp) return
     if (start_damage(law%joint, 0.0_wp) < 1.0_wp) traction = traction + law%stress
-    if (traction > 0.0_wp) bound = resolved*traction/(epsilon(bound)*max(law%stiffness, law%joint%material%k_c))
+    if (traction > 0.0_wp) bound = resolved*traction/(epsilon(bound)*law%stiffest)
   end function largest_resolved
 
   !> Append why an interface has no branch that can be followed; nothing if it has one. The state at a point of the

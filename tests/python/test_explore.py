@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
-import time
 import urllib.parse
 import urllib.request
 from collections.abc import Callable
@@ -216,31 +214,6 @@ return search(document);
 """
 """Handle of the slider whose title starts with a text."""
 
-REDRAW = """
-const [value, done] = arguments;
-const curves = Bokeh.documents[0].get_model_by_name("curves");
-const start = performance.now();
-const told = () => {
-  curves.properties.data.change.disconnect(told);
-  requestAnimationFrame(() => setTimeout(() => done(performance.now() - start), 0));
-};
-curves.properties.data.change.connect(told);
-Bokeh.documents[0].get_model_by_name("mu").value = value;
-"""
-"""Milliseconds from a change of a slider until the frame with the new curves is drawn."""
-
-DEADLINE = 50.0
-"""Longest time of a redraw, milliseconds."""
-
-ENOUGH = 10
-"""Number of redraws that are timed at least."""
-
-BUSY = 3.0
-"""Load average for each processor above which times say nothing."""
-
-PAUSE = 0.2
-"""Seconds between the redraws that are timed, so that none waits for the frame of the one before."""
-
 
 class Opened:
     """The page in a browser."""
@@ -302,21 +275,6 @@ def test_drag_of_a_slider(opened: Opened, tmp_path: Path) -> None:
     ActionChains(opened.driver).release().perform()
     assert sorted(set(seen)) == seen and seen[0] > VALUES["mu"]
     assert not np.array_equal(before, shown)
-
-
-@pytest.mark.browser
-def test_redraw_is_fast(opened: Opened) -> None:
-    """From a change in the browser to the frame that shows it: the fastest of some keeps the limit."""
-    if os.getloadavg()[0] > BUSY * len(os.sched_getaffinity(0)):
-        pytest.skip(f"time of a redraw: the load average is {os.getloadavg()[0]:.1f}, which leaves no time")
-    times: list[float] = []
-    for value in np.linspace(0.3, 0.6, 60).round(4).tolist():
-        time.sleep(PAUSE)
-        times.append(opened.driver.execute_async_script(REDRAW, value))
-        if len(times) >= ENOUGH and min(times) < DEADLINE:
-            break
-    print(f"redraw: fastest {min(times):.0f} ms, median {np.median(times):.0f} ms")
-    assert min(times) < DEADLINE
 
 
 @pytest.mark.browser
