@@ -127,7 +127,7 @@ def test_slips_do_not_accumulate_errors():
 
 @pytest.mark.parametrize(("direction", "converged"), [(0.0, 0.338649), (45.0, 0.335964)])
 def test_fracture_energy_of_rp_4(direction: float, converged: float):
-    """At most 120 rows give the converged area to 1e-4; without pressure, planes open and close by rounding."""
+    """At most 120 rows give the area to 1e-4; without pressure, planes open and close by rounding."""
     interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(4, 30.0))
     history = interface.confined_slip(direction, [0.25], 0.0, tolerance=1e-3)
     assert len(history.damage) <= 120
