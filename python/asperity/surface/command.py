@@ -35,11 +35,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(
         parser,
         (
-            "scan SCAN.csv",
-            "columns x, z (profile) or x, y, z (map) with units, or a matrix (--spacing)",
+            "scan SCAN",
+            "CSV: columns x, z (profile) or x, y, z (map) with units, or a matrix (--spacing); "
+            "or triangles: .stl and others of meshio",
             Path,
         ),
-        ("--spacing DX[,DY]", "the file is a matrix of heights: x along a row, y down the rows", _lengths),
+        (
+            "--spacing DX[,DY]",
+            "of a matrix of heights, x along a row, y down the rows; of the grid of triangles",
+            _lengths,
+        ),
         ("--unit UNIT", "unit of lengths whose header names none", "mm"),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
