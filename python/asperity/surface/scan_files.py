@@ -18,8 +18,6 @@ from .slopes import FLATNESS
 MESHES = (".stl", ".ply", ".obj", ".vtk", ".vtu", ".msh")
 """Endings of the files of triangles that meshio reads."""
 
-FIELD = "expected a height field, one z for each x, y"
-
 EXPECTED = (
     "expected columns x, z (profile) or x, y, z (map), as x [mm],z [um]; --spacing for a matrix of heights"
 )
@@ -134,18 +132,19 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     up = normals[:, 2] * np.sign(np.nansum(normals[:, 2]))
-    good = up > FLATNESS * np.linalg.norm(normals, axis=1)
-    what = "vertical, turned over, without area or not finite"
-    if good.all():
-        sheet = Triangulation(*points[:, :2].T, triangles)
-        try:
-            # A triangle below another one is not the one that is found at its centre.
-            good = sheet.get_trifinder()(*corners[..., :2].mean(axis=1).T) == np.arange(len(triangles))
-            what = "above others"
-        except RuntimeError:
-            raise ValueError(f"{path}: {len(triangles)} triangles overlap along z: {FIELD}") from None
-    if not good.all():
-        raise ValueError(f"{path}: {np.sum(~good)} of {len(triangles)} triangles are {what}: {FIELD}")
+    flawed, above = np.sum(~(up > FLATNESS * np.linalg.norm(normals, axis=1))), "0"
+    sheet = Triangulation(*points[:, :2].T, triangles)
+    try:
+        if not flawed:  # a triangle above another one is not the one that is found at its centre
+            found = sheet.get_trifinder()(*corners[..., :2].mean(axis=1).T)
+            above = f"{np.sum(found != np.arange(len(triangles)))}"
+    except RuntimeError:
+        above = "some"
+    if flawed or above != "0":
+        raise ValueError(
+            f"{path}: of {len(triangles)} triangles {flawed} are vertical, turned over, without area or not "
+            f"finite, and {above} above others: expected a height field, one z for each x, y"
+        )
     low, size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1))
     # By default a cell has the mean area of two triangles.
     steps = [side / max(1.0, np.round(side / np.sqrt(up.mean()))) for side in size[:2]]
@@ -174,10 +173,10 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
         raise ValueError(f"{path}: expected meshio: pip install 'asperity[surface]'") from None
     said = StringIO()
     try:
-        with redirect_stdout(said), redirect_stderr(StringIO()), np.errstate(over="ignore"):
+        with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):
             mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints and exits where it cannot read
-        text = said.getvalue().strip() or (f"{error}" if isinstance(error, Exception) else "cannot be read")
+        text = " ".join(said.getvalue().split()) or error
         raise ValueError(f"{path}: {text}: expected a file of triangles") from None
     points, cells = np.asarray(mesh.points, dtype=float), mesh.cells_dict
     triangles = cells.pop("triangle", np.empty((0, 3), dtype=int))
