@@ -36,15 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         (
             "scan SCAN",
-            "CSV: columns x, z (profile) or x, y, z (map) with units, or a matrix (--spacing); "
-            "or triangles: .stl and others of meshio",
+            "columns x, z (profile) or x, y, z (map) with units, a matrix (--spacing), or triangles (.stl)",
             Path,
         ),
-        (
-            "--spacing DX[,DY]",
-            "of a matrix of heights, x along a row, y down the rows; of the grid of triangles",
-            _lengths,
-        ),
+        ("--spacing DX[,DY]", "a CSV is a matrix, x along a row, y down the rows; grid of triangles", _lengths),
         ("--unit UNIT", "unit of lengths whose header names none", "mm"),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
