@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "columns x, z (profile) or x, y, z (map) with units, a matrix (--spacing), or triangles (.stl)",
             Path,
         ),
-        ("--spacing DX[,DY]", "a CSV is a matrix, x along a row, y down the rows; grid of triangles", _lengths),
+        ("--spacing DX[,DY]", "a CSV is a matrix, x along a row, y downwards; grid of triangles", _lengths),
         ("--unit UNIT", "unit of lengths whose header names none", "mm"),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
