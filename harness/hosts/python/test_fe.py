@@ -170,10 +170,10 @@ def test_crack_is_that_of_kratos(kind: str) -> None:
     sys.path.append(str(Path(__file__).parent.parent / "kratos"))
     import plate_crack
 
-    cracks = [plate_crack.run(kind, n) for n in (8, 16)]
+    cracks = [plate_crack.run(kind, n) for n in ((8,) if kind == "height" else (8, 16))]
     apart = [plate_crack.difference(kind, one) for one in cracks]
     print(kind, "differences", apart, "mm")
-    assert max(apart) <= plate_crack.SEPARATION_BOUND
+    assert max(apart) <= plate_crack.SEPARATION_BOUND and cracks[0].separation.max() > 1.0
     if kind == "height":
         return
     errors = [one.error(kind) for one in cracks]
