@@ -128,9 +128,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.planes is not None and len(listed.weights) < options.planes:
         bins = (options.planes - 1) // directions
         doubts.append(
-            f"remark      --planes {options.planes} gives {len(listed.weights)}: a flat plane and {bins} bins in "
-            f"each of {directions} directions are {directions * bins + 1} planes, less those of bins with hardly "
-            "any facets; --directions changes this"
+            f"remark      --planes {options.planes} gives {len(listed.weights)}: {bins} bins in each of "
+            f"{directions} directions and a flat plane are {directions * bins + 1}, less those of bins with "
+            "hardly any facets; --directions changes this"
         )
     print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
