@@ -39,7 +39,7 @@ step(configure ${CMAKE_COMMAND} -S ${prefix}/share/doc/asperity/example -B ${bui
      -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
 step(build ${CMAKE_COMMAND} --build ${build})
 step(from_c ${build}/from_c)
-step(from_c_static ${build}/from_c_static)
+step(from_fortran_static ${build}/from_fortran_static)
 step(from_fortran ${build}/from_fortran)
 step(example ${build}/example)
 if(NOT output MATCHES "^ +0.0000 +2.5000 +0.0000")
