@@ -94,6 +94,15 @@ def test_files_to_edit_are_kept(arguments: list[str], name: str, capsys: pytest.
     assert main([*arguments, "--force"]) == 0 and Path(name).read_bytes() != edited
 
 
+@pytest.mark.parametrize("name", ["out.nml", "out.fit.json", "out.png"])
+def test_fits_keep_other_files(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A fit refuses before its work to replace a case, a file of a covariance and a picture of others."""
+    Path("record.csv").write_bytes(FOREIGN)
+    Path(name).write_bytes(FOREIGN)
+    assert main(["fit", "record.csv", "-o", "out.nml", "--plot", "out.png"]) == 1
+    assert f"{name}: this file is there" in capsys.readouterr().err and Path(name).read_bytes() == FOREIGN
+
+
 def test_a_case_of_one_command_is_kept_by_another(capsys: pytest.CaptureFixture[str]) -> None:
     """Case files have the name of the command that wrote them."""
     assert main(["surface", "scan.csv", "--spacing", "1", "--case", "case.nml", "-o", "out"]) == 0
