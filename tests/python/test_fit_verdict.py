@@ -20,6 +20,7 @@ from asperity.cli import main
 from asperity.fit.command import add_arguments
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit
+from asperity.fit.search import HEADING
 from asperity.fit.verdict import outliers, refusals, saturates
 from asperity.options import command_line
 
@@ -271,5 +272,5 @@ def test_accepted_constants_are_marked(command: Command) -> None:
     code, out = command(arguments)
     poor = re.search(r"^poor: (.*)$", out, re.MULTILINE)
     assert code == 0 and poor and "neighbouring rows are correlated" in poor[1] and "PROPS" in out
-    assert Path("joint.nml").read_text(encoding="utf-8").startswith(f"! Poor: {poor[1]}.\n")
+    assert Path("joint.nml").read_text(encoding="utf-8").startswith(f"{HEADING}\n! Poor: {poor[1]}.\n")
     assert read_case(Path("joint.nml")).runs and not Path("joint.fit.json").exists()
