@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import re
+import sys
 import warnings
 from itertools import pairwise
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, contract
@@ -526,6 +528,110 @@ def test_overhang_of_the_average_plane() -> None:
         ValueError, match=r"1 facets, the first at x = 0.49, overhang the average plane, .* n_N > 0"
     ):
         profile(x, z)
+
+
+# --- triangles ----------------------------------------------------------------------------------------------
+
+
+def sheet(n: int = 12, height: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Points of z = height + 0.1 sin 2 pi x sin 2 pi y at n cells a period, and triangles of two a cell."""
+    _, x, y = grid(n, 1)
+    points = np.stack([x, y, height + 0.1 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)], axis=-1)
+    i = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = (part.ravel() for part in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
+    return points.reshape(-1, 3), np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+
+
+def save(name: str, points: np.ndarray, triangles: np.ndarray) -> Path:
+    """A file of triangles in the current folder."""
+    meshio.Mesh(points, [("triangle", triangles)]).write(name)
+    return Path(name)
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("name", ["joint.stl", "joint.STL", "joint.ply", "joint.vtu"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_triangles_have_the_slopes_of_the_grid(name: str, turned: bool) -> None:
+    """Triangles between the points of a map give the scan of the map, whichever side they show."""
+    points, triangles = sheet()
+    scan = read_scan(save(name.lower(), points, triangles[:, ::-1] if turned else triangles).rename(name))
+    expected = read_scan(write(rows(*points.T, header="x [mm],y [mm],z [mm]")))
+    assert scan.z.shape == expected.z.shape
+    assert scan.z == pytest.approx(expected.z, abs=1e-6)  # an STL has seven digits
+    assert slopes.facets(scan).fabric == pytest.approx(slopes.facets(expected).fabric, rel=1e-5)
+
+
+@pytest.mark.usefixtures("folder")
+def test_outline_and_spacing_of_triangles() -> None:
+    """Of a disc cut from a plane the grid has the given spacing, fills a rectangle, and keeps the slope."""
+    points, triangles = sheet(40)
+    points[:, 2] = 0.3 * points[:, 0] - 0.2 * points[:, 1]
+    centres = points[triangles].mean(axis=1)
+    disc = triangles[np.hypot(*(centres[:, :2] - 0.5).T) < 0.5]
+    scan = read_scan(save("disc.stl", points, disc), (0.02, 0.04), "m")
+    assert scan.unit == "m" and scan.y is not None
+    assert np.diff(scan.x) == pytest.approx(0.02) and np.diff(scan.y) == pytest.approx(0.04)
+    assert 0.4 < np.ptp(scan.x) * np.ptp(scan.y) <= 0.5  # the largest rectangle is a square of area 1/2
+    assert np.gradient(scan.z, scan.y, scan.x)[1] == pytest.approx(0.3, abs=1e-4)
+
+
+def bad_meshes() -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
+    """Meshes that are no height field, with the message of each."""
+    points, triangles = sheet()
+    above = np.concatenate([points, sheet(12, 1.0)[0]])
+    twice = np.concatenate([triangles, triangles + len(points)])
+    wall = np.concatenate([triangles, [[0, 1, len(points)]]])
+    field = "are vertical, turned over, .*, and 0 above others: expected a height field"
+    nan = np.where(np.arange(len(points))[:, None] == 30, np.nan, points)
+    turned = np.concatenate([triangles, triangles[:3, ::-1]])
+    closed = np.concatenate([triangles, triangles[:, ::-1] + len(points)])
+    # all of the second sheet is above one triangle of the first
+    inside = np.concatenate([points * [100.0, 100.0, 1.0], points + np.array([55.0, 51.0, 1.0])])
+    shifted = np.concatenate([points, sheet(12, 1.0)[0] + [0.31, 0.27, 0.0]])
+    return {
+        "closed": (above, closed, f"of 576 triangles 576 {field}"),
+        "two sheets": (above, twice, " 0 are .*, and some above others: expected a"),
+        "shifted sheets": (shifted, twice, " 0 are .*, and some above others: expected a"),
+        "wall": (above, wall, f"of 289 triangles 1 {field}"),
+        "turned over": (points, turned, f"of 291 triangles 3 {field}"),
+        "inside": (inside, twice, r" 0 are .*, and \d+ above others: expected a"),
+        "without area": (points, np.concatenate([triangles, [[0, 1, 1]]]), f"of 289 triangles 1 {field}"),
+        "nan": (nan, triangles, f"of 288 triangles 6 {field}"),
+        "hole": (points, np.delete(triangles, [78, 78 + 144], axis=0),
+                 r"16 points in holes, the first at x = 0.52, y = 0.52: expected"),
+        "coarse": (*sheet(6), "7 different y within the outline: expected at least 8"),
+        "empty": (points, triangles[:0], "expected a file of triangles"),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", bad_meshes())
+def test_bad_meshes(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    """What is no height field is refused with the number found, and nothing is written."""
+    points, triangles, message = bad_meshes()[name]
+    save("joint.vtu", points, triangles)
+    options = ["--spacing", "0.02"] if name == "hole" else []
+    assert main(["surface", "joint.vtu", *options]) == 1
+    assert re.search(message, capsys.readouterr().err)
+    assert [path.name for path in folder.iterdir()] == ["joint.vtu"]
+
+
+@pytest.mark.parametrize("text", ["", "nonsense", "solid a\nendsolid a\n"])
+def test_unreadable_meshes(folder: Path, capsys: pytest.CaptureFixture[str], text: str) -> None:
+    """A file without triangles gives a message, not the end of the program that reads it."""
+    (folder / "joint.stl").write_text(text, encoding="utf-8")
+    for name in ("joint.stl", "none.stl"):
+        assert main(["surface", name]) == 1
+        said = capsys.readouterr()
+        assert re.fullmatch(rf"asperity: {name}: .+: expected .*triangles.*\n", said.err) and not said.out
+
+
+@pytest.mark.usefixtures("folder")
+def test_missing_meshio(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without meshio the message says what to install."""
+    save("joint.stl", *sheet())
+    monkeypatch.setitem(sys.modules, "meshio", None)
+    assert main(["surface", "joint.stl"]) == 1
+    assert "pip install 'asperity[surface]'" in capsys.readouterr().err
 
 
 # --- command ------------------------------------------------------------------------------------------------

@@ -24,14 +24,10 @@ Floats = NDArray[np.float64]
 Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
 Kratos.ParallelUtilities.SetNumThreads(1)  # one thread: every run adds in the same order
 
-SOLID = {2: ("SmallDisplacementElement2D4N", "LinearElasticPlaneStrain2DLaw"),
-         3: ("SmallDisplacementElement3D8N", "LinearElastic3DLaw")}  # fmt: skip
-"""Element and law of the solids."""
+SOLID = {2: "LinearElasticPlaneStrain2DLaw", 3: "LinearElastic3DLaw"}
+"""Law of the solids."""
 
-INTERFACE = {
-    2: "Geo_ULineInterfacePlaneStrainElement2Plus2N",
-    3: "Geo_USurfaceInterfaceElement4Plus4N",
-}
+INTERFACE = {2: "Geo_ULineInterfacePlaneStrainElement", 3: "Geo_USurfaceInterfaceElement"}
 """Element of the interfaces with the law of the card; another pair runs, but swaps normal with shear."""
 
 DISPLACEMENTS = (Kratos.DISPLACEMENT_X, Kratos.DISPLACEMENT_Y, Kratos.DISPLACEMENT_Z)
@@ -79,7 +75,7 @@ class Structure:
     def elastic(self, young: float, poisson: float) -> Kratos.Properties:
         """Return the properties of an elastic solid."""
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
-        properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(SOLID[self.dimension][1]))
+        properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(SOLID[self.dimension]))
         properties.SetValue(Kratos.YOUNG_MODULUS, young)
         properties.SetValue(Kratos.POISSON_RATIO, poisson)
         properties.SetValue(Kratos.DENSITY, 0.0)
@@ -102,9 +98,9 @@ class Structure:
         return properties
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
-        """Add a quadrilateral or hexahedron."""
+        """Add a quadrilateral (4, 9 nodes) or hexahedron (8)."""
         self.solids.append([int(node) for node in nodes])
-        self._add(SOLID[self.dimension][0], nodes, properties)
+        self._add(f"SmallDisplacementElement{self.dimension}D{len(nodes)}N", nodes, properties)
 
     def add_interface(
         self, lower: Sequence[int], upper: Sequence[int], properties: Kratos.Properties
@@ -112,10 +108,10 @@ class Structure:
         """Add an interface between two sides with coincident nodes; it opens if upper moves away from lower.
 
         The axes are n, the right-hand normal of side 1 (in 2D the edge 1-2 rotated to the left), s along the
-        edge 1-2, and t = n x s.
+        edge 1-2, and t = n x s.  Middle nodes follow the corners of each side.
         """
-        nodes = [*lower, *upper]
-        self.interfaces.append(self._add(INTERFACE[self.dimension], nodes, properties))
+        name = f"{INTERFACE[self.dimension]}{len(lower)}Plus{len(upper)}N"
+        self.interfaces.append(self._add(name, [*lower, *upper], properties))
 
     def _add(self, name: str, nodes: Sequence[int], properties: Kratos.Properties) -> Kratos.Element:
         number = self.part.NumberOfElements() + 1

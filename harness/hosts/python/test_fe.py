@@ -161,6 +161,31 @@ def test_crack_converges_to_the_closed_form(kind: str) -> None:
     assert finest.traction[at, 1] == pytest.approx(-resistance * normal, rel=0.005)
 
 
+@pytest.mark.parametrize("kind", list(crack.STEPS))
+def test_crack_is_that_of_kratos(kind: str) -> None:
+    """Two codes agree in slip and opening; Kratos converges to the closed form at the order of the mesh."""
+    pytest.importorskip(
+        "KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed"
+    )
+    sys.path.append(str(Path(__file__).parent.parent / "kratos"))
+    import plate_crack
+
+    cracks = [plate_crack.run(kind, n) for n in ((8,) if kind == "height" else (8, 16))]
+    apart = [plate_crack.difference(kind, one) for one in cracks]
+    print(kind, "differences", apart, "mm")
+    assert max(apart) <= plate_crack.SEPARATION_BOUND and cracks[0].separation.max() > 1.0
+    if kind == "height":
+        return
+    errors = [one.error(kind) for one in cracks]
+    cells = " | ".join(f"{100 * error:.2f}" for error in errors)
+    assert f"| {kind} | {cells} |" in PAGE.read_text(encoding="utf-8")
+    assert errors[0] / errors[1] > 2**1.6
+    if kind == "pressure":
+        assert not cracks[1].traction.any()
+    else:
+        assert cracks[1].normal_error(kind) < 0.005
+
+
 def test_crack_friction_has_the_published_numbers() -> None:
     """The closed form is that of Phan (2003): largest slip 3.80785 mm, normal traction -11.698 MPa."""
     opening, slip, normal = crack.closed_form("friction")

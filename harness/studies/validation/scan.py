@@ -1,24 +1,29 @@
-"""Profile of a fracture in granite (Sawayama, Jiang, Tsuji 2020): slopes by sampling length and direction."""
+"""Profiles of fractures in granite and a map of a joint: slopes by sampling length and direction."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
+from asperity.pattern import direction_vector
 from asperity.style import TWO, new_figure
 from asperity.surface.scan import Scan
 from asperity.surface.scan_files import read_scan
 from asperity.surface.slopes import Facets, facets, nearest_regular
 from asperity.tables import markdown
 from matplotlib.figure import Figure
+from scipy.optimize import curve_fit
 
 from ..concepts_draw import BLACK, BLUE, NOTE, ORANGE
 from . import granite
 from .common import DATA, Constants, Study
 
 FILE = DATA / "inada.csv"
+SMOOTH, SAMPLE = "inada_smooth_profile.npz", "example_surface.stl"
+MEASURE = "θ*max/(C + 1) [°]"
 STEPS = (1, 4, 21, 64, 214)
 """Sampling lengths as multiples of the spacing of the profile, 0.0234 mm."""
 
@@ -39,28 +44,61 @@ def facing(found: Facets, direction: float) -> tuple[Floats, Floats]:
 
 
 def grasselli(angles: Floats, shares: Floats) -> tuple[float, float]:
-    """Largest angle and C of L(angle) = L0 (1 - angle/largest)^C, by least squares of its logarithm."""
+    """Largest angle and C of L(angle) = L0 (1 - angle/largest)^C, by least squares."""
     largest = float(angles.max())
     left = np.array([shares[angles >= limit * largest].sum() for limit in LIMITS]) / shares.sum()
-    x = np.log(1.0 - LIMITS)
-    return largest, float(x @ np.log(left) / (x @ x))
+    C = curve_fit(lambda x, C: x**C, 1.0 - LIMITS, left, 2.0)[0]
+    return largest, float(C[0])
 
 
-def tables(_: Mapping[str, Constants]) -> dict[str, str]:
-    """Table of the measures by sampling length and direction."""
-    scan, body = read_scan(FILE), []
-    for step in STEPS:
-        found = sampled(scan, step)
-        theta = nearest_regular(found, None, 2).theta
-        cells = []
-        for direction in DIRECTIONS.values():
-            largest, C = grasselli(*facing(found, direction))
-            slope = float(found.uphill(np.array([direction]))[1][0])
-            cells += [f"{largest / (C + 1.0):.1f}", f"{slope:.3f}"]
-        body.append([f"{step * scan.spacing:.2g}", f"{found.rms_slope:.3f}", *cells, f"{theta:.1f}"])
-    head = ["sampling, mm", "rms slope"]
-    head += [f"{name}: {what}" for name in DIRECTIONS for what in ("θ*max/(C + 1), °", "rms uphill")]
-    return {"scan": markdown([*head, "theta of RT, °"], body)}
+def by_direction(found: Facets, direction: float) -> Constants:
+    """Grasselli's measure in degrees, and the rms slope that faces a slip."""
+    largest, C = grasselli(*facing(found, direction))
+    return {MEASURE: largest / (C + 1.0), "rms uphill": float(found.uphill(np.array([direction]))[1][0])}
+
+
+def by_length(scan: Scan, step: int) -> Constants:
+    """Measures of a profile at a sampling length."""
+    found = sampled(scan, step)
+    row = {"sampling [mm]": step * scan.spacing, "rms slope": found.rms_slope}
+    for name, direction in DIRECTIONS.items():
+        row |= {f"{name}: {what}": value for what, value in by_direction(found, direction).items()}
+    return row | {"theta of RT [°]": nearest_regular(found, None, 2).theta}
+
+
+def measured() -> dict[str, Constants]:
+    """Measures of the two surfaces that are no part of the project: the current folder has their files."""
+    try:
+        from surface_roughness import Surface
+    except ImportError:
+        raise ValueError("--fit: expected surface-roughness: pip install surface-roughness") from None
+    with np.load(SMOOTH) as file:
+        smooth = Scan(file["x_mm"], None, file["footwall_mm"][None])
+    rows = {f"smooth {step}": by_length(smooth, step) for step in STEPS}
+    peer = np.ravel(Surface(SAMPLE, verbose=False).thetamax_cp1("thetamax_cp1"))
+    found = facets(read_scan(Path(SAMPLE)))
+    for angle in range(0, 360, 30):
+        e = direction_vector(angle)
+        row = {"slip along [°]": float(angle), f"surface-roughness: {MEASURE}": peer[angle // 5]}
+        row |= by_direction(found, np.radians(angle))
+        rows[f"sample {angle}"] = row | {"rms slope along": float(np.sqrt(e @ found.fabric @ e))}
+    return rows
+
+
+def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+    """Tables of the measures by sampling length and direction."""
+    scan = read_scan(FILE)
+    rough = [by_length(scan, step) for step in STEPS]
+    smooth, sample = ([row for name, row in found.items() if kind in name] for kind in ("smooth", "sample"))
+    return {"scan": _table(rough), "smooth": _table(smooth), "sample": _table(sample)}
+
+
+def _table(rows: Sequence[Constants]) -> str:
+    """Table of rows that have the same names."""
+    digits = {"[mm]": ".2g", "[°]": ".1f"}
+    forms = [digits.get(name.rpartition(" ")[2], ".3f") for name in rows[0]]
+    body = [[f"{v:{form}}" for v, form in zip(row.values(), forms, strict=True)] for row in rows]
+    return markdown([*rows[0]], body)
 
 
 def draw(_: Mapping[str, Constants]) -> Figure:
@@ -88,7 +126,7 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     return figure
 
 
-STUDY = Study("scan", dict, tables, draw)
+STUDY = Study("scan", measured, tables, draw)
 
 if __name__ == "__main__":
     sys.exit(STUDY.main())

@@ -39,11 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(
         parser,
         (
-            "scan SCAN.csv",
-            "columns x, z (profile) or x, y, z (map) with units, or a matrix (--spacing)",
+            "scan SCAN",
+            "columns x, z (profile) or x, y, z (map) with units, a matrix (--spacing), or triangles (.stl)",
             Path,
         ),
-        ("--spacing DX[,DY]", "the file is a matrix of heights: x along a row, y down the rows", _lengths),
+        ("--spacing DX[,DY]", "a CSV is a matrix, x along a row, y downwards; grid of triangles", _lengths),
         ("--unit UNIT", "unit of lengths whose header names none", "mm"),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")

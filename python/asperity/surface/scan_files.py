@@ -1,8 +1,10 @@
-"""Reading of scanned profiles and height maps from CSV files."""
+"""Reading of scanned profiles and height maps from CSV files, and of triangulated surfaces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,10 @@ from ..contract import Floats
 from ..fit.units import LENGTHS, standard
 from ..tables import read_table
 from .scan import EVEN, LEAST_POINTS, Scan, even
+from .slopes import FLATNESS
+
+MESHES = (".stl", ".ply", ".obj", ".vtk", ".vtu", ".msh")
+"""Endings of the files of triangles that meshio reads."""
 
 EXPECTED = (
     "expected columns x, z (profile) or x, y, z (map), as x [mm],z [um]; --spacing for a matrix of heights"
@@ -20,9 +26,11 @@ EXPECTED = (
 def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
     """Read the profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
 
-    Lengths are converted to the unit of x; `unit` is that of a file that names none. Raises ValueError with
-    line and value.
+    Lengths are converted to the unit of x; `unit` is that of a file that names none.  Files of triangles
+    become heights on a grid of that spacing.  Raises ValueError with line and value.
     """
+    if path.suffix.lower() in MESHES:
+        return _surface(path, spacing, unit)
     table = read_table(path, "a CSV with a profile or a height map")
     header = ", ".join(
         name + (f" [{unit}]" if unit else "") for name, unit in zip(table.names, table.units, strict=True)
@@ -114,6 +122,69 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
     z = np.empty((len(y), len(x)))
     z[places[1], places[0]] = data["z"]
     return Scan(x, y, z, unit)
+
+
+def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
+    """Heights of triangles on a grid that fills a rectangle along x and y within their outline."""
+    from matplotlib.tri import LinearTriInterpolator, Triangulation
+
+    points, triangles = _triangles(path)
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    up = normals[:, 2] * np.sign(np.nansum(normals[:, 2]))
+    flawed, above = np.sum(~(up > FLATNESS * np.linalg.norm(normals, axis=1))), "0"
+    sheet = Triangulation(*points[:, :2].T, triangles)
+    try:
+        if not flawed:  # a triangle above another one is not the one that is found at its centre
+            found = sheet.get_trifinder()(*corners[..., :2].mean(axis=1).T)
+            above = f"{np.sum(found != np.arange(len(triangles)))}"
+    except RuntimeError:
+        above = "some"
+    if flawed or above != "0":
+        raise ValueError(
+            f"{path}: of {len(triangles)} triangles {flawed} are vertical, turned over, without area or not "
+            f"finite, and {above} above others: expected a height field, one z for each x, y"
+        )
+    low, size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1))
+    # By default a cell has the mean area of two triangles.
+    steps = [side / max(1.0, np.round(side / np.sqrt(up.mean()))) for side in size[:2]]
+    x, y = np.meshgrid(*(
+        low[i] + np.minimum(step * np.arange(np.floor(size[i] / step * (1.0 + FLATNESS)) + 1), size[i])
+        for i, step in enumerate(steps if spacing is None else (spacing[0], spacing[-1]))
+    ))  # fmt: skip
+    z = LinearTriInterpolator(sheet, points[:, 2])(x, y)
+    inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
+    while (gaps := np.ma.getmaskarray(z)).any():
+        missing = [side.mean() for side in (gaps[0], gaps[-1], gaps[:, 0], gaps[:, -1])]
+        if max(missing) == 0.0:
+            at = f"x = {x[gaps][0]:g}, y = {y[gaps][0]:g}"
+            raise ValueError(f"{path}: {gaps.sum()} points in holes, the first at {at}: expected no holes")
+        x, y, z = (axis[inner[int(np.argmax(missing))]] for axis in (x, y, z))
+    for i, name in enumerate("yx"):
+        _enough(path, f"different {name} within the outline", z.shape[i])
+    return Scan(x[0], y[:, 0], z.filled(), unit)
+
+
+def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
+    """Points (n, 3) and triangles (m, 3) of a file."""
+    try:
+        import meshio
+    except ImportError:
+        raise ValueError(f"{path}: expected meshio: pip install 'asperity[surface]'") from None
+    said = StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):
+            mesh = meshio.read(path)
+    except (Exception, SystemExit) as error:  # meshio prints and exits where it cannot read
+        text = " ".join(said.getvalue().split()) or error
+        raise ValueError(f"{path}: {text}: expected a file of triangles") from None
+    points, cells = np.asarray(mesh.points, dtype=float), mesh.cells_dict
+    triangles = cells.pop("triangle", np.empty((0, 3), dtype=int))
+    others = ", ".join(sorted(set(cells) - {"vertex", "line"})) or "none"
+    if others != "none" or not triangles.size or points.shape[1:] != (3,) or triangles.max() >= len(points):
+        found = f"{len(triangles)} triangles of {len(points)} points, other cells: {others}"
+        raise ValueError(f"{path}: {found}: expected triangles in space alone")
+    return points, triangles
 
 
 def _enough(path: Path, what: str, count: int) -> None:
