@@ -1,3 +1,4 @@
+# make help    this text
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
@@ -33,11 +34,13 @@ package := $(call files,$(native) pyproject.toml python)
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .DELETE_ON_ERROR:
-.PHONY: build demo test check $(parts) bench soak mutants hosts site wheel release dependencies clean distclean force
+.PHONY: build help demo test check $(parts) bench soak mutants hosts site wheel release dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
 	  echo build/release'
+help:
+	@sed '/^[^#]/Q; s/^# //' Makefile
 demo: .venv/installed
 	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) tools/demo.sh
 	@$(venv)/python tools/demo_numbers.py build/demo/figure05b.csv

@@ -3,4 +3,4 @@
 set -eu
 cd "$(dirname "$0")/.."
 mkdir -p build/demo
-.venv/bin/asperity run harness/cases/figure05b.nml -o build/demo/figure05b.csv --plot build/demo/figure05b.png
+.venv/bin/asperity run harness/cases/figure05b.nml -o build/demo/figure05b.csv --force --plot build/demo/figure05b.png

@@ -11,6 +11,9 @@ module failed_case
   private
   public :: write_failed_case
 
+  !> Start of every such file.
+  character(len=*), parameter, public :: failed_title = "&case title = 'failed increment "
+
 contains
 
   !> Write the file; numbers read back exactly.
@@ -25,7 +28,7 @@ contains
 
     call create_file(path, fd, written)
     if (.not. written) return
-    call write_line(fd, path, "&case title = 'failed increment " // integer_text(row%increment) // &
+    call write_line(fd, path, failed_title // integer_text(row%increment) // &
       " of step " // integer_text(row%step) // "' /", written)
     if (written) call write_line(fd, path, "&material" // entries("material") // " /", written)
     if (props(p_m) < 0.0_wp) then

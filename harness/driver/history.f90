@@ -22,8 +22,9 @@ module history
   private
   public :: open_history, start_from, add_replayed_row, add_row, close_history
 
-  character(len=*), parameter :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,damage,stored," // &
-    "rupture,friction,work,iterations,event"
+  !> Start of the header of every file.
+  character(len=*), parameter, public :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty," // &
+    "damage,stored,rupture,friction,work,iterations,event"
 
   !> The file, its last row and totals over its rows.
   type, public :: history_type

@@ -1,13 +1,30 @@
-/* What Fortran cannot do with files: compare them by their inodes, and take back a line that was written in part. */
+/* What Fortran cannot do with files: compare them by their inodes, look into them without waiting for a pipe, and take
+ * back a line that was written in part. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
 
+int posix_may_replace(const char *path, const char *start);
 int posix_same_file(const char *first, const char *second);
 int posix_write_line(int file, const char *line, size_t n);
+
+/* Whether a file is new, empty, or begins with a text of at most 64 bytes; devices and pipes are not replaced. */
+int posix_may_replace(const char *path, const char *start) {
+  struct stat found;
+  char head[64];
+  const size_t n = strlen(start) < sizeof head ? strlen(start) : sizeof head;
+  if (stat(path, &found) != 0 || !S_ISREG(found.st_mode) || found.st_size == 0) return 1;
+  const int file = open(path, O_RDONLY);
+  if (file < 0) return 0;
+  const ssize_t got = read(file, head, n);
+  close(file);
+  return got == (ssize_t)n && memcmp(head, start, n) == 0;
+}
 
 /* Whether two names denote the same existing file, also through a link. */
 int posix_same_file(const char *first, const char *second) {

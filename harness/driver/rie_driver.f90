@@ -11,23 +11,26 @@ program rie_driver
   use case_text, only: read_text, text_type
   use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
-  use row_file, only: same_file
+  use failed_case, only: failed_title
+  use history, only: point_columns
+  use row_file, only: may_replace, same_file
   use text_file, only: lower
   implicit none
 
-  character(len=*), parameter :: usage(10) = [character(len=80) :: &
-    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--only N]", &
+  character(len=*), parameter :: usage(11) = [character(len=96) :: &
+    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--only N] [--force]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
     "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane, worn_k with W0", &
     "  --quiet     no progress line, no summary", &
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
     "  --only N    of the values of &sweep only the one with number N, from 1", &
+    "  --force     replace files that rie_driver did not write", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input, 2 equilibrium lost or another", &
     "end than expected (the file has every row that converged)"]
   character(len=:), allocatable :: path, output, message
-  logical :: echo, planes, quiet
+  logical :: echo, force, planes, quiet
   integer :: only   !! number of the only value of the sweep to run, 0: all
 
   call read_command_line()
@@ -44,6 +47,7 @@ contains
     planes = .false.
     quiet = .false.
     echo = .false.
+    force = .false.
     only = 0
     i = 1
     if (command_argument_count() == 0) call reject("no case file")
@@ -63,6 +67,8 @@ contains
         quiet = .true.
       case ("--echo")
         echo = .true.
+      case ("--force")
+        force = .true.
       case ("--only")
         i = i + 1
         argument = argument_text(i)
@@ -138,14 +144,10 @@ contains
       stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
     end if
     do i = 1, size(cases)
-      if (same_file(result_file(stem, values, i), path)) call append(message, path // ": the output " // &
-        result_file(stem, values, i) // " would replace the case file")
-      if (same_file(failed_file(result_file(stem, values, i)), path)) call append(message, path // ": " // &
-        failed_file(result_file(stem, values, i)) // ", the case of a failed increment, would replace the case " // &
-        "file: expected another -o")
-      if (.not. allocated(cases(i)%replay%file)) cycle
-      if (same_file(result_file(stem, values, i), cases(i)%replay%file)) call append(message, path // &
-        ": the output " // result_file(stem, values, i) // " would replace the recorded strains: expected another -o")
+      call check_replaced(result_file(stem, values, i), path, "the case file", point_columns)
+      call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title)
+      if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
+        "the recorded strains")
     end do
     if (only > size(cases)) call append(message, path // ": --only " // integer_text(only) // ": expected 1 to " // &
       integer_text(size(cases)) // ", the number of values of &sweep")
@@ -176,6 +178,19 @@ contains
     call finish(worst)
   end subroutine run
 
+  !> Report an output that would replace a file of the input or, without --force, one that this program did not write.
+  subroutine check_replaced(name, read, kind, start)
+    character(len=*), intent(in) :: name              !! output
+    character(len=*), intent(in) :: read              !! file of the input
+    character(len=*), intent(in) :: kind              !! what this file is
+    character(len=*), intent(in), optional :: start   !! text with which this program begins such outputs
+    if (same_file(name, read)) then
+      call append(message, path // ": the output " // name // " would replace " // kind // ": expected another -o")
+    else if (present(start) .and. .not. force) then
+      if (.not. may_replace(name, start)) call append(message, path // ": the output " // name // " would replace " // &
+        "a file that rie_driver did not write: expected another -o, or --force")
+    end if
+  end subroutine check_replaced
 
   !> File with the rows of a case, of a value of its sweep if it has one.
   pure function result_file(stem, values, i) result(name)

@@ -8,7 +8,7 @@ module row_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
   implicit none
   private
-  public :: create_file, write_line, close_file, same_file
+  public :: create_file, write_line, close_file, same_file, may_replace
 
   integer(c_int), parameter :: standard_output = 1_c_int, permissions = int(o"666", c_int)
 
@@ -49,6 +49,16 @@ module row_file
       character(kind=c_char), intent(in) :: second(*)
       integer(c_int) :: same
     end function c_same_file
+    !> posix_file.c: whether a file may be replaced.
+    function c_may_replace(path, start) bind(c, name="posix_may_replace") result(may)
+      import :: c_char, c_int
+      implicit none
+      ! allow(C071): the interface is that of C
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C071): the interface is that of C
+      character(kind=c_char), intent(in) :: start(*)
+      integer(c_int) :: may
+    end function c_may_replace
     !> Standard C: write to standard error why the last call failed.
     subroutine c_perror(prefix) bind(c, name="perror")
       import :: c_char
@@ -66,6 +76,15 @@ contains
     logical :: same
     same = c_same_file(first // c_null_char, second // c_null_char) /= 0
   end function same_file
+
+  !> Whether a file is new or empty, or one that this program wrote; "-" is standard output.
+  function may_replace(path, start) result(may)
+    character(len=*), intent(in) :: path    !! file
+    character(len=*), intent(in) :: start   !! text with which this program begins such files
+    logical :: may
+    may = path == "-"
+    if (.not. may) may = c_may_replace(path // c_null_char, start // c_null_char) /= 0
+  end function may_replace
 
   !> Create or empty a file for writing; "-" is standard output.
   subroutine create_file(path, file, good)

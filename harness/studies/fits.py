@@ -154,7 +154,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-study", action="store_true", help="of the page only the example and its picture"
     )
     parser.add_argument("--repetitions", type=int, default=100, help="of the study (default: %(default)s)")
-    add_workers(parser, "one for each processor")
+    add_workers(parser)
     parser.set_defaults(action=_write)
 
 

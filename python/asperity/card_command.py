@@ -10,8 +10,11 @@ from . import contract
 from .cards import mtest
 from .cards.blocks import HOSTS
 from .case_files import Run, read_case
-from .options import add_options
+from .options import add_options, add_output, check_outputs
 from .remarks import shown_warnings
+
+START = r".{,80}asperity \d|\{\s+\"elements\": \[\s+\"Geo_U"
+"""Start of a block; JSON, for Kratos, has no comments."""
 
 
 def add_arguments(card: argparse.ArgumentParser) -> None:
@@ -22,8 +25,8 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
         ("--host", None, str, {"required": True, "choices": tuple(HOSTS)}),
         ("--name NAME", "name of material and elements", "INTERFACE"),
         ("--value VALUE", "value of the sweep, for a case with a sweep", str),
-        ("-o --output FILE", "write the block to this file", Path),
     )
+    add_output(card, "FILE", "write the block to this file")
     for row in contract.owned("host", "numerics"):
         text = f"{row.meaning} (default: that of &replay, or {row.default:g})"
         card.add_argument(f"--{row.name}", type=int if row.integral else float, help=text)
@@ -44,6 +47,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
 
 def _card(options: argparse.Namespace) -> int:
     """Print or write the block; each warning is a line on standard error."""
+    check_outputs(options.force, [options.case], ("-o", options.output, START))
     with shown_warnings():
         run = read_run(options.case, options.value)
         of_host = run.of_host()

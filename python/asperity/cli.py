@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
-from .options import add_options, add_workers, check_picture, units_of
+from .options import add_options, add_output, add_workers, check_outputs, units_of
 from .results import NO_EQUILIBRIUM, read_rows, results_of
 
 
@@ -88,7 +88,10 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
         formatter_class=_Help,
     )
-    parser.epilog = "asperity COMMAND --help explains a command."
+    parser.epilog = (
+        "asperity COMMAND --help explains a command. --jobs N sets the number of processes of barton, fit, "
+        "paper, run, select and uncertainty."
+    )
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, (summary, add_arguments) in COMMANDS.items():
@@ -108,13 +111,13 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
     add_options(
         run,
         ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", str),
-        ("-o --output OUT.csv", "result (default: the case's name, .csv, here)", Path),
         ("--plot FILE.png", drawn, Path, {"nargs": "?", "const": Path()}),
         ("--planes", "columns of the state of every plane"),
         ("--quiet", "no progress and no summary"),
-        ("--units LENGTH,STRESS", "units for the labels of the plot (default: mm,MPa)", str),
+        ("--label-units LENGTH,STRESS", "units for the labels of the plot (default: mm,MPa)", str),
     )
-    add_workers(run, "one driver runs all values of a sweep")
+    add_output(run, "OUT.csv", "result (default: the case's name, .csv, here)")
+    add_workers(run)
     run.set_defaults(action=_run)
 
 
@@ -142,16 +145,17 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
 
 def _run(options: argparse.Namespace) -> int:
     """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
-    if options.units is not None and options.plot is None:
-        raise ValueError(f"--units {options.units}: expected with --plot, whose labels have units")
-    units = units_of(options.units or "mm,MPa")
-    if options.plot not in (None, Path()):
-        check_picture(options.plot)
+    labels = options.label_units
+    if labels is not None and options.plot is None:
+        raise ValueError(f"--label-units {labels}: expected with --plot, whose labels have units")
+    units = units_of(labels or "mm,MPa")
     path = Path(options.case)
     path = path if path.is_file() or path.suffix else named_case(options.case)
     output = options.output or Path(path.stem + ".csv")
+    png = output.with_suffix(".png") if options.plot == Path() else options.plot
+    check_outputs(options.force, [path], ("--plot", png))
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
-    passed_on = [f"--{name}" for name in ("planes", "quiet") if getattr(options, name)]
+    passed_on = [f"--{name}" for name in ("planes", "quiet", "force") if getattr(options, name)]
     if options.jobs is None:
         code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
     else:
@@ -164,7 +168,6 @@ def _run(options: argparse.Namespace) -> int:
         from .plots import figure_of
         from .style import save
 
-        png = output.with_suffix(".png") if options.plot == Path() else options.plot
         results = {value: read_rows(path) for value, path in written.items()}
         case = read_case(path)
         joints = {(run.material, run.pattern): run.interface for run in case.runs}

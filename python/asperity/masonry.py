@@ -6,14 +6,13 @@ import argparse
 import re
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from . import contract
 from .interface import Interface
 from .material import Material, ModelWarning
-from .options import add_options, assigned
+from .options import add_options, add_output, assigned, check_outputs
 from .pattern import Pattern
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
@@ -48,8 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         ("values NAME=VALUE", names, str, {"nargs": "*"}),
         ("--sigma-N SIGMA_N,...", pressures, str, {"nargs": "+", "default": [PRESSURES]}),
-        ("-o --output FILE.nml", "write the groups, a new file", Path),
     )
+    add_output(parser, "FILE.nml", "write the groups, a new file")
     # a list that begins with a minus sign is a value, as a number is
     parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.set_defaults(action=_run)
@@ -83,6 +82,7 @@ def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, want
 
 def _run(options: argparse.Namespace) -> int:
     values, stresses = _checked(options)
+    check_outputs(options.force, [], ("-o", options.output))
     material = Material.from_masonry(**values)
     tan_psi = values.get("tan_psi", 0.0)
     pattern = pattern_of(tan_psi)
@@ -110,8 +110,7 @@ def _run(options: argparse.Namespace) -> int:
                 better = strength_for_peak(material, pattern, sigma_N, wanted)
             print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
-        with options.output.open("x", encoding="utf-8") as file:
-            file.write(group)
+        options.output.write_text(group, encoding="utf-8")
         print(f"\n{options.output}")
     return 0
 

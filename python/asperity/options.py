@@ -1,4 +1,4 @@
-"""What commands have in common: tables of arguments, --jobs, --units, names of pictures, a progress bar."""
+"""What commands have in common: tables of arguments, --jobs, --force, what is written, a progress bar."""
 
 from __future__ import annotations
 
@@ -56,9 +56,15 @@ def command_line(
     return words
 
 
-def add_workers(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add the option --jobs; default: what is used without it, for the help."""
-    add_options(parser, ("--jobs N", f"number of processes (default: {default})", int))
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add the option --jobs, which the help of `asperity` describes once for all commands."""
+    parser.add_argument("--jobs", type=int, help=argparse.SUPPRESS)
+
+
+def add_output(parser: argparse.ArgumentParser, usage: str, text: str, default: Any = Path) -> None:
+    """Add the options -o, the main result of a command, and --force."""
+    force = ("--force", "replace files that this command did not write itself")
+    add_options(parser, (f"-o --output {usage}", text, default), force)
 
 
 def workers(options: argparse.Namespace, jobs: int | None = None) -> AbstractContextManager[Executor | None]:
@@ -115,10 +121,10 @@ def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[flo
 
 
 def units_of(text: str) -> tuple[str, str]:
-    """Units of length and stress of the option --units."""
+    """Units of length and stress of the option --label-units."""
     length, comma, stress = text.partition(",")
     if not comma or "," in stress:
-        raise ValueError(f"--units {text}: expected LENGTH,STRESS")
+        raise ValueError(f"--label-units {text}: expected LENGTH,STRESS")
     return length, stress
 
 
@@ -128,13 +134,17 @@ def check_picture(path: Path) -> None:
         raise ValueError(f"{path}: expected a name that ends in .png or .pdf")
 
 
-def check_outputs(read: Iterable[Path | None], *written: tuple[str, Path | None]) -> None:
-    """Raise ValueError, before the work starts, for outputs that cannot be written or replace what is read.
+def check_outputs(
+    force: bool, read: Iterable[Path | None], *written: tuple[str, Path | None] | tuple[str, Path | None, str]
+) -> None:
+    """Raise ValueError, before the work starts, for outputs that cannot be written or replace other files.
 
-    written: option and file; those of --plot are pictures.
+    A file that is there is replaced if the command wrote it itself, or with `force`; what is read never is.
+    written: option, file and, unless it is a picture, a regular expression for the start of what the command
+    writes there; without one the file must be a new one.  Those of --plot are pictures.
     """
     taken = [path.resolve() for path in read if path is not None]
-    for option, path in written:
+    for option, path, *start in written:
         if path is None:
             continue
         if option == "--plot" and path.suffix not in (".png", ".pdf"):
@@ -147,4 +157,23 @@ def check_outputs(read: Iterable[Path | None], *written: tuple[str, Path | None]
             raise ValueError(
                 f"{option} {path}: this file is read or written by the same command: expected another name"
             )
+        own = start[0] if start else PICTURES.get(path.suffix)
+        if not (force or may_replace(path, own)):
+            raise ValueError(
+                f"{option} {path}: this file is there and is not replaced: expected another name, or --force"
+            )
         taken.append(path.resolve())
+
+
+PICTURES = {
+    ".png": "\x89PNG.{,200}Software\0asperity",
+    ".pdf": r"%PDF.*/Creator \(asperity\)",
+}
+"""Starts of the pictures that this package writes, by ending."""
+
+
+def may_replace(path: Path, start: str | None) -> bool:
+    """Whether a file is new, empty, a device, or begins as the command begins it (regular expression)."""
+    if not path.is_file() or path.stat().st_size == 0:
+        return True
+    return bool(start) and bool(re.match(start, path.read_bytes().decode("latin-1"), re.DOTALL))

@@ -6,9 +6,10 @@ import argparse
 import re
 import subprocess
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from .installed import all_cases, driver, named_case
-from .options import add_options, assigned
+from .options import add_options, add_output, assigned, check_outputs
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
 """Entries of the load path, and their values in a new case."""
@@ -22,7 +23,7 @@ TEXT = """! Slip under a constant normal traction; units here: mm, MPa. Run it b
 ! Components are (N, Tx, Ty); tension and opening are positive, angles are in degrees.
 &case title = 'Slip under pressure' /
 
-! sigma0: strength of the bond, Gc: its fracture energy, eta: 1 - s0/sf, mu: friction,
+! sigma0: strength of the bond, Gc: its rupture energy, eta: 1 - s0/sf, mu: friction,
 ! kc: normal stiffness of the closed joint over that of the bond: 1 for a lumped mortar joint, 10 and more
 ! for a crack or an unmated rock joint, or closure, the largest closure, instead
 &material {material} /
@@ -43,11 +44,8 @@ def new_arguments(new: argparse.ArgumentParser) -> None:
         f"constants and load path, with the names of case files: {', '.join([*MATERIAL, *PATTERN])}, "
         f"{', '.join(LOAD)}; a constant may also be another one of &material or &pattern"
     )
-    add_options(
-        new,
-        ("values NAME=VALUE", names, str, {"nargs": "*"}),
-        ("-o --output CASE.nml", "a new file", Path("case.nml")),
-    )
+    add_options(new, ("values NAME=VALUE", names, str, {"nargs": "*"}))
+    add_output(new, "CASE.nml", "a new file", Path("case.nml"))
     new.set_defaults(action=_new)
 
 
@@ -56,16 +54,14 @@ def cases_arguments(cases: argparse.ArgumentParser) -> None:
     cases.description = (
         "List the case files that come with the package, or copy one; asperity run takes their names, too."
     )
-    add_options(
-        cases,
-        ("name NAME", "copy this case (default: list all)", str, {"nargs": "?"}),
-        ("-o --output CASE.nml", "a new file (default: the name of the case, here)", Path),
-    )
+    add_options(cases, ("name NAME", "copy this case (default: list all)", str, {"nargs": "?"}))
+    add_output(cases, "CASE.nml", "a new file (default: the name of the case, here)")
     cases.set_defaults(action=_cases)
 
 
 def _new(options: argparse.Namespace) -> int:
     values = assigned(options.values)
+    check_outputs(options.force, [], ("-o", options.output))
     taken = {name: values.pop(name, value) for name, value in LOAD.items()}
     pattern = {name: values.pop(name, value) for name, value in (PATTERN | {"turn": ""}).items()}
     if pattern["sides"].strip() == "0":
@@ -74,11 +70,15 @@ def _new(options: argparse.Namespace) -> int:
     material = ({"mu": MATERIAL["mu"]} if {"kn", "ks"} & set(values) else MATERIAL) | values
     groups = [_entries(material), _entries({name: text for name, text in pattern.items() if text})]
     text = TEXT.format(name=options.output, material=groups[0], pattern=groups[1], **taken)
-    _write(options.output, text.encode())
-    checked = subprocess.run([driver(), options.output, "--echo"], capture_output=True, check=False)
+    with TemporaryDirectory() as folder:
+        trial = Path(folder, "case.nml")
+        trial.write_text(text, encoding="utf-8")
+        checked = subprocess.run([driver(), trial, "--echo"], capture_output=True, text=True, check=False)
     if checked.returncode != 0:
-        options.output.unlink()
-        raise ValueError(checked.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
+        # the values are those of the command: there is no file and no line to look at
+        place = rf"(?m)^.*{re.escape(str(trial))}(:\d+)?: "
+        raise ValueError(re.sub(place, "", checked.stderr.strip()))
+    options.output.write_text(text, encoding="utf-8")
     print(options.output)
     return 0
 
@@ -92,21 +92,14 @@ def _cases(options: argparse.Namespace) -> int:
         return 0
     path = named_case(options.name)
     output = options.output or Path(path.name)
-    _write(output, path.read_bytes())
+    check_outputs(options.force, [path], ("-o", output))
+    output.write_bytes(path.read_bytes())
     print(output)
     return 0
 
 
 def _entries(values: dict[str, str]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in values.items())
-
-
-def _write(path: Path, text: bytes) -> None:
-    try:
-        with path.open("xb") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ValueError(f"{path}: expected a name that is not taken, -o gives another one") from None
 
 
 def _title(path: Path) -> str:

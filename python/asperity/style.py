@@ -94,16 +94,19 @@ def encoded(figure: Figure, ending: str) -> bytes:
     """File of a figure: PNG with a palette of 256 colours, or PDF; equal figures give equal files."""
     buffer = io.BytesIO()
     if ending == ".pdf":
-        figure.savefig(buffer, format="pdf", metadata={"CreationDate": None, "Producer": None})
+        metadata = {"CreationDate": None, "Producer": None, "Creator": "asperity"}
+        figure.savefig(buffer, format="pdf", metadata=metadata)
         return buffer.getvalue()
-    from PIL import Image
+    from PIL import Image, PngImagePlugin
 
+    made = PngImagePlugin.PngInfo()
+    made.add_text("Software", "asperity")  # commands replace only pictures of this package
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
     small = io.BytesIO()
     with Image.open(buffer) as image:
         # shades of one colour beside each other compress well; a pattern of dots (dither) does not
         palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-        palette.save(small, format="png", optimize=True)
+        palette.save(small, format="png", optimize=True, pnginfo=made)
     return small.getvalue()
 
 

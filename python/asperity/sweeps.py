@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -12,8 +13,11 @@ from tempfile import TemporaryDirectory
 
 from .case_files import read_case
 from .installed import driver
-from .options import progress_bar, workers
+from .options import check_outputs, progress_bar, workers
 from .parallel import map_in_order
+
+START = 24
+"""Bytes at the start of a result or of a failed increment by which a file of the driver is known."""
 
 
 def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:
@@ -30,14 +34,12 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
     one_run = partial(_one_run, case, output, passed_on)
     with workers(options) as executor, progress_bar(count, "run") as bar:
         done = map_in_order(one_run, range(1, count + 1), executor, bar.update)
-    for _, _, files in done:
-        for name, content in files.items():
-            path = output.parent / name
-            if path.exists() and path.samefile(case):
-                raise ValueError(
-                    f"{case}: the output {path} would replace the case file: expected another -o"
-                )
-            path.write_bytes(content)
+    written = {output.parent / name: content for _, _, files in done for name, content in files.items()}
+    for path, content in written.items():
+        # the first entries of a file say whether a driver wrote it
+        check_outputs(options.force, [case], ("-o", path, re.escape(content[:START].decode())))
+    for path, content in written.items():
+        path.write_bytes(content)
     lines = dict.fromkeys(line for _, messages, _ in done for line in messages.splitlines(keepends=True))
     sys.stderr.write("".join(lines))
     return max(code for code, _, _ in done)

@@ -34,12 +34,23 @@ foreach(symbol umat_ vumat_ vumat_single_ asperity_version asperity_isa asperity
   endif()
 endforeach()
 
-step(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/foreign -B ${build} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
+step(configure ${CMAKE_COMMAND} -S ${prefix}/share/doc/asperity/example -B ${build} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
      -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
      -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
 step(build ${CMAKE_COMMAND} --build ${build})
 step(from_c ${build}/from_c)
+step(from_fortran_static ${build}/from_fortran_static)
 step(from_fortran ${build}/from_fortran)
+step(example ${build}/example)
+if(NOT output MATCHES "^ +0.0000 +2.5000 +0.0000")
+  message("the example of docs/reference/c.md prints another traction:\n${output}")
+  finish(1)
+endif()
+file(GLOB_RECURSE license ${prefix}/*/LICENSE)
+if(NOT license)
+  message("no LICENSE in ${prefix}")
+  finish(1)
+endif()
 
 find_program(PKG_CONFIG NAMES pkg-config pkgconf)
 if(PKG_CONFIG)

@@ -124,7 +124,7 @@ def test_rows_are_those_of_the_interface() -> None:
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command prints both laws for each stress, PROPS and the card; the case has the constants."""
     case, plot = tmp_path / "joint.nml", tmp_path / "barton.png"
-    more = (f"--plot={plot}", f"--case={case}", "--card=abaqus", "--starts=1")
+    more = (f"--plot={plot}", f"--output={case}", "--card=abaqus", "--starts=1")
     assert main(command(*more)) == 0
     text = capsys.readouterr().out
     rows = re.findall(r"^ +(0\.5|1|2) +\d", text, re.MULTILINE)

@@ -188,8 +188,8 @@ def test_run_errors(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Errors of the command itself: exit code 1, one line."""
-    assert main(["run", write("case.nml", CASE), "--plot", "--units", "mm"]) == 1
-    assert_one_line(capsys.readouterr().err, "--units mm", "expected LENGTH,STRESS")
+    assert main(["run", write("case.nml", CASE), "--plot", "--label-units", "mm"]) == 1
+    assert_one_line(capsys.readouterr().err, "--label-units mm", "expected LENGTH,STRESS")
     assert main(["run", "case.nml", "--plot", "no/such/folder.png"]) == 1
     assert_one_line(capsys.readouterr().err, "no/such/folder.png")
     monkeypatch.setenv("ASPERITY_DRIVER", "nowhere")
@@ -393,7 +393,7 @@ def test_case_in_another_encoding(folder: Path) -> None:
     ("line", "expected"),
     [
         ("asperity sel", {"select"}),
-        ("asperity paper --fo", {"--folder"}),
+        ("asperity paper --fo", {"--force"}),
         ("asperity card --host aba", {"abaqus"}),
     ],
 )

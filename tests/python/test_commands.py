@@ -51,8 +51,8 @@ def test_new_case() -> None:
         (["mu=-1"], "&material: mu = -1: expected >= 0"),
         (["friction=1"], "&material: friction = 1: unknown name, expected one of sigma0"),
         (["slip=far"], 'slip = "far": expected a number'),
-        (["-o", "taken.nml"], "taken.nml: expected a name that is not taken"),
-        (["-o", "none/case.nml"], "none/case.nml: No such file or directory"),
+        (["-o", "taken.nml"], "taken.nml: this file is there and is not replaced"),
+        (["-o", "none/case.nml"], "-o none/case.nml: no folder none: expected one"),
     ],
 )
 def test_new_refused(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -160,7 +160,7 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["run", "figure05b", "--units", "m,Pa"], "--units m,Pa: expected with --plot"),
+        (["run", "figure05b", "--label-units", "m,Pa"], "--label-units m,Pa: expected with --plot"),
     ],
 )
 def test_options_that_would_do_nothing(

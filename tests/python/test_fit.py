@@ -19,7 +19,9 @@ from asperity.fit.fitting import fit
 from asperity.fit.outcome import residual_ratio
 from asperity.fit.records import read_records
 from asperity.fit.report import case_text, identifiability, report
+from asperity.fit.search import COVARIANCE, HEADING
 from asperity.fit.shear_test import ShearTest
+from asperity.options import PICTURES, may_replace
 
 from harness.studies import synthetic as study
 from harness.studies.fits import NOISES, coverage
@@ -391,7 +393,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"old.csv: byte 10 is no text in UTF-8: expected a CSV file"):
         read_records([path])
     path = write(tmp_path, HEADER + ROWS)
-    with pytest.raises(ValueError, match=r"record.csv: given twice: expected each record once"):
+    with pytest.raises(ValueError, match=r"record.csv: given twice: expected each file once"):
         read_records([path, tmp_path / "." / "record.csv"])
     other = write(tmp_path, WITH_UNITS + ROWS, "other.csv")
     with pytest.raises(
@@ -593,14 +595,15 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
         "1",
         "--plot",
         "fit.png",
-        "--case",
+        "-o",
         "fit.nml",
     ]
     assert main(["fit", "record.csv", *options, "--card", "abaqus"]) == 0
     printed = capsys.readouterr().out
     assert "*User Material" in printed and "MPa mm" in printed
     assert printed.endswith("fit.png\nfit.nml\nfit.fit.json\n")
-    assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
+    for name, start in (("fit.png", PICTURES[".png"]), ("fit.nml", HEADING), ("fit.fit.json", COVARIANCE)):
+        assert may_replace(Path(name), start)
     line = re.search(r"^PROPS\((\d+)\)   (.*)$", printed, re.MULTILINE)
     assert line and int(line[1]) == contract.N_FIXED_PROPS
     case = read_case(Path("fit.nml"))
@@ -638,7 +641,7 @@ def test_case_without_a_sweep() -> None:
         ),
         (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected one value"),
         (["--plot", "none/fit.png"], "--plot none/fit.png: no folder none: expected one that is there"),
-        (["--case", "."], "--case .: expected a file that can be written"),
+        (["-o", "."], "-o .: expected a file that can be written"),
         (["--k-N", "-1"], "k_N = -1: expected a finite stiffness >= 0"),
         (["--compression-positive"], "line 2, column sigma_N: -1 is tension: expected compression"),
     ],

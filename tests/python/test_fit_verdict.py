@@ -20,6 +20,7 @@ from asperity.cli import main
 from asperity.fit.command import add_arguments
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit
+from asperity.fit.search import HEADING
 from asperity.fit.verdict import outliers, refusals, saturates
 from asperity.options import command_line
 
@@ -76,7 +77,7 @@ def refused(code: int, out: str) -> list[str]:
 def test_plain_fit_is_right(command: Command) -> None:
     """Without options every constant is free, and the case that is written has the fitted ones."""
     record()
-    code, out = command(["fit", "record.csv", "--case", "joint.nml"])
+    code, out = command(["fit", "record.csv", "-o", "joint.nml"])
     assert code == 0
     holds(out)
     line = re.search(rf"^PROPS\({contract.N_FIXED_PROPS}\)   (.*)$", out, re.MULTILINE)
@@ -90,7 +91,7 @@ def test_wrong_pattern(command: Command) -> None:
     """A ridge fitted with the default pattern is refused; the proposed command finds its constants."""
     record(sides=2)
     given = ["--set", " ".join(f"{name}={HELD_OUT[name]}" for name in ("eta", "flat", "kc"))]
-    code, out = command(["fit", "record.csv", *given, "--case", "joint.nml", "--card", "abaqus"])
+    code, out = command(["fit", "record.csv", *given, "-o", "joint.nml", "--card", "abaqus"])
     proposed = refused(code, out)
     assert "no result: " in out and "correlated" in out and "*User Material" not in out
     assert not Path("joint.nml").exists()
@@ -267,9 +268,9 @@ def test_height_is_proposed(command: Command) -> None:
 def test_accepted_constants_are_marked(command: Command) -> None:
     """With --accept the best constants are printed and written; report and case say that they are poor."""
     record(sides=2)
-    arguments = ["fit", "record.csv", "--starts", "1", "--case", "joint.nml", "--accept"]
+    arguments = ["fit", "record.csv", "--starts", "1", "-o", "joint.nml", "--accept"]
     code, out = command(arguments)
     poor = re.search(r"^poor: (.*)$", out, re.MULTILINE)
     assert code == 0 and poor and "neighbouring rows are correlated" in poor[1] and "PROPS" in out
-    assert Path("joint.nml").read_text(encoding="utf-8").startswith(f"! Poor: {poor[1]}.\n")
+    assert Path("joint.nml").read_text(encoding="utf-8").startswith(f"{HEADING}\n! Poor: {poor[1]}.\n")
     assert read_case(Path("joint.nml")).runs and not Path("joint.fit.json").exists()

@@ -228,7 +228,7 @@ def test_page_is_the_committed_one(again: Path) -> None:
 @pytest.mark.slow
 def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """With --figure the other figures are not written; findings are printed; --pdf adds vector pictures."""
-    assert main(["paper", "--folder", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
+    assert main(["paper", "-o", str(tmp_path / "new"), "--pdf", "--figure", "2", "4A"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("figure02\n- The largest traction is 3 MPa")
     assert out.endswith(f"\n{tmp_path / 'new'}\n")

@@ -16,7 +16,7 @@ from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.surface import slopes
-from asperity.surface.command import case_lines, props_line
+from asperity.surface.command import HEADING, case_lines, props_line
 from asperity.surface.scan import Scan
 from asperity.surface.scan_files import read_scan
 from asperity.surface.slopes import Planes, Slips
@@ -705,7 +705,7 @@ def test_case_for_the_other_commands(
     assert "mu = 0.4" in out and Path("box.nml").read_text(encoding="utf-8") == BOX
     text = Path("found.nml").read_text(encoding="utf-8")
     lines = re.search(r"^&pattern.*?/$", out, re.MULTILINE | re.DOTALL)
-    assert lines and text == re.sub(r"&pattern.*?10.0 /", lines[0], BOX, flags=re.DOTALL)
+    assert lines and text == HEADING + re.sub(r"&pattern.*?10.0 /", lines[0], BOX, flags=re.DOTALL)
     interface = read_case(Path("found.nml")).runs[0].interface
     props = re.search(r"^PROPS  (.*)$", out, re.MULTILINE)
     assert props and [float(v) for v in props[1].split(",")] == pytest.approx(interface.props(), abs=1e-8)

@@ -58,7 +58,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
         "--size", type=int, default=24, metavar="N", help="cells along an axis (default: %(default)s)"
     )
     maps.add_argument("--pdf", action="store_true", help="PDF beside PNG")
-    add_workers(maps, "one for each processor")
+    add_workers(maps)
     maps.set_defaults(action=_map)
 
 

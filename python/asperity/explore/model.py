@@ -19,7 +19,7 @@ from ..pattern_pictures import outlines
 
 SLIDERS: dict[str, tuple[float, str, float, float, float]] = {
     "sigma0": (3.0, "strength sigma0 [MPa]", 0.1, 10.0, 0.05),
-    "Gc": (0.3, "fracture energy Gc [N/mm]", 0.01, 2.0, 0.01),
+    "Gc": (0.3, "rupture energy Gc [N/mm]", 0.01, 2.0, 0.01),
     "eta": (0.9, "eta = 1 - s0/sf [-]", 0.5, 0.99, 0.01),
     "mu": (0.5, "friction mu [-]", 0.0, 1.5, 0.01),
     "kc": (20.0, "contact stiffness kc [-]", 0.0, 4.0, 0.05),

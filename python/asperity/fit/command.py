@@ -145,6 +145,6 @@ def _next(
             f"{unknown[0]} from another test: these tests do not contain it"
         )
     return (
-        f"next: {command(given, plot=options.plot or Path('fit.png'))}\n      and look where record and fit "
+        f"next: {command(given, plot=options.plot or Path('fit.png'))}\n      and look where test and fit "
         "differ: units, signs, pattern (--sides), rows to leave out; --accept takes these constants"
     )

@@ -104,7 +104,7 @@ def read_records(
     seen: list[Path] = []
     for path in paths:
         if path.resolve() in seen:
-            raise ValueError(f"{path}: given twice: expected each record once")
+            raise ValueError(f"{path}: given twice: expected each file once")
         seen.append(path.resolve())
         try:
             found = _read(path, target, columns or {}, -1.0 if compression_positive else 1.0)

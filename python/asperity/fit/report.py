@@ -281,7 +281,7 @@ def case_text(found: Fit) -> str:
     material = ", ".join(f"{name} = {values[name]}" for name in there)
     slips = ", ".join(f"{slip:.6g}" for slip in turns)
     increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
-    lines = ["! Identified by asperity fit."]
+    lines = []
     if any(test.k_N > 0.0 for test in problem.tests):
         lines.append(
             "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."

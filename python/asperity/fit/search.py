@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..cards.blocks import HOSTS
-from ..options import add_options, add_workers, check_outputs, numbers, progress_bar, workers
+from ..options import add_options, add_output, add_workers, check_outputs, numbers, progress_bar, workers
 from .covariance import covariance_text, file_of
 from .fitting import STARTS_TRIED, fit
 from .model import INCREMENTS, SCALES, SIDES
@@ -17,6 +17,10 @@ from .outcome import Fit
 from .ranges import DEFAULT_FREE, needed
 from .shear_test import ShearTest
 from .verdict import Change
+
+HEADING = "! Identified by asperity fit."
+COVARIANCE = r'\{\s+"parameters"'
+"""Starts of the files that a search writes."""
 
 
 def add_search(
@@ -53,18 +57,18 @@ def add_search(
             Path,
             {"nargs": "?", "const": Path("fit.png")},
         ),
-        ("-o --case CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json", Path),
         ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
-    add_workers(parser, "threads, one for each processor")
+    add_output(parser, "CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json")
+    add_workers(parser)
     parser.set_defaults(confidence=0.95, model_error=0.0, accept=False)
 
 
 def check_search(options: argparse.Namespace) -> None:
     """Raise ValueError for options of the search that can be refused before the work starts."""
-    beside = None if options.case is None else file_of(options.case)
-    read = getattr(options, "records", ())
-    check_outputs(read, ("--plot", options.plot), ("--case", options.case), ("--case", beside))
+    beside = None if options.output is None else file_of(options.output)
+    written = ("--plot", options.plot), ("-o", options.output, HEADING), ("-o", beside, COVARIANCE)
+    check_outputs(options.force, getattr(options, "records", ()), *written)
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
 
@@ -91,11 +95,11 @@ def write(
 
         draw(found, options.plot, units, of_tests)
         print(options.plot)
-    if options.case is not None and taken:
+    if options.output is not None and taken:
         poor = f"! Poor: {'; '.join(reasons)}.\n" if reasons else ""
-        files = {options.case: poor + case_text(found)}
+        files = {options.output: f"{HEADING}\n{poor}{case_text(found)}"}
         if not of_tests and not reasons:
-            files[file_of(options.case)] = covariance_text(found)
+            files[file_of(options.output)] = covariance_text(found)
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
             print(path)

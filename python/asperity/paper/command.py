@@ -10,7 +10,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from ..options import add_options, add_workers, progress_bar, workers
+from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
 from ..parallel import map_in_order
 from ..style import encoded, printed
 from .direction_figures import figure_7, figure_8, figure_9, figure_10, figure_11, figure_12, figure_13
@@ -46,22 +46,22 @@ ENTRIES = (
 
 def add_arguments(paper: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
+    add_output(paper, "DIR", "folder of the pictures and the numbers", Path("gallery"))
     add_options(
         paper,
-        ("--folder DIR", "folder of the pictures and the numbers", Path("gallery")),
         ("--pdf", "also write vector pictures (PDF)"),
         ("--figure NUMBER", "only these, such as 4a, 4 or table5 (default: all)", str, {"nargs": "+"}),
     )
-    add_workers(paper, "one for each processor")
+    add_workers(paper)
     paper.set_defaults(action=_action)
 
 
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure) if options.figure else ENTRIES
     with workers(options, os.cpu_count()) as executor:
-        found = write(wanted, options.folder, options.pdf, executor)
+        found = write(wanted, options.output, options.pdf, executor, options.force)
     print("\n".join(f"{name}\n{text}" for name, text in found.items()))
-    print(options.folder)
+    print(options.output)
     return 0
 
 
@@ -82,11 +82,15 @@ def _names(entry: Entry) -> set[str]:
 
 
 def write(
-    entries: Sequence[Entry], folder: Path, pdf: bool = False, executor: Executor | None = None
+    entries: Sequence[Entry],
+    folder: Path,
+    pdf: bool = False,
+    executor: Executor | None = None,
+    force: bool = True,
 ) -> dict[str, str]:
     """Write pictures and numbers of entries into a folder; return their findings by the names of the files.
 
-    executor: as in `map_in_order`; without one, one entry after the other.
+    executor: as in `map_in_order`; without one, one entry after the other.  force: as in `check_outputs`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     # The last entries take longest, so they start first.
@@ -94,9 +98,12 @@ def write(
     with progress_bar(len(entries), "figure") as bar:
         one = executor or ThreadPoolExecutor(1)
         made = map_in_order(partial(_make_one, pdf), numbers, one, bar.update)[::-1]
-    for files, _ in made:
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
+    contents = {folder / name: content for files, _ in made for name, content in files.items()}
+    for path, content in contents.items():
+        header = [re.escape(content.decode().partition("\n")[0])] if path.suffix == ".csv" else []
+        check_outputs(force, [], ("-o", path, *header))
+    for path, content in contents.items():
+        path.write_bytes(content)
     return {entry.stem: text for entry, (_, text) in zip(entries, made, strict=True)}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..case_files import SlipTest, case_lines, read_case, slip_tests
 from ..material import ModelWarning
-from ..options import add_options, add_workers, check_outputs, progress_bar, workers
+from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
 from .search import (
@@ -26,6 +26,9 @@ from .search import (
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
 
+HEADING = "! Pattern of asperity select.\n"
+"""First line of the case that is written."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
@@ -38,9 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         ("--tolerance ERROR", "largest error of traction, dilation and residual strength", 0.01),
         ("--planar", "the surface is a ridge and slips across it, along the direction of the case only"),
-        ("-o --output CHOSEN.nml", "write the case with the selected pattern, for run and card", Path),
     )
-    add_workers(parser, "threads, one for each processor")
+    add_output(parser, "CHOSEN.nml", "write the case with the selected pattern, for run and card")
+    add_workers(parser)
     parser.set_defaults(action=_run)
 
 
@@ -84,7 +87,7 @@ def _turns(test: SlipTest) -> tuple[float, ...]:
 
 
 def _run(options: argparse.Namespace) -> int:
-    check_outputs([options.case], ("-o", options.output))
+    check_outputs(options.force, [options.case], ("-o", options.output, HEADING))
     with shown_warnings():
         case = read_load_case(options.case, options.planar)
     with warnings.catch_warnings():
@@ -102,7 +105,8 @@ def _run(options: argparse.Namespace) -> int:
     print(report(answer))
     if options.output is not None:
         source = read_case(options.case)
-        options.output.write_bytes(source.before + case_lines(answer.pattern).encode() + source.after)
+        lines = case_lines(answer.pattern).encode()
+        options.output.write_bytes(HEADING.encode() + source.before + lines + source.after)
         print(options.output)
     return 0
 

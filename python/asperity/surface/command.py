@@ -15,7 +15,7 @@ from ..contract import Floats
 from ..fit.units import LENGTHS
 from ..interface import Interface
 from ..material import Material
-from ..options import add_options, assigned, check_outputs, progress_bar
+from ..options import add_options, add_output, assigned, check_outputs, progress_bar
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
@@ -25,6 +25,10 @@ from .slopes import Facets, Planes, Slips
 
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
+
+HEADER = "plane,theta_deg,azimuth_deg,n_N,n_Tx,n_Ty,gamma,nominal_share"
+HEADING = "! Pattern of asperity surface.\n"
+"""First lines of the table and of the case."""
 
 REQUIRED = tuple(row.name for row in contract.props_table() if row.default is None)
 """Constants of a material that have no default."""
@@ -62,13 +66,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_options(
         parser,
-        ("--case CASE.nml", "case of the driver, which is written with the pattern that is found", Path),
-        (
-            "-o --output FILE.csv",
-            "table of the planes; beside it the picture, .png, and with --case the case, .nml "
-            "(default: the name of the scan with _planes.csv, here)",
-            Path,
-        ),
+        ("--case CASE.nml", "case of the driver, of which a copy gets the pattern that is found", Path),
+    )
+    add_output(
+        parser,
+        "FILE.csv",
+        "table of the planes; beside it the picture, .png, and with --case the case, .nml "
+        "(default: the name of the scan with _planes.csv, here)",
     )
     parser.set_defaults(action=_run)
 
@@ -100,7 +104,8 @@ def _run(options: argparse.Namespace) -> int:
     found = slopes.facets(scan, options.direction)
     if found.profile and options.sides not in (None, 2):
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
-    listed, label = _listed(options, found, _directions(options, found))
+    directions = _directions(options, found)
+    listed, label = _listed(options, found, directions)
     angles = slopes.directions_of(found, options.direction)
     lengths = lengths_of(smooth)
     total = 2 * len(angles) + len(lengths)
@@ -120,11 +125,18 @@ def _run(options: argparse.Namespace) -> int:
     for length, mean, rms, theta, flat in scales:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
     doubts = [f"remark      {text}" for text in remarks(scan, found, options.direction)]
+    if options.planes is not None and len(listed.weights) < options.planes:
+        bins = (options.planes - 1) // directions
+        doubts.append(
+            f"remark      --planes {options.planes} gives {len(listed.weights)}: {bins} bins in each of "
+            f"{directions} directions and a flat plane are {directions * bins + 1}, less those of bins with "
+            "hardly any facets; --directions changes this"
+        )
     print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
     written = [table, png]
     if template is not None:
-        case.write_bytes(template.before + case_lines(chosen).encode() + template.after)
+        case.write_bytes(HEADING.encode() + template.before + case_lines(chosen).encode() + template.after)
         written.append(case)
     print(f"{case_lines(chosen)}\n\nPROPS  {props_line(chosen, material)}\n")
     _write(table, chosen)
@@ -165,7 +177,8 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
     if not stem.name:
         raise ValueError(f"-o {stem}: expected a name")
     table, png, case = (stem.with_name(stem.name + suffix) for suffix in (".csv", ".png", ".nml"))
-    check_outputs([options.scan, options.case], *(("-o", path) for path in (table, png, case)))
+    written = ("-o", table, HEADER), ("-o", png), ("-o", None if options.case is None else case, HEADING)
+    check_outputs(options.force, [options.scan, options.case], *written)
     return table, png, case
 
 
@@ -239,8 +252,7 @@ def _write(path: Path, pattern: Pattern) -> None:
     planes = Planes.of(pattern)
     columns = planes.inclination, np.degrees(planes.azimuth), planes.normals, planes.gamma, planes.nominal
     rows = np.column_stack([np.arange(len(planes.gamma)) + 1, np.round(np.column_stack(columns), 9) + 0.0])
-    header = "plane,theta_deg,azimuth_deg,n_N,n_Tx,n_Ty,gamma,nominal_share"
-    np.savetxt(path, rows, ["%d", *["%.9f"] * 7], ",", header=header, comments="")
+    np.savetxt(path, rows, ["%d", *["%.9f"] * 7], ",", header=HEADER, comments="")
 
 
 def _lengths(text: str) -> tuple[float, ...]:

@@ -14,7 +14,16 @@ from .. import contract
 from ..case_files import Case, read_case
 from ..fit import covariance
 from ..fit.command import NO_RESULT
-from ..options import add_options, add_workers, check_outputs, numbers, progress_bar, units_of, workers
+from ..options import (
+    add_options,
+    add_output,
+    add_workers,
+    check_outputs,
+    numbers,
+    progress_bar,
+    units_of,
+    workers,
+)
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
 from .paths import CURVES, load_paths
@@ -49,11 +58,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--samples SAMPLES", "number of samples", 10_000),
         ("--seed SEED", "of the random numbers", 0),
         ("--quantiles LEVELS", "between 0 and 1", "0.05,0.5,0.95"),
-        ("-o --output OUT.csv", "write the quantiles of the curves", Path),
         ("--plot FILE", "draw them, .png or .pdf (default: uncertainty.png)", Path, drawn),
-        ("--units LENGTH,STRESS", "units for the labels", "mm,MPa"),
+        ("--label-units LENGTH,STRESS", "units for the labels", "mm,MPa"),
     )
-    add_workers(parser, "one for each processor")
+    add_output(parser, "OUT.csv", "write the quantiles of the curves")
+    add_workers(parser)
     parser.set_defaults(action=_run)
 
 
@@ -63,9 +72,10 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"--samples {options.samples}: expected 2 to {MOST_SAMPLES}")
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
-    units = units_of(options.units)
+    units = units_of(options.label_units)
     read = options.case, options.fit or covariance.file_of(options.case)
-    check_outputs(read, ("-o", options.output), ("--plot", options.plot))
+    table = rf"(\w+,)?(slip|opening),{CURVES[0]}_case,"
+    check_outputs(options.force, read, ("-o", options.output, table), ("--plot", options.plot))
     with shown_warnings():
         case = read_case(options.case)
     paths = load_paths(case)
