@@ -331,50 +331,11 @@ def _fewest(tried: Sequence[PlaneError], name: str, aim: float) -> str:
     return str(min(good)) if good else f"> {max(e.sides for e in tried)}"
 
 
-# --- inclination and friction -------------------------------------------------------------------------------
-
-FRICTIONS, SLOPES = (0.25, 0.5, 0.75), (15.0, 30.0, 45.0)
-"""Friction and inclination, degrees."""
-
-MATERIALS_SIGMA_N = -5.0
-"""Normal traction, MPa."""
-
-MATERIALS_SIDES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 24, 32, 48)
-"""Sides of the patterns."""
-
-
-def draw_materials(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
-    """Run the study of inclinations and frictions; return its picture by name and its table."""
-    frictions, slopes = (FRICTIONS[:1], SLOPES[:1]) if quick else (FRICTIONS, SLOPES)
-    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=len(frictions), sharex=True, sharey="row")
-    rows = []
-    for mu, column in zip(frictions, axes.reshape(2, -1).T, strict=True):
-        for i, theta in enumerate(slopes):
-            sides = (3, 4, 5) if quick else MATERIALS_SIDES
-            errors = list(plane_errors(sides, theta, mu, (MATERIALS_SIGMA_N,), tick))
-            for ax, name in zip(column, ("tau_L", "loop"), strict=True):
-                for odd in (False, True):
-                    chosen = [e for e in errors if e.sides % 2 == odd]
-                    label = f"{theta:g}°, {'odd' if odd else 'even'}"
-                    _plot(ax, chosen, name, i, "s" if odd else "o", odd, label)
-            needs = [_fewest(errors, n, aim) for n in ("tau_L", "s_N") for aim in AIMS[:2]]
-            rows.append([f"{mu:g}", f"{theta:g}°", *needs])
-        first = mu == frictions[0]
-        column[0].set_title(rf"$\mu$ = {mu:g}, $\sigma_N$ = {signed(MATERIALS_SIGMA_N)} MPa")
-        _plane_axes(column[0], r"error, $\tau_L$ [-]" if first else "", last=False)
-        _plane_axes(column[1], "spread of the loops [-]" if first else "", last=True)
-    handles, texts = axes[0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=6)
-    names = (f"{q}, {100 * aim:g} %" for q in ("τ_L", "s_N") for aim in AIMS[:2])
-    return {"materials": figure}, markdown(["µ", "θ", *names], rows, numbers=True)
-
-
 # --- program ------------------------------------------------------------------------------------------------
 
 STUDIES: dict[str, Callable[[bool, Tick], tuple[dict[str, Figure], str]]] = {
     "increments": draw_increments,
     "planes": draw_planes,
-    "materials": draw_materials,
 }
 """Studies by the names of their markers: pictures by their names, and the table."""
 

@@ -14,7 +14,6 @@ DOCS = Path(__file__).parents[2] / "docs"
 PICTURES = {
     "increments": ["increments"],
     "planes": ["planes"],
-    "materials": ["materials"],
 }
 """Pictures of each study."""
 
