@@ -548,6 +548,8 @@ def _outputs(
     out: Sequence[Floats], shapes: Sequence[tuple[int, ...]], inputs: dict[str, Floats | None]
 ) -> Sequence[Floats]:
     """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
+    if not isinstance(out, Sequence):
+        raise ValueError(f"out = {contract.shown(out)}: expected traction, state and tangent")
     if len(out) != len(shapes):
         raise ValueError(f"out has {len(out)} entries: expected traction, state and tangent")
     taken = dict(inputs)

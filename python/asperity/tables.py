@@ -56,6 +56,12 @@ class Table:
         if not bad and len(marks) > 1:
             (line, text), (_, other) = sorted(marks.values())[::-1]
             bad.append(f"{self.path}: line {line}: {text} beside {other}: expected one decimal mark")
+        for j, name in enumerate(names):
+            texts = [cells[columns[j]] for cells in self.cells]
+            commas = [text for text in texts if "," in text]
+            large = (found[:, j] >= 100.0) & [text.isdigit() for text in texts]
+            if commas and large.any() and all(re.fullmatch(r"\d{1,3},\d{3}", text) for text in commas):
+                bad.append(f"{self.path}: column {name}: {commas[0]}: expected no separators of thousands")
         raise_all(bad)
         return found
 

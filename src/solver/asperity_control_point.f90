@@ -213,10 +213,10 @@ contains
     logical :: yes
     real(wp) :: b(3, 3), first, second, third
     integer :: i
-    ! missing unknowns add eigenvalues of 1
+    ! missing unknowns add eigenvalues that are no ratio of stiffnesses
     b = a/scale
     do i = n + 1, 3
-      b(i, i) = 1.0_wp
+      b(i, i) = acos(-1.0_wp)
     end do
     first = b(1, 1) + b(2, 2) + b(3, 3)
     second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &

@@ -35,11 +35,19 @@ contains
     type(step_type), intent(in) :: steps(:)                   !! the load path
     character(len=*), intent(in) :: place                     !! of the tolerance in messages
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    real(wp) :: parts
+    integer :: i
     logical :: good
     good = bounded(tolerance, largest_tolerance)
     if (good) good = tolerance >= least_tolerance
     if (.not. good) call append(message, place // "tolerance = " // to_text(tolerance) // ": expected " // &
       to_text(least_tolerance) // " to " // to_text(largest_tolerance))
+    parts = 0.0_wp
+    do i = 1, size(steps)
+      if (allocated(steps(i)%increments)) parts = parts + sum(real(max(least_parts, steps(i)%increments), wp))
+    end do
+    if (4.0_wp*parts > real(most_parts, wp)) call append(message, place // "tolerance with " // to_text(parts) // &
+      " increments: expected at most " // integer_text(most_parts/4) // ", which are halved twice or more")
     if (any(steps%arc > 0.0_wp)) call append(message, place // "tolerance with follow = 'branch': expected arc, " // &
       "the longest step along the branch")
   end subroutine explain_tolerance
@@ -84,7 +92,8 @@ contains
       if (2*run%total > most_parts) then
         call append(message, "tolerance = " // to_text(tolerance) // ": the rows of " // &
           integer_text(run%total/2) // " and of " // integer_text(run%total) // " increments differ by " // &
-          short(error) // " of the largest values: expected a larger tolerance")
+          short(max(error, 0.5_wp*earlier)) // " of the largest values: expected a larger tolerance, of which this " &
+          // "may be " // short(measured_part))
         exit
       end if
       call move_alloc(fine, coarse)

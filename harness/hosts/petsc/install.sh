@@ -18,6 +18,7 @@ if ! ready; then
 fi
 version='import sys; print(sys.version_info[:2])'
 [ "$($python -c "$version")" = "$($system -c "$version")" ] || { echo "$python: expected the version of $system" && exit 77; }
+[ ! -e "$folder" ] || [ -e "$folder/pyvenv.cfg" ] || { echo "$folder: expected a new folder" && exit 1; }
 $system -m venv --clear --without-pip --system-site-packages "$folder"
 site=$("$folder/bin/python" -c "import sysconfig; print(sysconfig.get_path('purelib'))")
 for one in asperity meshio rich; do

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from contextlib import redirect_stderr
 from dataclasses import replace
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from asperity import contract
@@ -142,6 +143,7 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
             "at least 0, with one value of --to",
         ),
         ("arc", not (o.arc and (o.tau or o.drag)), "without --tau and --drag"),
+        ("arc", not o.arc or o.to[0] > 0.0, "--to above 0"),
         ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
         (
             "to",
@@ -157,6 +159,7 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         ("resume", not o.resume or (o.out and not o.arc), "with --out and without --arc"),
         ("pvd", not o.pvd or COMM.size == 1, "one rank"),
         ("out", not o.out or o.out.parent.is_dir(), "a folder that exists"),
+        ("out", not o.out or o.resume or not o.out.exists(), "a new file, or --resume"),
     ):
         if not right:
             bad.append(f"--{name} {getattr(o, name)}: expected {text}")
@@ -295,8 +298,10 @@ class Run:
             now = self.names()
             problem = [name for name, value in now.items() if found[name].shape != value.shape]
             problem += ["model"] * (str(found["model"]) != str(now["model"]))
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, KeyError, ValueError, EOFError, BadZipFile) as error:
             problem = [str(error)]
+        at = COMM.allgather(b"" if problem else found["now"].tobytes())
+        problem += ["ranks at different steps"] * (len(set(at)) > 1)
         if worst := max(COMM.allgather(", ".join(problem))):
             raise ValueError(
                 f"--resume: {worst}: expected the files of a run with the same ranks and options"
@@ -360,14 +365,14 @@ def main() -> int:
         while run.at != end and not run.reason:
             done = len(run.rows)
             run.advance(end)
-            if o.arc and run.at >= end:
-                break
             if len(run.rows) == done:
                 continue
             if o.out and COMM.rank == 0:
                 write(o.out, run.rows[-1:])
             if o.out and len(run.rows) % SAVED == 0:
                 run.save()
+            if o.arc and run.at >= end:
+                break
         steps += [run.fields()] if o.pvd and run.at == end else []
     if o.out:
         run.save()

@@ -23,6 +23,10 @@ EXPECTED = (
 )
 
 
+MOST_POINTS = 1e7
+"""Largest number of points of the grid that replaces triangles."""
+
+
 def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
     """Read the profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
 
@@ -148,9 +152,13 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     low, size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1))
     # By default a cell has the mean area of two triangles.
     steps = [side / max(1.0, np.round(side / np.sqrt(up.mean()))) for side in size[:2]]
+    steps = steps if spacing is None else [spacing[0], spacing[-1]]
+    with np.errstate(over="ignore"):
+        if (count := np.prod(size[:2] / steps)) > MOST_POINTS:
+            raise ValueError(f"{path}: {count:.3g} points at --spacing: expected at most {MOST_POINTS:g}")
     x, y = np.meshgrid(*(
         low[i] + np.minimum(step * np.arange(np.floor(size[i] / step * (1.0 + FLATNESS)) + 1), size[i])
-        for i, step in enumerate(steps if spacing is None else (spacing[0], spacing[-1]))
+        for i, step in enumerate(steps)
     ))  # fmt: skip
     z = LinearTriInterpolator(sheet, points[:, 2])(x, y)
     inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
