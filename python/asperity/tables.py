@@ -59,9 +59,10 @@ class Table:
         for j, name in enumerate(names):
             texts = [cells[columns[j]] for cells in self.cells]
             commas = [text for text in texts if "," in text]
-            large = (found[:, j] >= 100.0) & [text.isdigit() for text in texts]
-            if commas and large.any() and all(re.fullmatch(r"\d{1,3},\d{3}", text) for text in commas):
-                bad.append(f"{self.path}: column {name}: {commas[0]}: expected no separators of thousands")
+            large = [text for text in texts if re.fullmatch(r"[-+]?\d{3}", text)]
+            if commas and large and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", text) for text in commas):
+                found_here = f"column {name}: {large[0]} beside {commas[0]}"
+                bad.append(f"{self.path}: {found_here}: expected no separators of thousands")
         raise_all(bad)
         return found
 

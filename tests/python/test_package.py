@@ -239,6 +239,7 @@ WANTED = ": expected writable float64, contiguous in C order"
 @pytest.mark.parametrize(
     ("out", "message"),
     [
+        (5, "out = 5: expected traction, state and tangent"),
         ((T, V), "out has 2 entries: expected traction, state and tangent"),
         ((None, V, D), "out[0] is None" + WANTED),
         ((T.tolist(), V, D), "out[0] is [[0.0, 0.0, 0.0], [0.0, "),

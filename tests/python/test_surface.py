@@ -425,6 +425,8 @@ LINE = rows(np.arange(9.0), np.zeros(9), header="x,z")
         (rows(np.arange(16.0), np.tile(3.0, 16), np.zeros(16), header="x,y,z"),
          r"y = 3 throughout: expected a map; a profile is x, z"),
         ("x;z\n0,5;1,25\n1;2.5\n", r"line 3: 2.5 beside 0,5: expected one decimal mark"),
+        ("x;z\n1;900\n2;1,000\n", r"column z: 900 beside 1,000: expected no separators of thousands"),
+        ("x;z\n0,500;900\n100;0,250\n", r"2 points: expected at least 8"),
         ("0,5;1,25\n", r"1 points: expected at least 8"),
         (rows(np.tile([0.0, 1.0], 9), np.repeat(np.arange(9.0), 2), np.zeros(18), header="x,y,z"),
          r"2 different x: expected at least 8"),
@@ -626,6 +628,14 @@ def test_unreadable_meshes(folder: Path, capsys: pytest.CaptureFixture[str], tex
 
 
 @pytest.mark.usefixtures("folder")
+def test_grid_too_fine(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A spacing that asks for more points than memory holds is an error with their number."""
+    save("joint.stl", *sheet())
+    for spacing in ("1e-5", "1e-300"):
+        assert main(["surface", "joint.stl", "--spacing", spacing]) == 1
+        assert "points at --spacing: expected at most 1e+07" in capsys.readouterr().err
+
+
 def test_missing_meshio(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Without meshio the message says what to install."""
     save("joint.stl", *sheet())

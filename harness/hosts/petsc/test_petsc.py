@@ -117,6 +117,8 @@ def test_rocking_wall(tmp_path: Path) -> None:
         ("--ranks 2 1", "--ranks [2, 1]: expected a product of 1"),
         ("--out nowhere/rows.csv", "expected a folder that exists"),
         ("--arc 0.01 --tau 0.1", "--arc 0.01: expected without --tau"),
+        ("--arc 0.01 --to -1", "--arc 0.01: expected --to above 0"),
+        (f"--out {__file__}", "expected a new file, or --resume"),
         ("--thet 3", "unrecognized arguments"),
     ],
 )

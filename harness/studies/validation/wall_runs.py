@@ -90,7 +90,9 @@ def execute(name: str, folder: Path) -> None:
     done = folder / f"{words}.json"
     if done.exists():
         return
-    line = f"{RUNS[name]} {STEPS.get(name, '')} --out {folder / words}.csv"
+    out = folder / f"{words}.csv"
+    out.unlink(missing_ok=True)  # of a run that was ended
+    line = f"{RUNS[name]} {STEPS.get(name, '')} --out {out}"
     line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
     end = subprocess.run(
         [PYTHON, PROGRAM, *line.split()], env=environment(), capture_output=True, text=True, check=False

@@ -184,7 +184,7 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
         with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):
             mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints and exits where it cannot read
-        text = " ".join(said.getvalue().split()) or error
+        text = (" ".join(said.getvalue().split()) or str(error)).rstrip(".")
         raise ValueError(f"{path}: {text}: expected a file of triangles") from None
     points, cells = np.asarray(mesh.points, dtype=float), mesh.cells_dict
     triangles = cells.pop("triangle", np.empty((0, 3), dtype=int))
