@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from .installed import driver
 from .interface import Interface
 from .material import Material
 from .pattern import Pattern
+from .results import results_of
 from .steps import TARGETS, Point, Step, prescribed
 
 
@@ -123,6 +125,20 @@ def read_case(path: str | Path) -> Case:
     source, (first, last) = path.read_bytes(), echo["pattern"]
     runs = tuple(map(_run, echo["runs"]))
     return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
+
+
+def drive(case: Path) -> dict[float | None, History]:
+    """Rows of the driver by the value of the sweep, None without one; raises ValueError with its message.
+
+    Where equilibrium is lost, the last row is the one beyond which there is none.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "out.csv")
+        command = [driver(), case, "-o", output, "--quiet"]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            raise ValueError(run.stderr.strip())
+        return {value: History.from_csv(path) for value, path in results_of(output).items()}
 
 
 def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:

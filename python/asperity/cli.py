@@ -14,7 +14,7 @@ from pathlib import Path
 
 from .installed import driver, named_case
 from .options import add_options, add_output, add_workers, check_outputs, units_of
-from .results import NO_EQUILIBRIUM, read_rows, results_of
+from .results import NO_EQUILIBRIUM, results_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -165,10 +165,11 @@ def _run(options: argparse.Namespace) -> int:
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
+        from .history import History
         from .plots import figure_of
         from .style import save
 
-        results = {value: read_rows(path) for value, path in written.items()}
+        results = {value: History.from_csv(path) for value, path in written.items()}
         case = read_case(path)
         joints = {(run.material, run.pattern): run.interface for run in case.runs}
         joint = next(iter(joints.values())) if len(joints) == 1 else None

@@ -31,6 +31,11 @@ def abaqus() -> Path:
     return _installed("abaqus/asperity_abaqus.f90").parent
 
 
+def kit(host: str) -> Path:
+    """Folder of the files for the one-element model of a host."""
+    return Path(str(files(__package__) / "hosts" / host))
+
+
 def run_driver() -> None:
     """Program `rie_driver` on the search path: the driver of the package, with the same arguments."""
     path = str(driver())

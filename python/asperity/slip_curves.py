@@ -13,7 +13,6 @@ from . import contract
 from .contract import Floats
 from .interface import Interface, slip_path
 from .parallel import map_in_order
-from .pattern import direction_vector
 
 COLUMNS = 5
 """Columns of a curve: s_N, tau_L, tau_across, damage, work."""
@@ -84,14 +83,7 @@ def _solve(
         in_preload = bool(lost) and len(history) < preload
         history = history.after_step(1)
         n = len(history)
-        e = direction_vector(angle)
-        t_x, t_y = history.traction[:, 1:].T
-        columns[i, :, :n] = (
-            history.dilation,
-            t_x * e[0] + t_y * e[1],
-            t_y * e[0] - t_x * e[1],
-            history.damage,
-            history.work,
-        )
+        along, across = history.tau_along(angle), history.tau_along(angle + 90.0)
+        columns[i, :, :n] = history.dilation, along, across, history.damage, history.work
         n_done[i], iterations[i] = -1 if in_preload else n, history.iterations.sum()
     return columns, n_done, iterations

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import asperity
 import pytest
-from asperity import doctor, installed, results
+from asperity import History, doctor, installed
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import COMMANDS, main
 from asperity.installed import all_cases
@@ -96,7 +96,7 @@ def test_options_are_passed_on(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "unloading"]) == 0
     assert "updates of the law" in capfd.readouterr().err
     assert "alpha_1" not in Path("unloading.csv").read_text(encoding="utf-8").splitlines()[0]
-    assert len(results.read_rows(Path("unloading.csv"))) > 100
+    assert len(History.from_csv(Path("unloading.csv"))) > 100
 
 
 def test_help_has_a_line_for_each_command(capsys: pytest.CaptureFixture[str]) -> None:

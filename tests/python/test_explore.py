@@ -27,7 +27,7 @@ from asperity.explore.model import (
     section,
 )
 from asperity.pattern import direction_vector
-from asperity.results import drive
+from asperity.case_files import drive
 from support_browser import browser, missing, served
 
 PLAIN = Choice(VALUES, "one cycle")

@@ -35,7 +35,6 @@ from asperity import (
     Step,
     contract,
     installed,
-    results,
 )
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -881,11 +880,11 @@ def test_events_are_those_of_the_driver() -> None:
         path.write_text(case)
         output = Path(folder, "case.csv")
         assert subprocess.run([installed.driver(), path, "-o", output], capture_output=True).returncode == 0
-        rows = results.read_rows(output)
+        rows = History.from_csv(output)
     history = RP_4.replay(rows.separation)
     expected = [
         (row, "+".join(name for name in text.split("+") if name not in ("substeps", "cut")))
-        for row, text in enumerate(rows.events)
+        for row, text in rows.events
     ]
     assert history.events == tuple((row, text) for row, text in expected if text)
     assert {"onset", "damaged", "slip", "open", "close"} <= {

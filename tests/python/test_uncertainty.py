@@ -22,7 +22,7 @@ from asperity.fit import covariance
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.results import drive
+from asperity.case_files import drive
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
@@ -133,7 +133,7 @@ def test_curves_are_those_of_the_driver(case) -> None:
         n = min(len(rows), len(path.x) if path.first >= 0 else len(path.x) - 1)
         np.testing.assert_allclose(values[-n:, 0], rows.traction[-n:] @ path.e, rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(values[-n:, 1], rows.separation[-n:, 0], rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(work[-n:], rows.energies[-n:, 3], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(work[-n:], rows.work[-n:], rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(path.x[-n:], rows.separation[-n:] @ path.e, rtol=0.0, atol=1e-12)
         assert path.x[0] == 0.0
 

@@ -62,7 +62,7 @@ def test_symmetric_storage(tmp_path: Path) -> None:
 def test_direction_along_the_normal(tmp_path: Path) -> None:
     """Tx has no direction where it is along the normal: the message has both."""
     code = (
-        "import two_blocks, pathlib; from asperity.hosts import akantu; old = two_blocks.register; "
+        "import two_blocks, pathlib; old = two_blocks.register; "
         "two_blocks.register = lambda joint, name: old(joint, name, tx=[0.0, 0.0, 1.0]); "
         f"two_blocks.run(pathlib.Path({str(tmp_path)!r}), 3)"
     )

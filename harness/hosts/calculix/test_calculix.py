@@ -12,9 +12,8 @@ import dcb
 import numpy as np
 import paraview_check
 import pytest
-from asperity import Interface, Material, Pattern, contract
+from asperity import History, Interface, Material, Pattern, contract
 from asperity.installed import driver
-from asperity.results import read_rows
 from calculix_run import DIGITS, TX, TY, Floats, N
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
@@ -52,7 +51,7 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     ]
     (tmp_path / "case.nml").write_text("".join(case))
     subprocess.run([driver(), "case.nml", "-o", "out.csv", "--quiet"], cwd=tmp_path, check=True)
-    rows = read_rows(tmp_path / "out.csv")
+    rows = History.from_csv(tmp_path / "out.csv")
 
     card = ROUGH.card("calculix", h=h, name="ROUGH")
     done = calculix_run.run(ccx, tmp_path, layer(card, h, LEGS, ", DIRECT"))

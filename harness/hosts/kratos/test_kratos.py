@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, library
+from asperity import History, Interface, Material, Pattern, library
 from asperity.installed import driver, kratos_adapter
-from asperity.results import read_rows
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
@@ -75,7 +74,7 @@ def driven(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Interface, F
     plane = request.param == 2
     case.write_text(CASE.format(sides=request.param, s_Ty=0.0 if plane else 0.05))
     subprocess.run([driver(), case, "-o", tmp_path / "out.csv", "--quiet"], check=True)
-    rows = read_rows(tmp_path / "out.csv")
+    rows = History.from_csv(tmp_path / "out.csv")
     assert rows.damage[-1] == 1.0
     return Interface(MATERIAL, Pattern.regular(request.param, 30.0)), rows.separation, rows.traction, plane
 
