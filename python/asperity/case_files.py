@@ -127,6 +127,26 @@ def read_case(path: str | Path) -> Case:
     return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
 
 
+def read_run(path: Path, value: str | None = None) -> Run:
+    """Return the run of a case for a value of its sweep, if PROPS change with it.
+
+    Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
+    """
+    case = read_case(path)
+    run = case.runs[0]
+    if all(one.props == run.props for one in case.runs):
+        if value is None:
+            return run
+        raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
+    expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
+    if value is None:
+        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
+    for one in case.runs:
+        if contract.number("--value", value) == one.value:
+            return one
+    raise ValueError(f"{path}: --value {value}: expected one of {expected}")
+
+
 def drive(case: Path) -> dict[float | None, History]:
     """Rows of the driver by the value of the sweep, None without one; raises ValueError with its message.
 
@@ -179,10 +199,11 @@ def slip_tests(case: Case) -> Iterator[SlipTest]:
     Raises ValueError unless the case starts from a virgin point and is a slip under a constant normal
     traction or an opening in mode I.
     """
-    return (_slip_test(case.path, run) for run in case.runs)
+    return (slip_test(case.path, run) for run in case.runs)
 
 
-def _slip_test(path: Path, run: Run) -> SlipTest:
+def slip_test(path: Path, run: Run) -> SlipTest:
+    """Slip test of one run; raises ValueError as `slip_tests`."""
     if run.start != "virgin":
         raise ValueError(f"{path}: &{run.start}: expected a case that starts virgin and free of traction")
     preload, sigma_N, direction = 0, 0.0, 0.0

@@ -270,15 +270,13 @@ class History(_Named):
 
         Raises ValueError if a column or all rows are missing.
         """
-        header, *lines = Path(path).read_text(encoding="utf-8").splitlines() or [""]
-        names = header.split(",")
+        names, *lines = csv.reader(Path(path).read_text(encoding="utf-8").splitlines() or [""])
         missing = [name for name in COLUMNS if name not in names]
         if missing:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
         if not lines:
             raise ValueError(f"{path}: expected rows after the header")
-        cells = zip(*(line.split(",") for line in lines), strict=True)
-        column = dict(zip(names, map(np.array, cells), strict=True))
+        column = {name: np.array(cells) for name, cells in zip(names, zip(*lines, strict=True), strict=True)}
         s, t = (np.stack([column[name] for name in three], 1) for three in (SEPARATION, TRACTION))
         state = np.zeros((len(lines), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):

@@ -58,6 +58,10 @@ class Interface:
 
     def __post_init__(self) -> None:
         """Pack the constants."""
+        made_by = {"material": (Material, "Material(...)"), "pattern": (Pattern, "Pattern.regular(8, theta)")}
+        for name, (kind, call) in made_by.items():
+            if not isinstance(given := getattr(self, name), kind):
+                raise ValueError(f"{name} = {contract.shown(given)}: expected a {kind.__name__}, as {call}")
         props = self._pack()
         props.flags.writeable = False
         object.__setattr__(self, "_props", props)

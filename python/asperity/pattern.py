@@ -41,6 +41,9 @@ class Pattern:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
+        if not isinstance(self.m, numbers.Real):
+            text = "expected a number of planes; Pattern.planes(normals, weights) takes a list"
+            raise ValueError(f"m = {contract.shown(self.m)}: {text}")
         if (self.listed or self.m < 0) and self.m != -len(self.listed):
             k = len(self.listed)
             raise ValueError(f"m = {contract.shown(self.m)}: expected {-k} for {k} listed planes")

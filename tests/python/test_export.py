@@ -15,16 +15,18 @@ import numpy as np
 import pytest
 from asperity import contract, installed
 from asperity.cli import main
-from asperity.export import kit
-from asperity.export.decks import DECKS, ROUGH, SLIP, THETA
+from asperity.export import command as kit
+from asperity.export.element import Element
+from asperity.hosts.abaqus.decks import ROUGH, THETA
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
 from support_abaqus import run_explicit, run_standard
 
-ENVIRONMENT = kit.files()["abaqus_v6.env"].decode("ascii")
-
-WRITTEN = {name: write() for name, write in DECKS.items()}
+ELEMENT = Element.of_case()
+KIT = kit.files("abaqus", ELEMENT)
+ENVIRONMENT = KIT["abaqus_v6.env"].decode("ascii")
+WRITTEN = {name: text.decode("ascii") for name, text in KIT.items() if name.endswith(".inp")}
 
 
 def rows_of(text: str) -> np.ndarray:
@@ -42,15 +44,15 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "abaqus", str(folder)]) == 0
     names = {path.name for path in folder.iterdir()}
     sources = {f"asperity_abaqus{part}.f90" for part in ("", "_standard", "_explicit", "_single")}
-    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *DECKS, *sources}
+    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *WRITTEN, *sources} and len(WRITTEN) == 7
     out = capsys.readouterr().out
     readme = (folder / "README.md").read_text(encoding="ascii")
     assert all(f"`{name}`" in readme for name in names - {"README.md"})
     assert "**Abaqus was not run.**" in readme
     assert rows_of(readme).shape == (5, 4) and (rows_of(readme) == rows_of(out)).all()
-    for name in DECKS:
+    for name in WRITTEN:
         model((folder / name).read_text(encoding="ascii"))
-    assert kit.files() == {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert KIT == {path.name: path.read_bytes() for path in folder.iterdir()}
     for name in sources:
         assert max(map(len, (folder / name).read_text(encoding="utf-8").splitlines())) <= 132
     # the folder has the permissions of any new one
@@ -106,15 +108,15 @@ def test_driver_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_rows_of_the_readme_are_those_of_the_deck() -> None:
-    """The element of the deck by the UMAT: the rows of the driver, and the closed form at the end."""
+    """The element of the deck by the UMAT: the rows of the README, and the closed form at the end."""
     # seven decimals are printed
     rounding = 0.5e-7 + 1.0e-9
     deck = WRITTEN["single_standard.inp"]
     every = int(deck.split("*Node Print, nset=TOP, frequency=")[1].split(",")[0])
     found = run_standard(model(deck), installed.library())[every - 1 :: every]
-    expected = rows_of(kit.rows())
+    expected = rows_of(ELEMENT.table())
     assert np.abs(found - expected).max() < rounding
-    assert expected[-1, 0] == SLIP and abs(found[-1, 2] - ROUGH.residual_strength(THETA)) < 1.0e-9
+    assert expected[-1, 0] == ELEMENT.slip and abs(found[-1, 2] - ROUGH.residual_strength(THETA)) < 1.0e-9
     # the rows tell softening from the end, and their number in the deck is that of the README
     assert len({row for row in expected[:, 2]}) == 4 and (np.diff(expected[:4, 3]) > 0.0).all()
 
@@ -124,7 +126,7 @@ def test_explicit_element(single: bool) -> None:
     """The element of the deck by the VUMAT oscillates about the closed form and the rise by the UMAT."""
     static = run_standard(model(WRITTEN["single_standard.inp"]), installed.library())[-1]
     late = run_explicit(model(WRITTEN["single_explicit.inp"]), installed.library(), single)[-2000:]
-    assert late[-1, 0] == pytest.approx(SLIP, abs=1.0e-12) and abs(late[-1, 3] - 1.0) < 1.0e-6
+    assert late[-1, 0] == pytest.approx(ELEMENT.slip, abs=1.0e-12) and abs(late[-1, 3] - 1.0) < 1.0e-6
     slope = np.tan(np.radians(THETA))
     for values, expected in (
         (late[:, 2], ROUGH.residual_strength(THETA)),

@@ -16,13 +16,12 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
-from asperity.case_files import read_case
+from asperity.case_files import drive, read_case
 from asperity.cli import main
 from asperity.fit import covariance
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.case_files import drive
 from asperity.uncertainty.distribution import of_deviations, of_fit
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread

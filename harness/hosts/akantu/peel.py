@@ -19,7 +19,8 @@ import numpy as np
 from asperity import Interface, Material, Pattern, contract
 from two_blocks import CELL, INPUT, RUNS, Floats, structure_of, write_mesh
 
-sys.path[:0] = [str(Path(__file__).parent.parent), str(Path(__file__).parent / "kit")]
+sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
 from asperity_akantu import Joint, Points, register
 

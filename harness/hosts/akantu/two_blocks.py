@@ -18,7 +18,8 @@ import numpy as np
 from asperity import Interface, Material, Pattern
 from numpy.typing import NDArray
 
-sys.path[:0] = [str(Path(__file__).parent.parent), str(Path(__file__).parent / "kit")]
+sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
 from asperity_akantu import register
 
