@@ -15,6 +15,7 @@ pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import akantu as aka
+import exported
 import joint_picture
 import paraview_check
 import paraview_files as paraview
@@ -49,6 +50,15 @@ def test_two_blocks(dimension: int, tmp_path: Path) -> None:
     two_blocks.write_paraview(tmp_path / "blocks.pvd", result)
     paraview_check.against_the_law(tmp_path / "blocks.pvd", joint, 1e-12)
     paraview_check.places(tmp_path / "blocks.pvd", 2 ** (dimension - 1), up=dimension - 1)
+
+
+def test_exported_element(tmp_path: Path) -> None:
+    """The script of `asperity export akantu` shows the rows of the README."""
+    exported.element("akantu", tmp_path / "kit")
+    script = [sys.executable, tmp_path / "kit" / "single.py"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
 
 
 def test_symmetric_storage(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperi
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import blocks
+import exported
 import KratosMultiphysics
 import paraview_check
 import triplet
@@ -93,6 +94,15 @@ def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool
     assert worst <= ROUNDING
     # the reactions are sums over nodes
     assert np.all(np.abs(reaction - expected[:, : reaction.shape[1]]) <= 10 * ROUNDING * scale(path))
+
+
+def test_exported_element(tmp_path: Path) -> None:
+    """The script of `asperity export kratos` shows the rows of the README."""
+    exported.element("kratos", tmp_path / "kit")
+    script = [sys.executable, tmp_path / "kit" / "single.py"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
 
 
 def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 from ..options import add_options
+from ..remarks import shown_warnings
 
 HOSTS = ("abaqus", "akantu", "calculix", "kratos", "ogs", "oofem")
 
@@ -37,7 +38,8 @@ def _export(options: argparse.Namespace) -> int:
     if options.value is not None and options.case is None:
         raise ValueError(f"--value {options.value}: expected with --case")
     element = Element.of_case(options.case, options.value)
-    contents = files(options.host, element, options.case is None)
+    with shown_warnings():
+        contents = files(options.host, element, options.case is None)
     write(options.folder, contents, options.force)
     for name in contents:
         print(options.folder / name)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -19,6 +21,9 @@ from ..steps import Step, turns_of
 ROWS = 5
 """Rows that are printed: so many equal parts of the slip."""
 
+SAME = 1.0e-6
+"""Largest difference of a host from the material point, over s_f and sigma0."""
+
 CASE = """! One element as a material point: a pressure of 1 MPa, then a slip of 0.25 mm. At the end all
 ! planes are fully damaged, and the joint slides up one: t_Tx = (mu + tan(theta))/(1 - mu tan(theta)) 1 MPa.
 &case title = 'one joint element' /
@@ -34,7 +39,8 @@ CASE = """! One element as a material point: a pressure of 1 MPa, then a slip of
 class Element:
     """Square element of area 1: a normal traction sigma_N in `press` increments, then a slip along Tx.
 
-    text: of the case.  slide: increments of the slip.  history: rows of the slip of the material point.
+    text, value: of the case and its sweep.  slide: increments of the slip.  history: rows of the slip of
+    the material point.
     """
 
     text: str
@@ -44,6 +50,12 @@ class Element:
     press: int
     slide: int
     history: History
+    value: str | None
+
+    @property
+    def every(self) -> int:
+        """Increments of the slip between two rows."""
+        return self.slide // ROWS
 
     @classmethod
     def of_case(cls, path: Path | None = None, value: str | None = None) -> Element:
@@ -77,24 +89,24 @@ class Element:
                 "model can follow"
             )
         text = path.read_text(encoding="utf-8")
-        return cls(text, run.interface, test.sigma_N, slip, press, slide, history.after_step(1))
+        return cls(text, run.interface, test.sigma_N, slip, press, slide, history.after_step(1), value)
 
     @property
     def rows(self) -> list[list[float]]:
         """Slip, opening, shear traction and damage at equal parts of the slip."""
-        h, places = self.history, [k * self.slide // ROWS - 1 for k in range(1, ROWS + 1)]
+        h, places = self.history, [k * self.every - 1 for k in range(1, ROWS + 1)]
         columns = h.separation[:, 1], h.dilation, h.traction[:, 1], h.damage
         return [[float(column[i]) for column in columns] for i in places]
 
-    def table(self, names: str = "U1 | U3 | RF1 | SDV1") -> str:
+    def table(self) -> str:
         """Rows in Markdown."""
         lines = [f"| {u:.6g} | {w:.7f} | {force:.7f} | {d:.7f} |" for u, w, force, d in self.rows]
-        return "\n".join([f"| {names} |", "|---|---|---|---|", *lines])
+        return "\n".join(["| U1 | U3 | RF1 | SDV1 |", "|---|---|---|---|", *lines])
 
     def numbers(self) -> dict[str, float]:
         """Numbers of the load path by name, for templates."""
         names = ("sigma_N", "slip", "press", "slide")
-        more = {"every": self.slide // ROWS, "last": self.press + self.slide, "quarter": 0.25 * self.sigma_N}
+        more = {"every": self.every, "last": self.press + self.slide, "quarter": 0.25 * self.sigma_N}
         steps = {"press_step": 1.0 / self.press, "slide_step": 1.0 / self.slide}
         return {name: getattr(self, name) for name in names} | more | steps
 
@@ -103,12 +115,24 @@ class Element:
         text = (installed.kit(host) / name).read_text(encoding="utf-8")
         return Template(text).substitute(self.numbers(), **texts)
 
-    def json(self) -> str:
-        """Numbers and rows for scripts."""
-        return json.dumps(self.numbers() | {"rows": self.rows}, indent=1) + "\n"
-
     def readme(self, host: str, **texts: str) -> str:
         """README of a kit."""
-        return self.filled(
-            host, "README.md", table=self.table(), version=contract.library_version(), **texts
-        )
+        version = contract.library_version()
+        return self.filled(host, "README.md", table=self.table(), version=version, **texts)
+
+    def scripts(self, host: str, *names: str) -> dict[str, str]:
+        """README, case and these files of a kit, which read the case."""
+        texts = {name: (installed.kit(host) / name).read_text(encoding="utf-8") for name in names}
+        value = {"model.json": json.dumps({"value": self.value}) + "\n"} if "single.py" in names else {}
+        return {"README.md": self.readme(host), "joint.nml": self.text} | value | texts
+
+    def compare(self, found: Sequence[Sequence[float]]) -> None:
+        """Print slip, opening and force of a host and the expected ones; SystemExit if they differ."""
+        print(f"{'U1':>12}{'U3':>14}{'expected':>14}{'RF1':>14}{'expected':>14}")
+        for row, (u, w, force, _) in zip(found, self.rows, strict=True):
+            print(f"{u:>12.6g}{row[1]:>14.7f}{w:>14.7f}{row[2]:>14.7f}{force:>14.7f}")
+        material = self.interface.material
+        sizes = np.array([material.s_f, material.s_f, material.sigma0])
+        worst = np.abs((np.array(found) - np.array(self.rows)[:, :3]) / sizes).max()
+        if not worst <= SAME:
+            sys.exit(f"the rows differ by {worst:.1e} of s_f or sigma0: expected at most {SAME:g}")
