@@ -21,8 +21,8 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     add_options(
         card,
+        ("host", None, str, {"choices": tuple(HOSTS)}),
         ("case CASE.nml", "namelist input of rie_driver", Path),
-        ("--host", None, str, {"required": True, "choices": tuple(HOSTS)}),
         ("--name NAME", "name of material and elements", "INTERFACE"),
         ("--value VALUE", "value of the sweep, for a case with a sweep", str),
     )

@@ -227,7 +227,7 @@ PATH = """&step t_N = -0.5, increments = 10 /
 def test_mtest_input(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The input has all properties and a library that exists; its evolutions are the path of the driver."""
     case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", PATH))
-    assert main(["card", "--host", "mtest", case]) == 0
+    assert main(["card", "mtest", case]) == 0
     text = capsys.readouterr().out
     assert Path(re.findall(r"@Behaviour<generic> '(.*)' 'AsperityJoint3';", text)[0]).is_file()
     found = dict(re.findall(r"@MaterialProperty<constant> '(\w+)' (.*);", text))
@@ -275,7 +275,7 @@ def test_paths_that_mtest_refuses(
 ) -> None:
     """What an input of MTest cannot express is an error."""
     case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", steps))
-    assert main(["card", "--host", "mtest", case]) == 1
+    assert main(["card", "mtest", case]) == 1
     assert message in capsys.readouterr().err
 
 
@@ -342,16 +342,16 @@ def test_what_is_not_fine_is_a_warning() -> None:
 def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The block of Interface.card, on standard output or in a file; warnings go elsewhere."""
     path = write(CASE)
-    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--sigma-N", "-10"]) == 0
+    assert main(["card", "abaqus", path, "--name", "JOINT", "--sigma-N", "-10"]) == 0
     out, err = capsys.readouterr()
     with pytest.warns(ModelWarning):
         assert out == RT.card("abaqus", name="JOINT", stress=-10.0)
     assert err.startswith("asperity: warning: a plane that carries") and err.count("\n") == 1
-    assert main(["card", "--host", "calculix", path, "--h", "0.1", "--r", "1e-9", "-o", "card.inp"]) == 0
+    assert main(["card", "calculix", path, "--h", "0.1", "--r", "1e-9", "-o", "card.inp"]) == 0
     assert capsys.readouterr().out == ""
     assert Path("card.inp").read_text(encoding="utf-8") == RT.card("calculix", h=0.1, r=1e-9)
     cracked = write(CASE + "&initial traction = -1.0, 0.0, 0.0, damage = 1.0 /\n")
-    assert main(["card", "--host", "abaqus", cracked, "--name", "JOINT"]) == 0
+    assert main(["card", "abaqus", cracked, "--name", "JOINT"]) == 0
     out, err = capsys.readouterr()
     assert out == RT.card("abaqus", name="JOINT")
     assert "&initial: not in the block" in err and err.count("\n") == 1
@@ -413,8 +413,8 @@ def test_bad_cases(old: str, new: str, value: str | None, message: str, folder: 
 def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Errors give exit code 1 and one line."""
     swept = CASE.replace("mu = 0.5", "mu = m") + "&sweep name = 'm', values = 0.1, 0.2 /"
-    assert main(["card", "--host", "abaqus", write(swept)]) == 1
+    assert main(["card", "abaqus", write(swept)]) == 1
     message = "asperity: case.nml: --value is missing: expected one for m, as 0.1, 0.2\n"
     assert capsys.readouterr().err == message
-    assert main(["card", "--host", "kratos", write(CASE), "--map", "1"]) == 1
+    assert main(["card", "kratos", write(CASE), "--map", "1"]) == 1
     assert capsys.readouterr().err.startswith("asperity: map = 1: expected 0 for kratos")

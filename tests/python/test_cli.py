@@ -399,7 +399,7 @@ def test_case_in_another_encoding(folder: Path) -> None:
     [
         ("asperity sel", {"select"}),
         ("asperity paper --fo", {"--force"}),
-        ("asperity card --host aba", {"abaqus"}),
+        ("asperity card aba", {"abaqus"}),
     ],
 )
 def test_completion(line: str, expected: set[str], tmp_path: Path) -> None:

@@ -153,7 +153,7 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     listed = [float(text) for text in line.split(",")]
     assert chosen.props[: len(listed)] == pytest.approx(listed, rel=1e-8)
     assert main(["run", "chosen.nml", "--quiet"]) == 0
-    assert main(["card", "--host", "abaqus", "chosen.nml", "--sigma-N", "-0.5", "-o", "card.inp"]) == 0
+    assert main(["card", "abaqus", "chosen.nml", "--sigma-N", "-0.5", "-o", "card.inp"]) == 0
     assert "*User Material" in Path("card.inp").read_text(encoding="utf-8")
 
 

@@ -612,7 +612,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     tests = list(slip_tests(case))
     assert [test.sigma_N for test in tests] == list(study.SIGMA_N)
     assert tests[0].slips[-1] == pytest.approx(study.TURNS[-1])
-    assert main(["card", "--host", "abaqus", "fit.nml"]) == 0
+    assert main(["card", "abaqus", "fit.nml"]) == 0
     assert "*User Material" in capsys.readouterr().out
     assert main(["run", "fit.nml", "-o", "rows.csv"]) == 0
 

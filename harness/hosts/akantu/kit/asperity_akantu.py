@@ -52,7 +52,7 @@ class Joint(aka.MaterialCohesive):
     its tension, root of the sum of squares) exceeds `insertion` times sigma0.  A new element carries this
     traction at separation zero, as after `Interface.initial`.
 
-    Without an interface the constants are those of the input file (`asperity card --host akantu`).
+    Without an interface the constants are those of the input file (`asperity card akantu`).
     """
 
     interface: Interface
