@@ -1,6 +1,10 @@
 """Public names; each is imported when it is first used."""
 
+from . import barton as barton
 from . import contract as contract
+from . import fit as fit
+from . import surface as surface
+from . import uncertainty as uncertainty
 from .case_files import read_case as read_case
 from .history import History as History
 from .history import Snap as Snap

@@ -39,7 +39,7 @@ def test_tutorial(
     """The commands record, fit, select and card print the output that the page shows."""
     monkeypatch.chdir(tmp_path)
     page = (DOCS / "how-to" / "tutorial.md").read_text(encoding="utf-8")
-    [(code, shown)] = parts(page, "python")
+    (code, shown), (again, of_fit) = parts(page, "python")
     assert run(code) == shown
 
     (fit, table), (select, pattern), (card, remarks) = parts(page, "console")
@@ -59,6 +59,8 @@ def test_tutorial(
     for name, value in behind:
         _, low, high = numbers(re.search(rf"^{name} .*$", table, re.MULTILINE)[0])
         assert low < float(value) < high
+
+    assert numbers(run(again)) == pytest.approx(numbers(of_fit), rel=DIGITS, abs=DIGITS)
 
     out = command(select, capsys)
     for line in pattern.splitlines():

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from .. import contract
+from ..case_files import Case
 from ..contract import Floats
-from ..fit.covariance import Covariance
+from ..fit.covariance import Covariance, file_of, read
 from ..fit.model import SCALES, TIMELESS
 
 CONSTANTS = tuple(row.name for row in TIMELESS)
 """Constants that may be uncertain."""
+
+DIGITS = 1.0e-4
+"""Largest relative difference between a constant of a case and of its fit, which has more digits."""
 
 LEAST_EIGENVALUE = -1.0e-9
 """Smallest eigenvalue of a matrix of correlations that counts as a rounding error of zero."""
@@ -49,6 +54,63 @@ class Distribution:
         if not self.transformed:
             return x
         return np.column_stack([SCALES[name].back(one) for name, one in zip(self.names, x.T, strict=True)])
+
+
+def distribution_of(
+    case: Case,
+    fit: Path | None = None,
+    deviations: Mapping[str, float] | None = None,
+    correlations: Mapping[tuple[str, str], float] | None = None,
+) -> tuple[Distribution, str]:
+    """Distribution of the constants of a case, and where it comes from; arguments of `uncertainty`."""
+    props = np.array(case.runs[0].props)
+    if deviations:
+        if fit is not None:
+            raise ValueError(f"--fit {fit}: expected without --sd")
+        for name in deviations:
+            check_name(name)
+        values = {name: float(props[contract.index(name)]) for name in deviations}
+        found, source = of_deviations(values, deviations, correlations or {}), "--sd"
+    else:
+        if correlations:
+            raise ValueError("--correlation: expected with --sd; a fit has its own")
+        path = fit or file_of(case.path)
+        if not path.is_file():
+            raise ValueError(
+                f"{path}: expected the file that asperity fit -o {case.path} writes, --fit with its name, "
+                "or --sd NAME=VALUE"
+            )
+        known = read(path)
+        for name in known.names:
+            if name not in CONSTANTS:
+                raise ValueError(
+                    f"{path}: {name} is no constant of PROPS: expected --sd with {', '.join(CONSTANTS)}"
+                )
+        for name, value in zip(known.names, known.values, strict=True):
+            of_case = props[contract.index(name)]
+            if abs(of_case - value) > DIGITS * abs(value):
+                raise ValueError(
+                    f"{path}: {name} = {value:g}, but {case.path} has {of_case:g}: expected a case with the "
+                    "constants of the fit; run asperity fit again where the case is newer"
+                )
+        found, source = of_fit(known), str(path)
+    _check_runs(case, found.names)
+    return found, source
+
+
+def _check_runs(case: Case, names: Sequence[str]) -> None:
+    """Raise ValueError for constants that a case does not have, or that its sweep changes."""
+    path, first = case.path, np.array(case.runs[0].props)
+    inclined = [name for name in names if name in ("theta", "flat", "height", "W0")]
+    if inclined and case.runs[0].pattern.m == 0:
+        raise ValueError(f"{path}: {inclined[0]}: expected inclined planes, which sides = 0 does not have")
+    listed = [name for name in names if name in ("theta", "flat")]
+    if listed and case.runs[0].pattern.m < 0:
+        raise ValueError(f"{path}: {listed[0]}: expected a regular pattern, not listed planes")
+    for run in case.runs:
+        for name in names:
+            if run.props[contract.index(name)] != first[contract.index(name)]:
+                raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
 
 
 def of_fit(found: Covariance) -> Distribution:
