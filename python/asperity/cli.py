@@ -124,20 +124,20 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "new": ("write a case file to start from", _imported("starters", "new_arguments")),
     "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
-    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
     "run": ("run a case by the driver and draw it", _run_arguments),
-    "paper": ("recompute the figures and tables of the paper", _imported("paper.command")),
-    "card": ("print the material block for the input of a host program", _imported("card_command")),
-    "export": ("write sources, decks and a README for Abaqus", _imported("export.command")),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
-    "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "masonry": ("find the constants of a mortar joint", _imported("masonry")),
-    "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
+    "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
+    "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "uncertainty": (
         "find the scatter of a load case whose constants are uncertain",
         _imported("uncertainty.command"),
     ),
+    "card": ("print the material block for the input of a host program", _imported("card_command")),
+    "export": ("write a model of one element for a host program", _imported("export.command")),
+    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
+    "paper": ("recompute the figures and tables of the paper", _imported("paper.command")),
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
 }
 """Summary of each subcommand, and the function that adds its arguments."""

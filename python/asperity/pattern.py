@@ -15,9 +15,9 @@ _ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
 """Admissible constants, with which the library can check a pattern alone."""
 
 
-def direction_vector(direction_deg: ArrayLike) -> contract.Floats:
+def direction_vector(direction: ArrayLike) -> contract.Floats:
     """Unit vectors (Tx, Ty), shape (..., 2), of directions in degrees, shape (...), from Tx towards Ty."""
-    return unit_vector(np.radians(direction_deg))
+    return unit_vector(np.radians(direction))
 
 
 def unit_vector(angle: ArrayLike) -> contract.Floats:

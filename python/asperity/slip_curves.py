@@ -44,23 +44,23 @@ class SlipCurves:
 
 def slip_curves(
     interface: Interface,
-    direction_deg: ArrayLike,
+    direction: ArrayLike,
     slips: ArrayLike,
     sigma_N: ArrayLike = 0.0,
     preload: int = 100,
     executor: Executor | None = None,
 ) -> SlipCurves:
-    """`Interface.confined_slip` for every pair of direction_deg and sigma_N, which are broadcast to (C,).
+    """`Interface.confined_slip` for every pair of direction and sigma_N, which are broadcast to (C,).
 
     A curve that loses equilibrium ends there, without an error.  executor: as in `parallel.map_in_order`, by
     default a thread for each processor.  Raises ValueError for values that are not finite, an empty path and
     a preload below 1.
     """
     angles, held = np.broadcast_arrays(
-        np.atleast_1d(contract.array("direction_deg", direction_deg)), contract.array("sigma_N", sigma_N)
+        np.atleast_1d(contract.array("direction", direction)), contract.array("sigma_N", sigma_N)
     )
     s_L = contract.array("slips", slips)
-    for name, value in (("direction_deg", angles), ("sigma_N", held), ("slips", s_L)):
+    for name, value in (("direction", angles), ("sigma_N", held), ("slips", s_L)):
         if value.ndim != 1 or value.size == 0 or not np.all(np.isfinite(value)):
             raise ValueError(f"{name} has shape {value.shape}: expected a list of finite numbers")
     if preload < 1:

@@ -68,7 +68,7 @@ def test_signatures() -> None:
     assert arguments(Interface) == {"material": required, "pattern": required}
     assert arguments(Interface.update) == {"s": required} | dict.fromkeys(("state", "s_old", "dt", "out"))
     assert arguments(Interface.replay) == {"S": required, "times": None}
-    assert list(arguments(Interface.confined_slip))[:3] == ["direction_deg", "slips", "sigma_N"]
+    assert list(arguments(Interface.confined_slip))[:3] == ["direction", "slips", "sigma_N"]
     assert arguments(Interface.props) == {r.name: r.default for r in contract.owned("host", "numerics")}
     assert arguments(Interface.card).items() >= arguments(Interface.props).items()
     assert list(arguments(Interface.card))[:1] == ["host"]
@@ -488,7 +488,7 @@ def test_bad_confined_slip() -> None:
     """One error names every bad argument."""
     with pytest.raises(ValueError) as error:
         RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0)
-    starts = ("sigma_N = -Inf", "preload = 0: ", "slips[1] = Inf", "direction_deg = NaN: ")
+    starts = ("sigma_N = -Inf", "preload = 0: ", "slips[1] = Inf", "direction = NaN: ")
     for line, start in zip(str(error.value).splitlines(), starts, strict=True):
         assert line.startswith(start) and ": expected " in line
 
@@ -519,7 +519,7 @@ HUGE = 10**400
         (lambda: RP_4.update([[0, 0, 0]], s_old=[["x", 0, 0]]), r"s_old\[0, 0\] = 'x': expected a finite"),
         (lambda: RP_4.update([[0, 0], [0, 0, 0]]), r"s.*: .*expected numbers|s\[.*expected a finite number"),
         (lambda: RP_4.replay([[0, 0, HUGE]]), r"S\[0, 2\] = 1000+\.\.\.0+: expected a finite number"),
-        (lambda: RP_4.confined_slip(HUGE, [0.1], 0.0), r"direction_deg = 10+\.\.\.0+: expected a finite"),
+        (lambda: RP_4.confined_slip(HUGE, [0.1], 0.0), r"direction = 10+\.\.\.0+: expected a finite"),
         (lambda: RP_4.confined_slip(0.0, [0, HUGE], 0.0), r"slips\[1\] = 10+\.\.\.0+: expected a finite"),
         (lambda: RP_4.confined_slip(0.0, [0.1], HUGE), r"sigma_N = 10+\.\.\.0+: expected a finite"),
         *(

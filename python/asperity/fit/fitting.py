@@ -1,4 +1,4 @@
-"""Parameters of the law from shear-box records: least squares on the forward model."""
+"""Parameters of the law from shear-box tests: least squares on the forward model."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def fit(
     Parameters
     ----------
     tests
-        As `read_records` returns them from files, or made of arrays.
+        As `read_tests` returns them from files, or made of arrays.
     free, fixed
         Names, and values by name; theta in degrees. Without `free` every parameter of a bonded joint is free
         that is not fixed. Others have their default. With ks in one of them the joint has no bond.
@@ -90,7 +90,7 @@ def fit(
     tick
         Called after each start and each refinement.
     model_error
-        Accepted scatter, as a fraction of the range, of a model that differs from the record by more than
+        Accepted scatter, as a fraction of the range, of a model that differs from the tests by more than
         noise; the intervals are then wider.
     executor
         As in `parallel.map_in_order`; the result is the same with any.

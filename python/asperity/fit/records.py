@@ -71,7 +71,7 @@ class _Rows:
             )
 
 
-def read_records(
+def read_tests(
     paths: Iterable[str | Path] | str | Path,
     k_N: float | None = None,
     compression_positive: bool = False,
