@@ -787,7 +787,7 @@ def test_page(tmp_path: Path) -> None:
     page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"
     text = page.read_text(encoding="utf-8")
     assert follow(page, tmp_path) == text
-    assert text.count("```text") == 4
+    assert text.count("```text") == 3
     listed, _ = slopes.bin_facets(slopes.facets(read_scan(tmp_path / "joint.csv")), 8, 3)
     first = ",".join(f"{value:.9f}" for value in (*listed.normals[0], listed.weights[0]))
     assert first in text

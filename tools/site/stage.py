@@ -8,7 +8,6 @@ from the header.
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 import shutil
@@ -116,34 +115,26 @@ def with_thumbnails(text: str) -> str:
 
 
 def navigation(text: str) -> list[dict[str, object]]:
-    """Navigation from docs/README.md: links of the first lines, then a section for each table."""
+    """Navigation from docs/README.md: links of the first lines, then those of each section."""
     nav: list[dict[str, object]] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
-    entries = nav
-    for line in text.splitlines():
-        section = re.match(r"\*\*(\w[\w -]*):", line)
+    for part in re.split(r"^(?=\*\*\w)", text, flags=re.MULTILINE):
+        entries = nav
+        section = re.match(r"\*\*(\w[\w -]*):", part)
         if section:
             entries = []
             nav.append({section[1]: entries})
-        row = re.match(r"\| \[([^\]]+)\]\(([^)#]+)\)", line)
-        link = row or (entries is nav and re.search(r"\[([^\]]+)\]\(([^)#]+)\)", line))
-        if link:
-            name = link[1].removesuffix(".md")
-            entries.append({name[0].upper() + name[1:]: os.path.normpath(f"docs/{link[2]}")})
+        for label, target in re.findall(r"\[([^\]]+)\]\(([^)#]+)\)", part):
+            name = " ".join(label.replace("`", "").split()).removesuffix(".md")
+            entries.append({name[0].upper() + name[1:]: os.path.normpath(f"docs/{target}")})
     return nav
 
 
 def python_page() -> str:
     """Python reference: the public names, in the order of the package."""
-    source = (ROOT / "python" / "asperity" / "__init__.py").read_text(encoding="utf-8")
-    homes = next(
-        ast.literal_eval(node.value)
-        for node in ast.parse(source).body
-        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "_HOMES"
-    )
+    stub = (ROOT / "python" / "asperity" / "__init__.pyi").read_text(encoding="utf-8")
     lines = ["# Python", "", "The public names of the package, from the comments in its source.", ""]
-    for name, home in homes.items():
-        path = f"asperity.{home}" if name == home else f"asperity.{home}.{name}"
-        lines += [f"::: {path}", ""]
+    for home, name in re.findall(r"^from \.([\w.]*) import (\w+)", stub, re.MULTILINE):
+        lines += [f"::: {'.'.join(filter(None, ('asperity', home, name)))}", ""]
     return "\n".join(lines)
 
 
