@@ -15,6 +15,7 @@ from .case_files import read_case
 from .installed import driver
 from .options import check_outputs, progress_bar, workers
 from .parallel import map_in_order
+from .results import results_of
 
 START = 24
 """Bytes at the start of a result or of a failed increment by which a file of the driver is known."""
@@ -30,6 +31,8 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
         raise ValueError("-o -: expected the name of a file with --jobs, of which several are written")
     if not output.parent.is_dir():
         raise FileNotFoundError(f"{output}: expected a file in a folder that exists, not in {output.parent}")
+    for path in results_of(output).values():
+        check_outputs(options.force, [case], ("-o", path, "step,increment,"))
     count = len(read_case(case).runs)
     one_run = partial(_one_run, case, output, passed_on)
     with workers(options) as executor, progress_bar(count, "run") as bar:

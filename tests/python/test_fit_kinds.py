@@ -12,6 +12,7 @@ from asperity import Interface, Material, Pattern, Step
 from asperity.cli import main
 from asperity.fit.fitting import fit
 from asperity.fit.records import read_tests
+from asperity.tables import read_table
 
 MATERIAL = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "kc": 20.0}
 RT = {"theta": 20.0, "flat": 0.3333}
@@ -45,6 +46,23 @@ def found(tests: Any, **free: float) -> dict[str, float]:
     """Values of the free constants, fitted from a start."""
     fixed = {name: value for name, value in (MATERIAL | RT).items() if name not in free}
     return fit(tests, tuple(free), fixed, start=free, starts=1, sides=2).values
+
+
+def test_headers_and_numbers_of_instruments(tmp_path: Path) -> None:
+    """A header may have # in a name and a comment; nan is no header, and 1_0 no number."""
+    path = tmp_path / "data.csv"
+    path.write_text("# box\nTest #,slip [mm],tau # MPa\n1,0.1,0.2 # first\n")
+    table = read_table(path, "numbers")
+    assert (table.names, table.units) == (["Test #", "slip", "tau"], ["", "mm", ""])
+    assert table.cells == [["1", "0.1", "0.2"]]
+    path.write_text("nan,nan\n1,2\n")
+    table = read_table(path, "numbers")
+    assert table.names == [] and len(table.cells) == 2
+    with pytest.raises(ValueError, match="line 1, column x: nan: expected a finite number"):
+        table.numbers([0], ["x"])
+    path.write_text("x,y\n1_0,2\n")
+    with pytest.raises(ValueError, match="line 2, column x: 1_0: expected a finite number"):
+        read_table(path, "numbers").numbers([0], ["x"])
 
 
 def test_measured_path_of_the_normal_traction(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, sweeps
 from asperity.cli import main
 from asperity.parallel import map_in_order
 from asperity.slip_curves import slip_curves
@@ -61,3 +61,8 @@ def test_sweep(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: p
     ):
         assert main(["run", str(case), "-o", output, "--jobs", jobs]) == 1
         assert message in capfd.readouterr().err
+    # what is there is looked at before any run
+    (tmp_path / "mine_7.csv").write_text("mine")
+    monkeypatch.setattr(sweeps, "map_in_order", lambda *_: pytest.fail("a run began"))
+    assert main(["run", str(case), "-o", str(tmp_path / "mine.csv"), "--jobs", "1"]) == 1
+    assert "mine_7.csv: this file is there and is not replaced" in capfd.readouterr().err

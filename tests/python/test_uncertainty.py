@@ -197,7 +197,8 @@ def test_from_a_record_to_quantiles(
     changed["values"][0] *= 1.01
     beside.write_text(json.dumps(changed))
     assert main(command) == 1
-    assert "expected a case with the constants of the fit" in capsys.readouterr().err
+    message = capsys.readouterr().err
+    assert "is stale: " in message and "expected a case with the constants of the fit" in message
 
 
 REFUSED = [

@@ -90,8 +90,8 @@ def distribution_of(
             of_case = props[contract.index(name)]
             if abs(of_case - value) > DIGITS * abs(value):
                 raise ValueError(
-                    f"{path}: {name} = {value:g}, but {case.path} has {of_case:g}: expected a case with the "
-                    "constants of the fit; run asperity fit again where the case is newer"
+                    f"{path} is stale: {name} = {value:g}, but {case.path} has {of_case:g}: expected a case "
+                    "with the constants of the fit"
                 )
         found, source = of_fit(known), str(path)
     _check_runs(case, found.names)
