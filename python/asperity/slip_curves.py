@@ -27,7 +27,7 @@ class SlipCurves:
 
     direction (C,), degrees; sigma_N (C,), stress; slips (T,) and s_N (C, T), length; tau_L (along the
     direction) and tau_across (left of it), (C, T), stress; damage (C, T); work (C, T) with that of the
-    preload, stress*length; rows (C,): number of converged rows; iterations (C,) of Newton's method.
+    preload, stress*length; rows (C,): number of converged rows.
     """
 
     direction: Floats
@@ -39,7 +39,6 @@ class SlipCurves:
     damage: Floats
     work: Floats
     rows: NDArray[np.int_]
-    iterations: NDArray[np.int_]
 
 
 def slip_curves(
@@ -68,16 +67,16 @@ def slip_curves(
     size = max(1, angles.size // PARTS)
     blocks = [(angles[i : i + size], held[i : i + size]) for i in range(0, angles.size, size)]
     done = map_in_order(partial(_solve, interface, s_L, int(preload)), blocks, executor)
-    columns, n_done, iterations = (np.concatenate(part) for part in zip(*done, strict=True))
-    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done, iterations)
+    columns, n_done = (np.concatenate(part) for part in zip(*done, strict=True))
+    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done)
 
 
 def _solve(
     interface: Interface, slips: Floats, preload: int, block: tuple[Floats, Floats]
-) -> tuple[Floats, NDArray[np.int_], NDArray[np.int_]]:
-    """Columns of the curves of a block of directions and normal tractions, their rows and iterations."""
+) -> tuple[Floats, NDArray[np.int_]]:
+    """Columns of the curves of a block of directions and normal tractions, and their rows."""
     columns = np.full((len(block[0]), COLUMNS, slips.size), np.nan)
-    n_done, iterations = np.zeros(len(block[0]), dtype=int), np.zeros(len(block[0]), dtype=int)
+    n_done = np.zeros(len(block[0]), dtype=int)
     for i, (angle, sigma_N) in enumerate(zip(*block, strict=True)):
         history, lost = interface.rows(slip_path(angle, slips, sigma_N, preload))
         in_preload = bool(lost) and len(history) < preload
@@ -85,5 +84,5 @@ def _solve(
         n = len(history)
         along, across = history.tau_along(angle), history.tau_along(angle + 90.0)
         columns[i, :, :n] = history.dilation, along, across, history.damage, history.work
-        n_done[i], iterations[i] = -1 if in_preload else n, history.iterations.sum()
-    return columns, n_done, iterations
+        n_done[i] = -1 if in_preload else n
+    return columns, n_done

@@ -16,7 +16,7 @@ from asperity import EquilibriumLost, Interface, Material, Pattern, Point, Step,
 JOINT = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(4, 30.0))
 
 
-WITH_EXAMPLES = ("interface", "steps", "case_files", "history", "material", "fit.fitting", "barton.bridge",
+WITH_EXAMPLES = ("interface", "steps", "case_files", "history", "material", "fit.fitting", "barton.command",
                  "surface.scan_files", "uncertainty.spread")  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from asperity.fit import covariance
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.uncertainty.distribution import of_deviations, of_fit
+from asperity.uncertainty.distribution import of_deviations
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
 
@@ -103,7 +103,7 @@ def test_samples_of_a_fit_have_its_intervals(found: Fit, tmp_path: Path) -> None
     path = tmp_path / "case.fit.json"
     path.write_text(covariance.covariance_text(found))
     known = covariance.read(path)
-    drawn = of_fit(known).draw(40000, 3)
+    drawn = known.draw(40000, 3)
     tail = 0.5 * (1.0 - found.confidence)
     for i, name in enumerate(known.names):
         one = found.estimates[name]

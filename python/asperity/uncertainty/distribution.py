@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,50 +10,14 @@ import numpy as np
 from .. import contract
 from ..case_files import Case
 from ..contract import Floats
-from ..fit.covariance import Covariance, file_of, read
-from ..fit.model import SCALES, TIMELESS
+from ..fit.covariance import Distribution, file_of, read
+from ..fit.model import TIMELESS
 
 CONSTANTS = tuple(row.name for row in TIMELESS)
 """Constants that may be uncertain."""
 
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
-
-LEAST_EIGENVALUE = -1.0e-9
-"""Smallest eigenvalue of a matrix of correlations that counts as a rounding error of zero."""
-
-
-@dataclass(frozen=True, eq=False)
-class Distribution:
-    """Normal distribution of constants, or of their logarithms and logits where they come from a fit.
-
-    names (p); mean (p,) and covariance (p, p): of the constants, or of the transformed ones.
-    """
-
-    names: tuple[str, ...]
-    mean: Floats
-    covariance: Floats
-    transformed: bool
-
-    def draw(self, samples: int, seed: int) -> Floats:
-        """Values of the constants, (samples, p); the same for the same seed."""
-        deviations = np.sqrt(np.diag(self.covariance))
-        scales = np.where(deviations > 0.0, deviations, 1.0)
-        # The eigenvalues are those of the correlations, which have no units: beside the variance of a
-        # strength in Pa that of a friction coefficient would be a rounding error.
-        sizes, vectors = np.linalg.eigh(self.covariance / np.outer(scales, scales))
-        if sizes[0] < LEAST_EIGENVALUE:
-            raise ValueError(
-                f"the correlations of {', '.join(self.names)} contradict each other: expected a covariance "
-                "without negative eigenvalues"
-            )
-        root = vectors * np.sqrt(np.maximum(sizes, 0.0)) @ vectors.T
-        normal = np.random.default_rng(seed).standard_normal((samples, len(self.names)))
-        x = self.mean + scales * (normal @ root)
-        if not self.transformed:
-            return x
-        return np.column_stack([SCALES[name].back(one) for name, one in zip(self.names, x.T, strict=True)])
-
 
 def distribution_of(
     case: Case,
@@ -93,7 +56,7 @@ def distribution_of(
                     f"{path} is stale: {name} = {value:g}, but {case.path} has {of_case:g}: expected a case "
                     "with the constants of the fit"
                 )
-        found, source = of_fit(known), str(path)
+        found, source = known, str(path)
     _check_runs(case, found.names)
     return found, source
 
@@ -111,13 +74,6 @@ def _check_runs(case: Case, names: Sequence[str]) -> None:
         for name in names:
             if run.props[contract.index(name)] != first[contract.index(name)]:
                 raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
-
-
-def of_fit(found: Covariance) -> Distribution:
-    """Distribution of the constants of a fit."""
-    pairs = zip(found.names, found.values, strict=True)
-    mean = np.array([SCALES[name].to(value) for name, value in pairs])
-    return Distribution(found.names, mean, found.covariance, True)
 
 
 def of_deviations(
