@@ -72,5 +72,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chro
         options=options, service=Service(shutil.which("chromedriver"))
     )
     driver.set_page_load_timeout(60)
+    # each page chooses its colours anew, not those that the page before has stored
+    driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "localStorage.clear()"})
     yield driver
     driver.quit()
