@@ -1,8 +1,8 @@
 """Time per point of Interface.update for one plane beside NEML2's bilinear traction law, on the same points.
 
-Needs `pip install neml2` beside asperity. NEML2's law is the mixed-mode one of Camanho and Davila from the separation
-on, one plane with damage; it has neither friction nor energies, and is timed without its tangent, as it is and
-compiled. Interface.update gives traction, state with energies, and tangent. One thread each, medians of turns.
+Needs `pip install neml2` beside asperity. NEML2's law is the mixed-mode one of Camanho and Davila from the
+separation on, one plane with damage, without friction and energies. It is timed without its tangent, as it is
+and compiled. Interface.update gives traction, state with energies, and tangent. One thread each.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ LAW = """
 
 
 def neml2_laws(material: Material, s: np.ndarray) -> dict[str, Callable[[], object]]:
-    """Return calls of NEML2's law at all points, virgin at the start: as it is, and compiled; they must agree."""
+    """Return calls of NEML2's law at virgin points, as it is and compiled, which must agree."""
     import neml2
     import torch
     from neml2.cli.aoti_compile import compile_and_emit_stub
@@ -110,7 +110,9 @@ def neml2_laws(material: Material, s: np.ndarray) -> dict[str, Callable[[], obje
         text = LAW.format(K=stiffness, strength=material.sigma0, Gc=material.Gc)
         file.write_text(text, encoding="utf-8")
         laws = {"NEML2": neml2.load_model(file, "law")}
-        laws["NEML2, compiled"] = neml2.load_model(compile_and_emit_stub(file, Path(folder), model="law"), "law")
+        laws["NEML2, compiled"] = neml2.load_model(
+            compile_and_emit_stub(file, Path(folder), model="law"), "law"
+        )
     given = {"s": neml2.Vec(torch.from_numpy(s)), "d~1": neml2.Scalar(torch.zeros(len(s)))}
     calls = {name: lambda law=law: law(*(given[key] for key in law.input_spec)) for name, law in laws.items()}
     with torch.no_grad():
