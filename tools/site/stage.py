@@ -114,18 +114,16 @@ def with_thumbnails(text: str) -> str:
     return text[: first.start()] + grid + text[first.start() :]
 
 
-def navigation(text: str) -> list[dict[str, object]]:
-    """Navigation from docs/README.md: links of the first lines, then those of each section."""
-    nav: list[dict[str, object]] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
+def navigation(text: str) -> list[object]:
+    """Navigation from docs/README.md, pages by title: links of the first lines, then those of each section."""
+    nav: list[object] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
     for part in re.split(r"^(?=\*\*\w)", text, flags=re.MULTILINE):
         entries = nav
         section = re.match(r"\*\*(\w[\w -]*):", part)
         if section:
             entries = []
             nav.append({section[1]: entries})
-        for label, target in re.findall(r"\[([^\]]+)\]\(([^)#]+)\)", part):
-            name = " ".join(label.replace("`", "").split()).removesuffix(".md")
-            entries.append({name[0].upper() + name[1:]: os.path.normpath(f"docs/{target}")})
+        entries += [os.path.normpath(f"docs/{target}") for target in re.findall(r"\]\(([^)#]+)\)", part)]
     return nav
 
 
