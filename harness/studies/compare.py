@@ -15,7 +15,7 @@ from asperity import contract
 from asperity.case_files import SlipTest, drive, read_case, slip_tests
 from asperity.contract import Floats
 from asperity.history import ENERGIES, History
-from asperity.installed import cases
+from asperity.installed import all_cases
 from asperity.material import Material
 from tqdm import tqdm
 
@@ -87,6 +87,11 @@ def find(figure: str) -> list[Path]:
         names = dict.fromkeys(name for names in known.values() for name in names)
         raise ValueError(f"figure {figure}: expected one of {', '.join(names)}")
     return found
+
+
+def cases() -> list[Path]:
+    """Case files of the figures."""
+    return [path for name, path in all_cases().items() if name.startswith("figure")]
 
 
 def _figures(path: Path) -> list[str]:

@@ -52,11 +52,6 @@ def driver() -> Path:
     return Path(other)
 
 
-def cases() -> list[Path]:
-    """Case files of the paper's figures."""
-    return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
-
-
 def all_cases() -> dict[str, Path]:
     """Case files by name: the file name without suffix, with its folder where it has one."""
     folder = _installed("cases/figure05b.nml").parent

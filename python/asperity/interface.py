@@ -371,7 +371,7 @@ class Interface:
             contract.number("direction", direction, "a finite angle"),
             slips if slips.size else [0.0],
             sigma_N,
-            contract.whole("preload", preload),
+            contract.number("preload", preload, "a whole number from 1 on"),
             contract.number("stiffness", stiffness, "a finite stiffness >= 0"),
             times,
             preload_time,

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
-from asperity.card_command import read_run
+from asperity.case_files import read_run
 from asperity.cli import main
-from asperity.installed import cases
+from asperity.installed import all_cases
 
 ROOT = Path(__file__).parents[2]
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -380,7 +380,7 @@ def test_run_of_a_case(folder: Path) -> None:
     assert read_run(Path(write(guarded))).interface == RT
     guarded = CASE.replace("mu = 0.5", "mu = 0.5, guard = .true.")
     assert read_run(Path(write(guarded))).material == replace(RT.material, guard=True)
-    for path in cases():
+    for path in all_cases().values():
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
             assert read_run(path).interface.n_planes >= 1

@@ -16,7 +16,7 @@ import pytest
 from asperity import History, Interface, Material, Pattern, Step, case_files, plots, results, style
 from asperity.cli import main
 from asperity.history import COLUMNS
-from asperity.installed import cases, driver
+from asperity.installed import driver, named_case
 
 from harness.studies import compare
 
@@ -287,8 +287,7 @@ def test_picture_of_an_opening() -> None:
 
 def test_case_is_read() -> None:
     """Material, pattern, slips and preload of the shipped Figure 5(b)."""
-    path = next(path for path in cases() if path.stem == "figure05b")
-    case = case_files.read_case(path)
+    case = case_files.read_case(named_case("figure05b"))
     (test,) = case_files.slip_tests(case)
     assert (test.material, test.pattern) == (RT.material, RT.pattern)
     assert (test.value, test.preload, test.sigma_N, test.direction) == (None, 100, -10.0, 0.0)
@@ -296,7 +295,7 @@ def test_case_is_read() -> None:
     assert test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
     assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
     assert case.sweep == "" and case.title == "Figure 5(b): cyclic slip, with kc = 1 as in the paper"
-    assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == path.read_bytes()
+    assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == case.path.read_bytes()
 
 
 def test_sweep_is_read(folder: Path) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.card_command import read_run
+from asperity.case_files import read_run
 from asperity.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -115,7 +115,7 @@ def with_thumbnails(text: str) -> str:
 
 
 def navigation(text: str) -> list[object]:
-    """Navigation from docs/README.md, pages by title: links of the first lines, then those of each section."""
+    """Navigation from docs/README.md, pages by title: links of the first lines, then of each section."""
     nav: list[object] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
     for part in re.split(r"^(?=\*\*\w)", text, flags=re.MULTILINE):
         entries = nav
