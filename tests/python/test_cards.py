@@ -14,7 +14,7 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
 from asperity.case_files import read_run
 from asperity.cli import main
-from asperity.installed import all_cases
+from asperity.installed import all_cases, kratos_adapter
 
 ROOT = Path(__file__).parents[2]
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -66,6 +66,9 @@ def test_abaqus_standard() -> None:
         "*Depvar",
         "*Cohesive Section, elset=JOINT, material=JOINT, response=TRACTION SEPARATION, thickness=SPECIFIED",
     ]
+    constants = found[list(found)[1]]
+    assert [float(one) for line in constants for one in line.split(",")] == RT.props(h=0.5).tolist()
+    assert max(line.count(",") for line in constants) < 8
     names = contract.statev_names(3)
     rows = [f"{i}, {name}, {name}" for i, name in enumerate(names, 1)]
     assert found["*Depvar"] == [f"{len(names)},", *rows]
@@ -97,7 +100,14 @@ def test_calculix_section() -> None:
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # CalculiX misreads a full last line of constants
-    assert len(found[f"*USER MATERIAL, CONSTANTS={contract.N_USED_PROPS}"][-1].split(",")) < 8
+    constants = found[f"*USER MATERIAL, CONSTANTS={contract.N_USED_PROPS}"]
+    assert len(constants[-1].split(",")) < 8
+    expected = RT.props(h=0.01)[: contract.N_USED_PROPS].tolist()
+    assert [float(one) for line in constants for one in line.split(",")] == expected
+    assert all(name in card for name in contract.statev_names(3)) and "*MATERIAL, NAME=ABAQUSJOINT\n" in card
+    n = contract.N_FIXED_PROPS + contract.N_LISTED_VALUES
+    with pytest.raises(ValueError, match=f"{n} constants: expected at most 21 for calculix"):
+        Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0])).card("calculix")
 
 
 @pytest.mark.parametrize(
@@ -116,7 +126,10 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     assert material["Variables"]["BIOT_COEFFICIENT"] == 0.0
     assert element in block["elements"]
     assert block["remarks"][-2].startswith("UDSM_NAME is the commit adapter")
-    assert Path(material["Variables"]["UDSM_NAME"]).is_file()
+    assert material["Variables"]["UDSM_NAME"] == str(kratos_adapter())
+    assert material["Variables"]["UMAT_PARAMETERS"] == RT.props().tolist()
+    assert material["Variables"]["STATE_VARIABLES"] == [0.0] * RT.nstatv
+    assert tuple(block["state_variables"].values()) == contract.statev_names(RT.n_planes)
     assert "Kratos passes no initial stress to a UMAT" in block["remarks"][-1]
 
 
@@ -158,6 +171,11 @@ def test_oofem_record() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, akantu, calculix, kratos, mtest"),
+        (dict(host="abaqus", name="2 joints"), "name = '2 joints': expected a letter"),
+        (dict(host="calculix", name="NLJOINT"), "expected none that begins with NL"),
+        (dict(host="calculix", map=1), "map = 1: expected 0 for calculix"),
+        (dict(host="abaqus", h=-1.0), r"h = -1"),
         (dict(host="oofem", map=1), "map = 1: expected 0 for oofem"),
         (dict(host="oofem", dimension=2), "dimension = 2: expected 3 for oofem"),
         (dict(host="ogs", map=1), "map = 1: expected 0 for ogs"),
