@@ -276,14 +276,14 @@ class History(_Named):
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
         if not lines:
             raise ValueError(f"{path}: expected rows after the header")
-        column = {name: np.array(cells) for name, cells in zip(names, zip(*lines, strict=True), strict=True)}
-        s, t = (np.stack([column[name] for name in three], 1) for three in (SEPARATION, TRACTION))
+        places = [names.index(name) for name in COLUMNS]
+        numbers = np.array([[line[i] for i in places[:-1]] for line in lines], dtype=float)
+        column = dict(zip(COLUMNS, numbers.T, strict=False))
         state = np.zeros((len(lines), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
             state[:, contract.statev_index(name)] = column[name]
-        events = tuple((row, str(text)) for row, text in enumerate(column["event"]) if text)
-        damage, work = column["damage"].astype(float), column["work"].astype(float)
-        return cls(s.astype(float), t.astype(float), damage, state, work, events)
+        events = tuple((row, line[places[-1]]) for row, line in enumerate(lines) if line[places[-1]])
+        return cls(numbers[:, :3], numbers[:, 3:6], column["damage"], state, column["work"], events)
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""

@@ -82,7 +82,7 @@ class Element:
         steps = Step(t_N=test.sigma_N, increments=press), Step(slip=slip, direction=0.0, increments=slide)
         history, lost = run.interface.rows(steps)
         if lost or history.snaps:
-            at = history.snaps[0].before[1] if history.snaps else history.separation[-1, 1]
+            at = history.snaps[0].before[1] if history.snaps else max(history.separation[:, 1], default=0.0)
             what = "jumps" if history.snaps else "has no equilibrium"
             raise ValueError(
                 f"{path}: the joint {what} beyond s_Tx = {at:.6g}: expected a stable path, which a static "
