@@ -46,7 +46,7 @@ STEPS = "/*/time_loop/processes/process/time_stepping"
 def box(
     folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0
 ) -> Run:
-    """Run the layer of layer.prj, a square of the side WIDTH, with changes of the project."""
+    """Run the layer of single.prj, a square of the side WIDTH, with changes of the project."""
     square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
     points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
     ids = {"MaterialIDs": np.array([1], dtype="i4")}
