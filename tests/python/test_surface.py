@@ -636,6 +636,7 @@ def test_grid_too_fine(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
         assert "points at --spacing: expected at most 1e+07" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("folder")
 def test_missing_meshio(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Without meshio the message says what to install."""
     save("joint.stl", *sheet())
