@@ -127,17 +127,19 @@ def read_case(path: str | Path) -> Case:
     return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
 
 
-def read_run(path: Path, value: str | None = None) -> Run:
+def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:
     """Return the run of a case for a value of its sweep, if PROPS change with it.
 
+    with_path: a value is also needed where the sweep changes the load path alone.
     Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
     """
     case = read_case(path)
     run = case.runs[0]
-    if all(one.props == run.props for one in case.runs):
+    if all(one.props == run.props for one in case.runs) and not (with_path and case.sweep):
         if value is None:
             return run
-        raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
+        what = "with a &sweep" if with_path else "where a constant is the name of a sweep"
+        raise ValueError(f"{path}: --value {value}: expected {what} only")
     expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
     if value is None:
         raise ValueError(f"{path}: --value is missing: expected one for {expected}")

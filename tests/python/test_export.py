@@ -132,6 +132,8 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
             "the joint jumps beyond s_Tx = ",
         ),
         ("mu = 0.7", "mu = nu", "--value is missing: expected one for nu"),
+        ("t_N = -0.5", "t_N = nu", "--value is missing: expected one for nu"),
+        ("slip = 0.4, -0.1", "slip = 0.0, 0.0", "slip = 0: expected a slip that is not zero"),
     ],
 )
 def test_cases_without_an_element(
@@ -139,13 +141,31 @@ def test_cases_without_an_element(
 ) -> None:
     """What no static model of one element can follow is refused, by the name of its value."""
     case = tmp_path / "mine.nml"
-    sweep = "&sweep name = 'nu', values = 0.5, 0.7 /\n" if "nu" in new else ""
+    value = "-0.7" if "t_N" in new else "0.7"
+    sweep = f"&sweep name = 'nu', values = 0.0, {value} /\n" if "nu" in new else ""
     case.write_text(MINE.replace(old, new) + sweep)
     assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case)]) == 1
     assert message in capsys.readouterr().err
     assert not (tmp_path / "kit").exists()
     if "nu" in new:
-        assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case), "--value", "0.7"]) == 0
+        assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case), f"--value={value}"]) == 0
+
+
+def test_rows_in_other_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rows in metres and pascals have the digits of those in millimetres and megapascals."""
+    tables = []
+    for mm, MPa in ((1.0, 1.0), (1.0e-3, 1.0e6)):
+        case = tmp_path / f"case{mm}.nml"
+        case.write_text(
+            f"&material sigma0 = {3.0 * MPa}, Gc = {0.3 * mm * MPa}, eta = 0.9, mu = 0.5, kc = 10.0 /\n"
+            f"&pattern sides = 2, theta = 30.0 /\n&step t_N = {-MPa}, increments = 10 /\n"
+            f"&step slip = {0.25 * mm}, increments = 100 /\n"
+        )
+        assert main(["export", "calculix", str(tmp_path / f"kit{mm}"), "--case", str(case)]) == 0
+        lines = capsys.readouterr().out.splitlines()[-5:]
+        tables.append([[float(cell) for cell in line.strip("| ").split(" | ")] for line in lines])
+    scaled = np.array(tables[1]) * [1.0e3, 1.0e3, 1.0e-6, 1.0]
+    np.testing.assert_allclose(scaled, tables[0], rtol=1.0e-7)
 
 
 def test_rows_that_differ_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:

@@ -69,12 +69,14 @@ class Element:
                 path = Path(folder, "joint.nml")
                 path.write_text(CASE, encoding="ascii")
                 return cls.of_case(path)
-        run = read_run(path, value)
+        run = read_run(path, value, with_path=True)
         test = slip_test(path, run)
         if not len(test.slips) or test.sigma_N > 0.0:
             raise ValueError(f"{path}: expected &step with t_N <= 0, then slip under it, for one element")
         if test.direction != 0.0:
             raise ValueError(f"{path}: direction = {test.direction:g}: expected 0; turn the pattern instead")
+        if not test.slips[0]:
+            raise ValueError(f"{path}: slip = 0: expected a slip that is not zero, for one element")
         if run.material.tau_v > 0.0:
             raise ValueError(f"{path}: tau_v = {run.material.tau_v:g}: expected 0, an element has no rate")
         stroke = int(turns_of(np.array([0.0, *test.slips]))[1])
@@ -82,13 +84,14 @@ class Element:
         steps = Step(t_N=test.sigma_N, increments=press), Step(slip=slip, direction=0.0, increments=slide)
         history, lost = run.interface.rows(steps)
         if lost or history.snaps:
-            at = history.snaps[0].before[1] if history.snaps else max(history.separation[:, 1], default=0.0)
+            slips = history.separation[:, 1]
+            at = history.snaps[0].before[1] if history.snaps else max(slips, key=abs, default=0.0)
             what = "jumps" if history.snaps else "has no equilibrium"
             raise ValueError(
                 f"{path}: the joint {what} beyond s_Tx = {at:.6g}: expected a stable path, which a static "
                 "model can follow"
             )
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8", errors="replace")
         return cls(text, run.interface, test.sigma_N, slip, press, slide, history.after_step(1), value)
 
     @property
@@ -100,8 +103,17 @@ class Element:
 
     def table(self) -> str:
         """Rows in Markdown."""
-        lines = [f"| {u:.6g} | {w:.7f} | {force:.7f} | {d:.7f} |" for u, w, force, d in self.rows]
+        lines = [
+            f"| {u:.6g} | {self._length(w)} | {self._stress(force)} | {d:.7f} |"
+            for u, w, force, d in self.rows
+        ]
         return "\n".join(["| U1 | U3 | RF1 | SDV1 |", "|---|---|---|---|", *lines])
+
+    def _length(self, value: float) -> str:
+        return _digits(value, self.interface.material.s_f)
+
+    def _stress(self, value: float) -> str:
+        return _digits(value, self.interface.material.sigma0)
 
     def numbers(self) -> dict[str, float]:
         """Numbers of the load path by name, for templates."""
@@ -130,9 +142,15 @@ class Element:
         """Print slip, opening and force of a host and the expected ones; SystemExit if they differ."""
         print(f"{'U1':>12}{'U3':>14}{'expected':>14}{'RF1':>14}{'expected':>14}")
         for row, (u, w, force, _) in zip(found, self.rows, strict=True):
-            print(f"{u:>12.6g}{row[1]:>14.7f}{w:>14.7f}{row[2]:>14.7f}{force:>14.7f}")
+            lengths, stresses = map(self._length, (row[1], w)), map(self._stress, (row[2], force))
+            print(f"{u:>12.6g}", *(f"{text:>14}" for text in (*lengths, *stresses)), sep="")
         material = self.interface.material
         sizes = np.array([material.s_f, material.s_f, material.sigma0])
         worst = np.abs((np.array(found) - np.array(self.rows)[:, :3]) / sizes).max()
         if not worst <= SAME:
             sys.exit(f"the rows differ by {worst:.1e} of s_f or sigma0: expected at most {SAME:g}")
+
+
+def _digits(value: float, size: float) -> str:
+    """Digits of a value in any units; what is a rounding error beside a size is 0."""
+    return f"{value if abs(value) > 1.0e-9 * size else 0.0:.9g}"
