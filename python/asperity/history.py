@@ -14,6 +14,7 @@ from . import contract
 from .contract import Floats
 from .pattern import direction_vector
 from .steps import Point
+from .tables import read_table
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
@@ -200,7 +201,10 @@ class History(_Named):
 
     def _along(self, direction: float | None) -> Floats:
         if direction is not None:
-            return direction_vector(direction)
+            angle = contract.number("direction", direction)
+            if not np.isfinite(angle):
+                raise ValueError(f"direction = {angle:g}: expected a finite angle in degrees")
+            return direction_vector(angle)
         slip = self.separation[:, 1:]
         size = np.hypot(*slip.T)
         if not size.any():
@@ -222,7 +226,12 @@ class History(_Named):
         return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]))
 
     def after_step(self, step: int) -> History:
-        """Rows after a step; the events before belong to the first of them."""
+        """Rows after a step; the events before belong to the first of them.
+
+        Raises ValueError for rows of a file, which have no steps.
+        """
+        if len(self.step) != len(self):
+            raise ValueError(f"step = {step}: expected rows of Interface.run, rows of a file have no steps")
         n = int(np.sum(self.step <= step))
         rows = [part[n:] for part in (self.separation, self.traction, self.damage, self.state, self.work)]
         more = [part[n:] for part in (self.step, self.position, self.time, self.iterations)]
@@ -268,16 +277,25 @@ class History(_Named):
     def from_csv(cls, path: str | Path) -> History:
         """Rows of a CSV file of the driver or of `to_csv`, without the state of the planes.
 
-        Raises ValueError if a column or all rows are missing.
+        Raises ValueError if a column or all rows are missing, and for every cell that is no finite number.
         """
-        names, *lines = csv.reader(Path(path).read_text(encoding="utf-8").splitlines() or [""])
+        source = Path(path)
+        text = source.read_text(encoding="utf-8-sig", errors="replace")
+        names, *lines = csv.reader([line for line in text.splitlines() if line] or [""])
         missing = [name for name in COLUMNS if name not in names]
         if missing:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
         if not lines:
             raise ValueError(f"{path}: expected rows after the header")
         places = [names.index(name) for name in COLUMNS]
-        numbers = np.array([[line[i] for i in places[:-1]] for line in lines], dtype=float)
+        even = all(len(line) == len(names) for line in lines)
+        try:
+            numbers = np.array([[line[i] for i in places[:-1]] for line in lines if even], dtype=float)
+        except ValueError:
+            even = False
+        if not even or not np.isfinite(numbers).all():
+            read_table(source, "rows of the driver").numbers(places[:-1], COLUMNS[:-1])
+            raise ValueError(f"{path}: expected finite numbers, as the driver writes them")
         column = dict(zip(COLUMNS, numbers.T, strict=False))
         state = np.zeros((len(lines), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):

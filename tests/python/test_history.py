@@ -140,3 +140,35 @@ def test_wear_has_a_name(tmp_path: Path) -> None:
     assert not plain.wears
     with pytest.raises(ValueError, match="worn: expected a material with W0 > 0"):
         plain.worn(1)
+
+
+@pytest.mark.parametrize(
+    ("cell", "message"),
+    [
+        ("x", "column damage: x: expected a finite"),
+        ("nan", "column damage: nan: expected"),
+        ("", "column damage: empty: expected"),
+    ],
+)
+def test_files_with_other_cells(cell: str, message: str, history: History, tmp_path: Path) -> None:
+    """A cell of a file that is no number is named with its line; so is a row that ends early."""
+    path = tmp_path / "rows.csv"
+    history.to_csv(path)
+    head, first, *rows = path.read_text().splitlines()
+    parts = first.split(",")
+    parts[COLUMNS.index("damage")] = cell
+    path.write_text("\n".join([head, ",".join(parts), *rows]))
+    with pytest.raises(ValueError, match=f"rows.csv: line 2, {message}"):
+        History.from_csv(path)
+    path.write_text("\n".join([head, first, "1,2,3", ""]))
+    with pytest.raises(ValueError, match=r"rows.csv: line 3: 3 values: expected \d+"):
+        History.from_csv(path)
+
+
+def test_what_a_history_does_not_know(history: History, tmp_path: Path) -> None:
+    """Directions are finite, and rows of a file have no steps."""
+    with pytest.raises(ValueError, match="direction = nan: expected a finite angle"):
+        history.slip_along(np.nan)
+    history.to_csv(tmp_path / "rows.csv")
+    with pytest.raises(ValueError, match="rows of a file have no steps"):
+        History.from_csv(tmp_path / "rows.csv").after_step(1)
