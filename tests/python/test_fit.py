@@ -682,3 +682,21 @@ def test_units_of_the_results(
     assert re.search(r"^Gc .* stress length$", capsys.readouterr().out, re.MULTILINE)
     assert main(["fit", "record.csv", *options, "--units", "m,kPa"]) == 1
     assert "--units m,kPa: expected units in the header of record.csv" in capsys.readouterr().err
+
+
+def test_arguments_of_the_functions() -> None:
+    """Lists are data as arrays are; what is no test, no name and no whole number is refused by its name."""
+    slip, tau = [0.1, 0.2, 0.3, 0.4, 0.5], [1.0, 2.0, 1.5, 1.0, 1.0]
+    test = ShearTest("box", slip, tau, None, -1)  # type: ignore[arg-type]
+    assert test.slip.tolist() == slip and test.sigma_N == -1.0
+    for given, message in (
+        ({"tests": test}, "tests = ShearTest.*: expected tests"),
+        ({"tests": "record.csv"}, "tests = 'record.csv': expected tests"),
+        ({"free": "mu,theta"}, "free = 'mu,theta': expected a sequence of names"),
+        ({"starts": 1.5}, "starts = 1.5: expected 1 to .*, a whole number"),
+        ({"seed": -1}, "seed = -1: expected a whole number"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit(**({"tests": [test]} | given))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="box: slip has no rows"):
+        ShearTest("box", [], [], None, -1.0)  # type: ignore[arg-type]

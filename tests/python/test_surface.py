@@ -18,7 +18,7 @@ from asperity.cli import main
 from asperity.surface import slopes
 from asperity.surface.command import HEADING, case_lines, props_line
 from asperity.surface.scan import Scan
-from asperity.surface.scan_files import read_scan
+from asperity.surface.scan_files import planes_from_scan, read_scan
 from asperity.surface.slopes import Planes, Slips
 from refresh import follow
 
@@ -792,3 +792,33 @@ def test_page(tmp_path: Path) -> None:
     listed, _ = slopes.bin_facets(slopes.facets(read_scan(tmp_path / "joint.csv")), 8, 3)
     first = ",".join(f"{value:.9f}" for value in (*listed.normals[0], listed.weights[0]))
     assert first in text
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ({"direction": np.nan}, "direction = nan: expected a finite angle"),
+        ({"directions": 0}, "directions = 0: expected a whole number, 1 to"),
+        ({"bins": 2.5}, "bins = 2.5: expected a whole number"),
+        ({"flat_below": 100.0}, "flat_below = 100.0: expected degrees, 0 to below 90"),
+    ],
+)
+def test_numbers_of_the_function(numbers: dict[str, float], message: str) -> None:
+    """The function refuses numbers with which it would find other planes than those of the scan."""
+    a = np.linspace(0.0, 1.0, 9)
+    with pytest.raises(ValueError, match=message):
+        planes_from_scan(Scan(a, a, np.outer(a**2, a)), **numbers)
+
+
+@pytest.mark.parametrize(
+    ("x", "z", "message"),
+    [
+        (np.arange(9.0), np.arange(9.0) ** 2, r"z has shape \(9,\): expected \(ny, nx\) = \(1, 9\)"),
+        (np.arange(9.0)[::-1], np.zeros((1, 9)), "x: expected two or more positions that increase"),
+        (np.arange(9.0), np.full((1, 9), np.nan), "z: expected finite numbers"),
+    ],
+)
+def test_scans_of_arrays(x: np.ndarray, z: np.ndarray, message: str) -> None:
+    """Heights of a profile in one dimension were a flat plane."""
+    with pytest.raises(ValueError, match=message):
+        Scan(x, None, z)

@@ -22,9 +22,10 @@ from asperity.fit import covariance
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
+from asperity.installed import named_case
 from asperity.uncertainty.distribution import of_deviations
 from asperity.uncertainty.paths import load_paths
-from asperity.uncertainty.spread import RESULTS, spread
+from asperity.uncertainty.spread import RESULTS, spread, uncertainty
 
 from harness.studies import synthetic as study
 
@@ -337,3 +338,18 @@ def test_page(tmp_path: Path) -> None:
             assert own == pytest.approx(case, rel=1e-3)
             # the fifth digit is rounded
             assert abs(found - mean) < DEVIATIONS * sd / np.sqrt(FEW) + 1e-4 * abs(mean)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"samples": 0}, "samples = 0: expected a whole number, 2 to"),
+        ({"seed": -1}, "seed = -1: expected a whole number >= 0"),
+        ({"levels": [0.5, 0.1]}, "expected increasing numbers between 0 and 1"),
+        ({"correlations": {("mu", "theta"): 0.2, ("theta", "mu"): 0.9}}, "given twice"),
+    ],
+)
+def test_arguments_of_the_function(given: dict[str, object], message: str) -> None:
+    """The function refuses what the command refuses."""
+    with pytest.raises(ValueError, match=message):
+        uncertainty(named_case("figure05b"), **({"sd": {"mu": 0.05, "theta": 1.0}} | given))  # type: ignore[arg-type]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
 from ..steps import thinned
@@ -120,8 +121,15 @@ def fit(
     {'mu': 0.5, 'theta': 20.0}
     """
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
-        if not 1 <= value <= most:
-            raise ValueError(f"{name} = {value}: expected 1 to {most}")
+        if not 1 <= contract.number(name, value) <= most or value != int(value):
+            raise ValueError(f"{name} = {value!r}: expected 1 to {most}, a whole number")
+    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
+        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
+    starts, increments, seed = int(starts), int(increments), int(seed)
+    if isinstance(tests, ShearTest | str) or not all(isinstance(one, ShearTest) for one in tests):
+        raise ValueError(f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
+    if isinstance(free, str):
+        raise ValueError(f"free = {free!r}: expected a sequence of names")
     if free is None:
         free = [name for name in needed(sides, fixed or {}) if name not in (fixed or {})]
     if not 0.0 <= model_error < 1.0:
@@ -130,7 +138,7 @@ def fit(
     for name, value in (start or {}).items():
         if name not in problem.free:
             raise ValueError(f"start: {name}: expected one of the free ones, {', '.join(problem.free)}")
-        if not problem.bounds[name][0] <= value <= problem.bounds[name][1]:
+        if not problem.bounds[name][0] <= contract.number(name, value) <= problem.bounds[name][1]:
             ends = "{:g} to {:g}".format(*problem.bounds[name])
             unit = " in degrees" if name == "theta" else ""
             raise ValueError(f"start: {name} = {value:g}: expected {ends}, its bounds{unit}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import contract
 from ..contract import Floats
 from ..steps import turns_of
 
@@ -35,9 +36,16 @@ class ShearTest:
 
     def __post_init__(self) -> None:
         """Check shapes and values."""
+        for name in ("slip", "tau", "s_N", "path_N"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, contract.array(name, getattr(self, name)))
+        for name in ("sigma_N", "k_N"):
+            object.__setattr__(self, name, contract.number(name, getattr(self, name)))
         for name, values in (("slip", self.slip), ("tau", self.tau), ("s_N", self.s_N)):
             if values is None:
                 continue
+            if not values.size:
+                raise ValueError(f"{self.name}: {name} has no rows: expected some")
             if values.shape != (self.slip.size,) or not np.all(np.isfinite(values)):
                 raise ValueError(
                     f"{self.name}: {name} has shape {values.shape}: expected finite numbers of shape "
@@ -48,9 +56,10 @@ class ShearTest:
                     f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
                 )
         if self.path_N is not None and (
-            self.path_N.shape != self.slip.shape or not np.all(self.path_N <= 0.0)
+            self.path_N.shape != self.slip.shape
+            or not np.all((self.path_N <= 0.0) & np.isfinite(self.path_N))
         ):
-            raise ValueError(f"{self.name}: path_N: expected a compression, <= 0, for each row")
+            raise ValueError(f"{self.name}: path_N: expected a finite compression, <= 0, for each row")
         if not -np.inf < self.sigma_N <= 0.0:
             raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected a finite compression, <= 0")
         if not 0.0 <= self.k_N < np.inf:

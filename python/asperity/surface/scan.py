@@ -8,6 +8,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.ndimage import correlate1d
 
+from .. import contract
 from ..contract import Floats
 
 LEAST_POINTS = 8
@@ -22,12 +23,31 @@ GAUSS = float(np.sqrt(np.log(2.0) / np.pi))
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Heights z (ny, nx) over x (nx,) and y (ny,) in the same unit; a profile has no y, and ny is 1."""
+    """Heights z (ny, nx) over x (nx,) and y (ny,) in the same unit; a profile has no y, and ny is 1.
+
+    Raises ValueError for other shapes, for what is not finite and for positions that do not increase.
+    """
 
     x: Floats
     y: Floats | None
     z: Floats
     unit: str = "mm"
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        axes = {"x": self.x} if self.y is None else {"x": self.x, "y": self.y}
+        for name, values in ({**axes, "z": self.z}).items():
+            numbers = contract.array(name, values)
+            if not np.isfinite(numbers).all():
+                raise ValueError(f"{name}: expected finite numbers")
+            object.__setattr__(self, name, numbers)
+        for name in axes:
+            positions = getattr(self, name)
+            if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0.0).all():
+                raise ValueError(f"{name}: expected two or more positions that increase")
+        expected = (1 if self.y is None else len(self.y), len(self.x))
+        if self.z.shape != expected:
+            raise ValueError(f"z has shape {self.z.shape}: expected (ny, nx) = {expected}")
 
     @property
     def is_profile(self) -> bool:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import contract
 from ..contract import Floats
 from ..fit.units import LENGTHS, standard
 from ..pattern import Pattern
@@ -97,7 +98,7 @@ def planes_from_scan(
     Raises
     ------
     ValueError
-        For a file or a length that cannot be used.
+        For a file, a number or a length that cannot be used.
 
     Examples
     --------
@@ -110,6 +111,13 @@ def planes_from_scan(
     >>> round(planes_from_scan(ridges, regular=True).theta, 6)
     26.565051
     """
+    for name, count in (("directions", directions), ("bins", bins)):
+        if not 1 <= contract.number(name, count) <= contract.MAX_INCLINED or count != int(count):
+            raise ValueError(f"{name} = {count!r}: expected a whole number, 1 to {contract.MAX_INCLINED}")
+    if not 0.0 <= contract.number("flat_below", flat_below) < 90.0:
+        raise ValueError(f"flat_below = {flat_below!r}: expected degrees, 0 to below 90")
+    if not np.isfinite(contract.number("direction", direction)):
+        raise ValueError(f"direction = {direction!r}: expected a finite angle in degrees")
     one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
     one = one if smooth is None else one.smoothed(smooth)
     found = facets(one if sampling is None else one.sampled(sampling), direction)

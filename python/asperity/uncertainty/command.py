@@ -27,10 +27,7 @@ from ..options import (
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, distribution_of
 from .paths import CURVES
-from .spread import BATCH, RESULTS, Spread, spreads
-
-MOST_SAMPLES = 1_000_000
-"""A sample takes up to 3 kB of memory."""
+from .spread import BATCH, MOST_SAMPLES, RESULTS, Spread, spreads
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
@@ -120,8 +117,6 @@ def _correlations(texts: Sequence[str]) -> dict[tuple[str, str], float]:
         if not comma:
             raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
         pair = first.strip(), second.strip()
-        if pair[::-1] in correlations:
-            raise ValueError(f"--correlation {name}={value:g}: given twice: expected one value")
         correlations[pair] = value
     return correlations
 

@@ -84,15 +84,17 @@ def of_deviations(
     """Distribution of constants about `values`, with standard deviations and correlations by name."""
     for name, size in deviations.items():
         check_name(name)
-        if not 0.0 < size < np.inf:
+        if not 0.0 < contract.number(f"--sd {name}", size) < np.inf:
             raise ValueError(f"--sd {name}={size:g}: expected a standard deviation > 0")
     names = tuple(deviations)
     matrix = np.eye(len(names))
-    for (first, second), value in correlations.items():
+    for k, ((first, second), value) in enumerate(correlations.items()):
         if first == second or not {first, second} <= set(names):
             raise ValueError(f"--correlation {first},{second}={value:g}: expected two of {', '.join(names)}")
         if not -1.0 <= value <= 1.0:
             raise ValueError(f"--correlation {first},{second}={value:g}: expected -1 to 1")
+        if (second, first) in list(correlations)[:k]:
+            raise ValueError(f"--correlation {first},{second}={value:g}: given twice: expected one value")
         i, j = names.index(first), names.index(second)
         matrix[i, j] = matrix[j, i] = value
     sizes = np.array([deviations[name] for name in names])

@@ -19,6 +19,9 @@ from ..steps import thinned
 from .distribution import Distribution, bad_constant, distribution_of
 from .paths import CURVES, LoadPath, load_paths
 
+MOST_SAMPLES = 1_000_000
+"""A sample takes up to 3 kB of memory."""
+
 BATCH = 250
 """Samples of a task, whatever the number of workers."""
 
@@ -144,9 +147,16 @@ def uncertainty(
     >>> found.curves.shape[0], len(found.results), found.left_out
     (3, 50, 0.0)
     """
+    if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
+        raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
+    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
+        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
+    wanted = contract.array("levels", levels)
+    if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
+        raise ValueError(f"levels = {contract.shown(levels)}: expected increasing numbers between 0 and 1")
     one = case if isinstance(case, Case) else read_case(case)
     distribution, _ = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
-    return spreads(one, distribution, samples, seed, levels, executor)
+    return spreads(one, distribution, int(samples), int(seed), wanted.tolist(), executor)
 
 
 def _batch(
