@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -88,6 +89,22 @@ def test_ranks(tmp_path: Path, words: str, solver: str) -> None:
     for one in found[1:]:
         assert len(one) == len(found[0])
         assert np.abs(one[:, :3] - found[0][:, :3]).max() <= 1e-8
+
+
+def test_wall_in_kratos(tmp_path: Path) -> None:
+    """Kratos gives the forces of the same mesh up to the first snap and back."""
+    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="no asperity[kratos]")
+    steps, found = (
+        "--elements 2 2 --tau 0.002 --most 0.1 --to 2 1.5",
+        [tmp_path / "1.csv", tmp_path / "2.csv"],
+    )
+    command = [sys.executable, PROGRAM.parents[1] / "kratos" / "brick_wall.py", *steps.split()]
+    subprocess.run([*command, "--out", found[0]], check=True)
+    code, _, messages = run(f"{steps} --step 0.1 --tolerance 1e-8 --out {found[1]}")
+    assert code == 0, messages
+    kratos, petsc = map(rows, found)
+    assert petsc[-1, 1] < 0.7 * petsc[:, 1].max()
+    assert np.abs(kratos - petsc[:, :3]).max() <= 1e-4 * petsc[:, 1].max()
 
 
 def test_rocking_wall(tmp_path: Path) -> None:
