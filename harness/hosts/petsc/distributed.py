@@ -141,8 +141,12 @@ class Wall(Mesh):
         for g, t in zip(self.joints, tractions, strict=True):
             dof = g.nodes[:, :, None] * self.d + np.arange(self.d)
             f += np.bincount(dof.ravel(), g.forces(t).ravel(), len(f))
+        return self.collect(f)
+
+    def collect(self, f: Floats) -> Floats:
+        """Sums of the ranks at the owned nodes."""
         with self.vector.localForm() as v:
-            v.array[:] = f
+            v.array[:] = f.ravel()
         self.vector.ghostUpdate(ADD, PETSc.ScatterMode.REVERSE)
         return self.vector.array.copy()
 

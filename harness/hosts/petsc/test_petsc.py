@@ -107,6 +107,25 @@ def test_wall_in_kratos(tmp_path: Path) -> None:
     assert np.abs(kratos - petsc[:, :3]).max() <= 1e-4 * petsc[:, 1].max()
 
 
+def test_explicit_dynamics(tmp_path: Path) -> None:
+    """Explicit dynamics passes the snap of a wall; the force before is that of Newton's method.
+
+    Inertia carries a part of the force; 5 % of the peak are left for it.
+    """
+    found = [tmp_path / "1.csv", tmp_path / "2.csv"]
+    words = "--elements 2 2 --tau 0.002 --most 0.1"
+    code, output, messages = run(f"{words} --explicit 5e-4 --to 2.6 --out {found[0]}")
+    assert code == 0, messages
+    assert 0.0 < json.loads(output.splitlines()[-1])["kinetic"] < 0.1
+    assert run(f"{words} --step 0.1 --to 1.5 --out {found[1]}")[0] == 0
+    explicit, newton = map(rows, found)
+    middle = np.convolve(np.r_[0.0, explicit[:, 0]], [0.5, 0.5], "valid")  # rows are means
+    early = (middle > newton[0, 0]) & (middle < 1.5)
+    expected = np.interp(middle[early], newton[:, 0], newton[:, 1])
+    assert np.abs(explicit[early, 1] - expected).max() <= 0.05 * explicit[:, 1].max()
+    assert explicit[-1, 1] < 0.7 * explicit[:, 1].max()
+
+
 def test_rocking_wall(tmp_path: Path) -> None:
     """A dry wall under a force N rocks: it carries N and at most N L/(2 H0), and most of that."""
     out = tmp_path / "rocking.csv"
@@ -134,6 +153,8 @@ def test_rocking_wall(tmp_path: Path) -> None:
         ("--ranks 2 1", "--ranks [2, 1]: expected a product of 1"),
         ("--out nowhere/rows.csv", "expected a folder that exists"),
         ("--arc 0.01 --tau 0.1", "--arc 0.01: expected without --tau"),
+        ("--explicit 0.1", "--explicit 0.1: expected between 0 and --most"),
+        ("--explicit 1e-3 --drag 1", "--explicit 0.001: expected without --arc and --drag"),
         ("--arc 0.01 --to -1", "--arc 0.01: expected --to above 0"),
         (f"--out {__file__}", "expected a new file, or --resume"),
         ("--thet 3", "unrecognized arguments"),

@@ -47,11 +47,18 @@ RUNS = {
         )
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
+    **{f"step {step}": f"{MORTAR} --step {step} --most {step}" for step in (0.0125, 0.1, 0.2)},
+    **{
+        f"planes {sides}": f"{MORTAR} --theta 10 --height 0.1 --sides {sides} --turn {turn}"
+        for sides, turn in ((2, 0), (8, 22.5), (16, 11.25))
+    },
+    "explicit": "--explicit 5e-4",
     "drag": "--drag 1e-6",
     "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
     "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
     "3D 0": f"{SOLID} --turn 0",
     "3D 45": f"{SOLID} --turn 45",
+    "3D explicit": f"{SOLID.replace('--tau 0.005', '--explicit 5e-4')} --turn 0",
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
     "J4D 2 2": f"{MORTAR} --elements 2 2",
     "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
