@@ -148,7 +148,7 @@ class Structure:
 
     def initialise(self) -> None:
         """Create the laws of all points, as the first step does; the model has to be complete."""
-        self._solver()
+        self.solver()
 
     def stress_solids(self, stress: Sequence[float]) -> None:
         """Set the initial stress xx, yy, (zz,) xy, (yz, xz) of all solids; the model has to be complete."""
@@ -169,7 +169,7 @@ class Structure:
 
         If the iterations do not converge, Lost is raised and the displacements are those of the last step.
         """
-        strategy = self._solver()
+        strategy = self.solver()
         information = self.part.ProcessInfo
         if not again:
             self.part.CloneTimeStep(information[Kratos.TIME] + time)
@@ -190,7 +190,8 @@ class Structure:
         strategy.FinalizeSolutionStep()
         return norms
 
-    def _solver(self) -> Kratos.ResidualBasedNewtonRaphsonStrategy:
+    def solver(self) -> Kratos.ResidualBasedNewtonRaphsonStrategy:
+        """Return the strategy of Kratos; the model has to be complete."""
         if self._strategy is None:
             utilities = Kratos.VariableUtils()
             for axis in range(3):
@@ -243,7 +244,7 @@ class Structure:
 
     def matrix_values(self) -> Floats:
         """Return the entries of the last system matrix."""
-        return np.array(self._solver().GetSystemMatrix().value_data())
+        return np.array(self.solver().GetSystemMatrix().value_data())
 
     def _output(self, variable: object) -> Floats:
         rows = [

@@ -104,7 +104,7 @@ def test_wall_in_kratos(tmp_path: Path) -> None:
     assert code == 0, messages
     kratos, petsc = map(rows, found)
     assert petsc[-1, 1] < 0.7 * petsc[:, 1].max()
-    assert np.abs(kratos - petsc[:, :3]).max() <= 1e-4 * petsc[:, 1].max()
+    assert np.abs(kratos - petsc[:, :3]).max() <= 1e-3 * petsc[:, 1].max()
 
 
 def test_explicit_dynamics(tmp_path: Path) -> None:
