@@ -38,7 +38,7 @@ UNTIL = {"WS": 20.0, "SW": 12.0, "SW30": 9.0}
 MORTAR = ("J4D", "J6D", "J7D")
 LABEL = {
     "tau": "viscous damage, tau_v = {} mm",
-    "explicit": "explicit dynamics, 5e-4 mm a time step",
+    "explicit": "explicit dynamics, kinetic energy up to {:.0f} % of the work",
     "drag": "drag on the half-bricks",
     "path": "path control, elements 2 x 2",
     "alone": "dry wall WS100 without drag",
@@ -190,7 +190,8 @@ def methods(summaries: dict[str, dict[str, str]]) -> str:
     body = []
     for name in (one for one in names if one in summaries):
         one, kind = summaries[name], name.split()[0]
-        label = LABEL["tau" if name == "J4D" else kind].format(0.002 if name == "J4D" else name.split()[-1])
+        value = 100.0 * float(one["kinetic"]) if kind == "explicit" else name.split()[-1]
+        label = LABEL["tau" if name == "J4D" else kind].format(0.002 if name == "J4D" else value)
         label = "Newton's method alone" if name == "tau 0" else label
         end = "passes" if float(one["end"]) >= 4.0 else f"stops at {float(one['end']):.2f} mm"
         numbers = [f"{float(one['peak']):.1f}", f"{float(one['at']):.2f}", one["steps"], one["iterations"]]
