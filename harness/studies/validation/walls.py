@@ -304,22 +304,28 @@ def draw_curves(curves: dict[str, Floats]) -> Figure:
 def draw_speed(curves: dict[str, Floats], summaries: dict[str, dict[str, str]]) -> Figure:
     """Draw the errors of peak and work of J4D over the processor time of the runs."""
     figure, axes = new_figure(TWO, 3.0, ncols=2)
-    for colour, (title, (reference, points)) in zip(COLOURS, SPEED.items(), strict=False):
-        names = [name for name in points if name in curves and reference in curves]
-        seconds = [float(summaries[name]["seconds"]) for name in names]
+    places = [((4, -7), "left"), ((-4, -6), "right"), ((4, -2), "left"), ((5, -3), "left"), ((4, 2), "left")]
+    for (title, (reference, points)), colour, (place, side) in zip(
+        SPEED.items(), COLOURS, places, strict=False
+    ):
+        seconds = [float(summaries[name]["seconds"]) for name in points]
         for ax, size in zip(axes, (peak, work), strict=True):
-            right = size(curves[reference])
-            errors = [100.0 * abs(size(curves[name]) / right - 1.0) for name in names]
-            ax.loglog(seconds, np.maximum(errors, LEAST_ERROR), "o", color=colour, label=title, markersize=4)
-            for name, x, y in zip(names, seconds, errors, strict=True):
-                ax.annotate(
-                    points[name], (x, max(y, LEAST_ERROR)), (3, 3), textcoords="offset points", fontsize=6
-                )
+            errors = [100.0 * abs(size(curves[name]) / size(curves[reference]) - 1.0) for name in points]
+            errors = np.maximum(errors, LEAST_ERROR).tolist()
+            ax.loglog(seconds, errors, "o", color=colour, label=title, markersize=4)
+            for text, at in zip(points.values(), zip(seconds, errors, strict=True), strict=True):
+                away = (4, 4) if text == "flat" else place
+                ax.annotate(text, at, away, textcoords="offset points", fontsize=6, ha=side)
     for ax, text in zip(axes, ("peak", "work to 2.3 mm"), strict=True):
         ax.set_xlabel("processor time to 4 mm [s]")
         ax.set_ylabel(f"error of the {text} [%]")
+        ax.set_xticks([5, 10, 20], ["5", "10", "20"])
+        ax.set_xticks([], minor=True)
+        ax.set_yticks([0.1, 1, 10], ["0.1", "1", "10"])
+        ax.set_xlim(4.0, 35.0)
+        ax.set_ylim(0.02, 25.0)
         ax.grid(alpha=0.3)
-    axes[0].legend(fontsize=6)
+    axes[0].legend(fontsize=6, loc="lower left")
     return figure
 
 
