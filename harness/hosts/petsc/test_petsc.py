@@ -75,6 +75,7 @@ def rows(file: Path) -> np.ndarray:
         (f"{VISCOUS} --to 3", ""),
         (f"{VISCOUS} --to 1", "--solver bricks --petsc='-ksp_rtol 1e-10'"),
         ("--wall SW100 --drag 1e-6 --to 1", ""),
+        ("--explicit 2e-3 --to 0.3", ""),
     ],
 )
 def test_ranks(tmp_path: Path, words: str, solver: str) -> None:
