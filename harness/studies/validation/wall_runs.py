@@ -65,7 +65,14 @@ RUNS = {
     "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
     **{
         f"scale {scale} {solver}": f"{SOLID_STEPS} --scale {scale} --solver {solver}"
-        for scale, solver in ((1, "mumps"), (1, "bricks"), (2, "mumps"), (2, "bricks"), (4, "bricks"))
+        for scale, solver in (
+            (1, "mumps"),
+            (1, "bricks"),
+            (2, "mumps"),
+            (2, "bricks"),
+            (4, "bricks"),
+            (6, "bricks"),
+        )
     },
     "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
     "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
