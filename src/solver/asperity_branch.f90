@@ -132,7 +132,6 @@ contains
     branch%turned = turns .neqv. branch%back
     branch%back = turns
     branch%factor = step%to(4)/step%unit
-    if (step%to(4) >= step%unit) branch%factor = 1.0_wp
     branch%sense = change/norm2(change)
     branch%steps = branch%steps + 1
     branch%remaining = branch%remaining - norm2(change)
@@ -207,8 +206,7 @@ contains
     step%good = any(abs(step%ending) > 0.0_wp)
     if (step%good .and. step%length >= straight_step*law%length) then
       mean = step%direction + step%ending
-      step%good = any(abs(mean) > 0.0_wp)
-      if (step%good) step%good = norm2(change/length - mean/norm2(mean)) < largest_turn
+      step%good = norm2(norm2(mean)*change/length - mean) < largest_turn*norm2(mean)
     end if
     if (step%good) call stop_at_end(law, equations, step)
   end subroutine solve

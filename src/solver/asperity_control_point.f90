@@ -119,8 +119,7 @@ contains
       if (.not. allocated(point%state)) allocate (point%state(law%n_state))
       equations%report%updates = equations%report%updates + 1
       part = share - equations%done
-      worn = 0.0_wp
-      if (equations%done < 1.0_wp) worn = part/(1.0_wp - equations%done)
+      worn = part/max(1.0_wp - equations%done, tiny(part))
       call law%update(old%s, point%s, old%state, point%state, point%traction, point%tangent, part*control%dt, worn)
       point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
       residual = merge(point%traction + control%spring*x - values + equations%damping*(x - old%s), 0.0_wp, &

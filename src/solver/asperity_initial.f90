@@ -106,19 +106,18 @@ contains
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
     type(rie_law) :: law
-    real(wp) :: pressed(joint%n_statev)
-    real(wp) :: carried(3), in_proportion(3), most
+    real(wp) :: carried(3), in_proportion(3), most, pressed(joint%n_statev)
     integer :: dead, i, status
-    logical :: endless, excessive(3)
+    logical :: endless
 
     law = new_rie_law(joint)
     most = law%stiffness*law%bound
-    excessive = prescribed .and. .not. bounded(target, most)
     do i = 1, 3
-      if (excessive(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
-        ": expected a finite traction of magnitude up to " // to_text(most))
+      if (prescribed(i) .and. .not. bounded(target(i), most)) call append(message, "initial " // &
+        trim(names(i)) // " = " // to_text(target(i)) // ": expected a finite traction of magnitude up to " // &
+        to_text(most))
     end do
-    if (any(excessive)) return
+    if (any(prescribed .and. .not. bounded(target, most))) return
     pressed = state(:joint%n_statev)
     call carry_traction(joint, target, prescribed, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
@@ -145,11 +144,11 @@ contains
     if (status == status_ok) then
       call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
         ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))
-      return
+    else
+      call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
+        reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
+        to_text(carried(3)))
     end if
-    call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
-      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
-      to_text(carried(3)))
 
   contains
 

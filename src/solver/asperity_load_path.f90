@@ -96,12 +96,12 @@ contains
       end if
       run%done = run%earlier + nint(run%share*real(parts, wp))
       row%time = ramp(run%time, run%time + duration, run%share)
+      row%turn = step%arc > 0.0_wp .and. run%branch%turned
     end associate
     row%point_type = run%point
     row%step = run%step
     row%increment = row%increment + 1
     row%position = real(run%passed - 1, wp) + run%share
-    row%turn = run%branch%turned
     row%lost = row%report%ended /= ended_complete
     call name_events(run%law%joint, run%before%state, run%point%state, run%planes, row)
   end subroutine next_row
@@ -140,7 +140,7 @@ contains
       end if
       run%from = run%given
       run%to = merge(step%targets(:, run%target) + run%offset, run%given, step%has_target)
-      run%branch = new_branch(run%law, run%control, run%from, run%to, step%arc)
+      if (step%arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, step%arc)
     end associate
   end subroutine next_target
 
@@ -164,8 +164,7 @@ contains
     type(row_type), intent(in) :: row                         !! its last row, lost
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     character(len=:), allocatable :: text
-    real(wp) :: asked, direction(3), most, sense
-    integer :: i
+    real(wp) :: asked, direction(3), most
     allocate (character(len=0) :: text)
     if (run%steps(row%step)%arc > 0.0_wp) then
       text = "the branch ends: no equilibrium continues it near its last point"
@@ -180,16 +179,15 @@ contains
       call beyond_strength(run%law%joint, run%control%traction, run%control%spring, run%given, run%control%dt, &
         run%point%state, direction, most)
       if (any(abs(direction) > 0.0_wp)) then
-        i = maxloc(abs(direction), 1)
-        sense = 1.0_wp
+        asked = dot_product(direction, run%given)
         text = "no equilibrium exists: in the direction (" // short(direction(1)) // ", " // short(direction(2)) // &
           ", " // short(direction(3)) // ") the joint carries at most "
         if (count(abs(direction) > 0.0_wp) == 1) then
-          sense = sign(1.0_wp, direction(i))
-          text = "no equilibrium exists: the joint carries at most t_" // trim(component_names(i)) // " = "
+          text = "no equilibrium exists: the joint carries at most t_" // &
+            trim(component_names(maxloc(abs(direction), 1))) // " = "
+          asked = sum(direction)*asked
+          most = sum(direction)*most
         end if
-        most = sense*most
-        asked = sense*dot_product(direction, run%given)
         ! six digits, or all of them if six do not differ
         if (short(most) == short(asked)) then
           text = text // to_text(most) // ", the step asks for " // to_text(asked)

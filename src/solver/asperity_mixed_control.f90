@@ -44,7 +44,7 @@ contains
       return
     end if
     call new_equations(control, start, target, point, equations)
-    do
+    do while (reached < 1.0_wp)
       spent = law%energies(equations%old%state)
       call follow(law, equations)
       if (equations%done > reached) call close_opening(law, equations, spent(2))
@@ -63,7 +63,6 @@ contains
       equations%report%parts = equations%report%parts + 1
       call note_snap(law, equations, before)
       reached = equations%done
-      if (reached >= 1.0_wp) exit
     end do
     point = equations%old
     report = equations%report

@@ -22,10 +22,8 @@ module asperity_refine
   real(wp), parameter :: measured_part = 0.4_wp, thinned_part = 0.4_wp
   !> Largest number of increments of a path; its rows need some 100 MB for a pattern of 65 planes.
   integer, parameter, public :: most_parts = 100000
-  !> Positions of the stored and the dissipated energies in STATEV.
-  integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
-  !> Compared numbers of a row: separation, traction, work, stored and dissipated energies.
-  integer, parameter :: n_values = 10
+  !> Compared numbers of a row: separation, traction, work, stored and dissipated energies, the last three in STATEV.
+  integer, parameter :: n_values = 10, ledger(3) = [v_stored, v_rupture, v_friction]
 
 contains
 
@@ -68,9 +66,14 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
-    real(wp), allocatable :: scales(:), values(:, :)
-    real(wp) :: earlier, error
+    !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
+    real(wp), parameter :: unbonded = 1.0e-9_wp
+    type(rie_law) :: law
+    real(wp), allocatable :: values(:, :)
+    real(wp) :: earlier, error, least, scales(n_values)
     integer :: i
+    law = new_rie_law(joint)
+    least = merge(unbonded, 1.0_wp, start_damage(joint, 0.0_wp) >= 1.0_wp)
     finer = steps
     do i = 1, size(steps)
       finer(i)%increments = max(least_parts, steps(i)%increments)
@@ -83,8 +86,11 @@ contains
         finer(i)%increments = 2*finer(i)%increments
       end do
       call run_rows(joint, finer, start, run, fine)
-      scales = scales_of(joint, table_of(fine))
-      values = table_of(fine)/spread(scales, 2, size(fine))
+      values = table_of(fine)
+      scales(1:3) = max(least*law%reach, maxval(abs(values(1:3, :))))
+      scales(4:6) = max(least*law%stress, maxval(abs(values(4:6, :))))
+      scales(7:) = max(least*0.5_wp*law%reach*law%stress, maxval(abs(values(7:, :))))
+      values = values/spread(scales, 2, size(fine))
       earlier = error
       error = distance_of(coarse, fine, table_of(coarse)/spread(scales, 2, size(coarse)), values)
       if (max(error, 0.5_wp*earlier) <= measured_part*tolerance) exit
@@ -131,22 +137,6 @@ contains
       values(:, i) = [rows(i)%s, rows(i)%traction, rows(i)%work, rows(i)%state(ledger)]
     end do
   end function table_of
-
-  !> What the distance of rows is relative to.
-  pure function scales_of(joint, values) result(scales)
-    type(interface_type), intent(in) :: joint     !! the interface
-    real(wp), intent(in) :: values(:, :)          !! compared numbers
-    real(wp) :: scales(n_values)
-    !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
-    real(wp), parameter :: unbonded = 1.0e-9_wp
-    real(wp) :: least
-    type(rie_law) :: law
-    law = new_rie_law(joint)
-    least = merge(unbonded, 1.0_wp, start_damage(joint, 0.0_wp) >= 1.0_wp)
-    scales(1:3) = max(least*law%reach, maxval(abs(values(1:3, :))))
-    scales(4:6) = max(least*law%stress, maxval(abs(values(4:6, :))))
-    scales(7:) = max(least*0.5_wp*law%reach*law%stress, maxval(abs(values(7:, :))))
-  end function scales_of
 
   !> Largest distance of the rows of a run from the straight lines between those of a run with half as many increments,
   !> in the largest component of the shortest way.
@@ -207,9 +197,8 @@ contains
       highest = min(highest, slope + tolerance/length)
     end do
     rows = pack(fine(1:), stays(1:))
-    do i = 1, size(rows)
-      rows(i)%increment = 1
-      if (i == 1) cycle
+    rows%increment = 1
+    do i = 2, size(rows)
       if (rows(i)%step == rows(i - 1)%step) rows(i)%increment = rows(i - 1)%increment + 1
     end do
   end subroutine thin
