@@ -108,7 +108,7 @@ contains
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: x is out of range, no result
-    real(wp) :: given, known, part, scale, values(3), worn
+    real(wp) :: finest, given, known, part, scale, values(3), worn
 
     residual = 0.0_wp
     error = huge(error)
@@ -131,9 +131,12 @@ contains
       ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
       known = max(equations%moved, maxval(abs(values), mask=.not. control%traction))
       scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*law%stiffest*known))
-      if (.not. given > 0.0_wp) scale = max(scale, finest_scale*law%stress)
+      ! the strength of a joint without bond is a number in name only
+      finest = finest_scale*law%stress
+      given = maxval(max(abs(equations%start), abs(equations%target)), mask=control%traction)
+      if (given > 0.0_wp) finest = min(finest, given)
       ! rounding errors of the separation in the damping force
-      scale = max(tiny(scale), scale) + equations%damping*maxval(abs(x), mask=control%traction)
+      scale = max(tiny(scale), finest, scale) + equations%damping*maxval(abs(x), mask=control%traction)
     end associate
     error = maxval(abs(residual))/scale
   end subroutine evaluate
@@ -165,9 +168,8 @@ contains
     type(point_type), intent(in) :: point           !! the point, its tangent
     real(wp), intent(in) :: change(3)               !! of the prescribed values
     real(wp) :: b(3)
-    associate (traction => equations%control%traction)
-      b = merge(change - matmul(point%tangent, merge(0.0_wp, change, traction)), 0.0_wp, traction)
-    end associate
+    b = change - matmul(point%tangent, merge(0.0_wp, change, equations%control%traction))
+    b = merge(b, 0.0_wp, equations%control%traction)
   end function predict
 
   !> Largest change of a free separation between two points, length.
@@ -214,10 +216,8 @@ contains
     real(wp) :: elastic, values(3)
     values = max(abs(equations%start), abs(equations%target))
     elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
-    associate (moved => equations%moved)
-      far = max(share*farthest*(law%reach + elastic), merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))
-    end associate
-    far = min(far, 0.5_wp*law%bound)
+    far = merge(share*equations%moved, equations%moved + 2.0_wp*elastic, law%relaxes)
+    far = min(max(far, share*farthest*(law%reach + elastic)), 0.5_wp*law%bound)
   end function farthest_equilibrium
 
   !> Work of the traction on the separation between two points, by the trapezoidal rule, stress*length.

@@ -7,7 +7,7 @@ module asperity_initial
   use asperity_contract, only: n_statev, plane_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
   use asperity_control_point, only: ramp
-  use asperity_interface, only: interface_type
+  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, control_type, ended_lost, new_point, point_type, report_type
   use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
@@ -59,11 +59,12 @@ contains
     if (present(endless)) endless = .false.
     law = timeless_law(joint)
     status = state_status(joint, state)
-    if (status == status_ok .and. any(prescribed .and. .not. bounded(target, law%stiffness*law%bound))) &
-      status = status_initial
     if (status /= status_ok) return
-    ! a rounding error of the host is no tension
-    told = merge(0.0_wp, target, abs(target) <= residual_tolerance*law%stress)
+    if (any(prescribed .and. .not. bounded(target, law%stiffness*law%bound))) status = status_initial
+    if (status /= status_ok) return
+    ! a rounding error of the host is no tension; the strength of a joint without bond is a number in name only
+    told = target
+    if (start_damage(joint, 0.0_wp) < 1.0_wp) told = merge(0.0_wp, target, abs(target) <= residual_tolerance*law%stress)
     damage = [(plane_statev(i), i=1, size(damage))]
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)

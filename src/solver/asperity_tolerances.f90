@@ -8,8 +8,7 @@ module asperity_tolerances
   !> Largest residual of an equilibrium, relative to the traction scale: some hundred rounding errors of the terms of
   !> the sum over the planes.
   real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
-  !> Smallest traction scale where every prescribed traction is zero, relative to the strength: an unloaded equilibrium
-  !> must not fail on rounding.
+  !> Smallest traction scale, relative to the strength: an unloaded equilibrium must not fail on rounding.
   real(wp), parameter, public :: finest_scale = 1.0e-6_wp
   !> Largest traction scale, relative to strength and prescribed tractions: the residual never exceeds 5e-11 of them,
   !> half of the accuracy of an initial state in docs/solver.md, or 16 rounding errors of the stiffness times the
