@@ -145,11 +145,22 @@ contains
     type(branch_type), intent(inout) :: branch        !! progress
     type(point_type), intent(inout) :: point          !! the point, start -> end
     type(report_type), intent(out) :: report          !! report
-    real(wp) :: next, reached
-    next = 1.0_wp
-    if (branch%unit > 0.0_wp) next = min(1.0_wp, branch%factor + branch%longest/branch%unit)
-    call advance(law, branch%control, ramp(branch%from, branch%to, branch%factor), ramp(branch%from, branch%to, next), &
-      point, reached, report)
+    integer, parameter :: most_halvings = 30
+    real(wp), parameter :: longest_push = 2.0_wp
+    type(point_type) :: trial
+    real(wp) :: next, reached, step
+    integer :: i
+    step = 1.0_wp
+    if (branch%unit > 0.0_wp) step = branch%longest/branch%unit
+    do i = 1, most_halvings
+      next = min(1.0_wp, branch%factor + step)
+      trial = point
+      call advance(law, branch%control, ramp(branch%from, branch%to, branch%factor), ramp(branch%from, branch%to, &
+        next), trial, reached, report)
+      if (norm2(trial%s - point%s) <= longest_push*law%length) exit
+      step = 0.5_wp*step
+    end do
+    point = trial
     if (reached < 1.0_wp) then
       report%ended = ended_endless
       return
@@ -190,8 +201,7 @@ contains
   end function null_vector
 
   !> Solve for the equilibrium at the length of the step along its direction: the unknown that changes most is
-  !> prescribed. A step beyond the prescribed values ends at them. It is accepted if the directions at both ends explain
-  !> it.
+  !> prescribed. The step is accepted if the directions at both ends explain it.
   pure subroutine solve(law, equations, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
@@ -208,22 +218,10 @@ contains
       mean = step%direction + step%ending
       step%good = norm2(norm2(mean)*change/length - mean) < largest_turn*norm2(mean)
     end if
-    if (step%good) call stop_at_end(law, equations, step)
   end subroutine solve
 
-  !> Shorten a step beyond the prescribed values: it ends at them.
-  pure subroutine stop_at_end(law, equations, step)
-    class(point_law), intent(in) :: law                 !! the law
-    type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
-    type(step_type), intent(inout) :: step              !! the step
-    if (step%to(4) <= step%unit) return
-    step%to = step%from + (step%to - step%from)*((step%unit - step%from(4))/(step%to(4) - step%from(4)))
-    step%to(4) = step%unit
-    call correct(law, equations, 4, step)
-  end subroutine stop_at_end
-
-  !> Newton's method for the equations with one unknown prescribed. An equilibrium that is much farther than the length
-  !> of the step is not accepted.
+  !> Newton's method for the equations with one unknown prescribed. A step beyond the prescribed values is shortened to
+  !> them. An equilibrium that is much farther than the length of the step is not accepted.
   pure subroutine correct(law, equations, fixed, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations
@@ -238,8 +236,14 @@ contains
     do iteration = 1, most_iterations
       call evaluate(law, equations, step%to(:3), step%to(4)/step%unit, step%point, r, error)
       if (error >= huge(error)) return
-      step%good = error <= residual_tolerance .and. norm2(step%to - step%from) < 3.0_wp*step%length
-      if (error <= residual_tolerance) return
+      if (error <= residual_tolerance) then
+        step%good = norm2(step%to - step%from) < 3.0_wp*step%length .and. step%to(4) <= step%unit
+        if (step%to(4) <= step%unit) return
+        row = [0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp]
+        step%to = step%from + (step%to - step%from)*((step%unit - step%from(4))/(step%to(4) - step%from(4)))
+        step%to(4) = step%unit
+        cycle
+      end if
       b = [-r, 0.0_wp]
       call solve_bordered(law, equations, step, row, b, solved)
       if (solved) solved = maxval(abs(b)) <= farthest_equilibrium(law, equations, 1.0_wp)
@@ -278,8 +282,6 @@ contains
           trial%direction = (trial%to - step%from)/trial%length
           cosine = dot_product(trial%direction, branch%sense)
           if (cosine <= best) cycle
-          call stop_at_end(law, equations, trial)
-          if (.not. trial%good) cycle
           best = cosine
           trial%ending = trial%direction
           step = trial
