@@ -6,7 +6,8 @@ module asperity_load_path
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, ended_complete, ended_limit, ended_rejected, report_type
-  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_point_law, only: point_law
+  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: component_names, step_type
   use asperity_strength, only: beyond_strength
   use asperity_text, only: append, integer_text, short, to_text
@@ -14,6 +15,9 @@ module asperity_load_path
   implicit none
   private
   public :: start_run, next_row, name_events, explain_loss
+
+  !> Smallest share of an attempt that a law obtains at once, and of an increment at all.
+  real(wp), parameter :: least_cut = 0.01_wp, smallest_part = 1.0e-6_wp
 
   !> A row: the point at the end of an increment.
   type, public :: row_type
@@ -33,7 +37,8 @@ module asperity_load_path
 
   !> A run.
   type, public :: run_type
-    type(rie_law) :: law                             !! of the interface
+    type(interface_type) :: joint                    !! for events and closed forms of the strength
+    class(point_law), allocatable :: law             !! that of the interface, or another
     type(step_type), allocatable :: steps(:)         !! checked
     type(point_type) :: before, point                !! at the start and at the end of the last increment
     type(control_type) :: control                    !! of the last increment
@@ -50,19 +55,26 @@ module asperity_load_path
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     type(branch_type), private :: branch                   !! progress along the branch
     type(planes_type), private :: planes             !! for the events
+    character(len=:), allocatable, private :: reason !! why the law has failed
   end type run_type
 
 contains
 
   !> Begin a run.
-  pure subroutine start_run(joint, steps, run, start)
+  pure subroutine start_run(joint, steps, run, start, law)
     type(interface_type), intent(in) :: joint             !! the interface
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet
     type(point_type), intent(in), optional :: start       !! the point at its start; absent: virgin
+    class(point_law), intent(in), optional :: law         !! absent: that of the interface
     character(len=event_length) :: ignored
     integer :: i
-    run%law = new_rie_law(joint)
+    run%joint = joint
+    if (present(law)) then
+      allocate (run%law, source=law)
+    else
+      allocate (run%law, source=new_rie_law(joint))
+    end if
     run%steps = steps
     do i = 1, size(steps)
       run%total = run%total + sum(steps(i)%increments)
@@ -90,6 +102,9 @@ contains
     associate (step => run%steps(run%step))
       duration = step%durations(run%target)
       run%n = run%n + 1
+      run%law%step = run%step
+      run%law%increment = row%increment + 1
+      run%law%attempt = run%law%attempt + 1
       if (step%arc > 0.0_wp) then
         call solve_branch_step(run, row)
         run%done = run%earlier + int(run%share*real(step%increments(run%target), wp))
@@ -105,7 +120,7 @@ contains
     row%s = run%point%s
     row%traction = run%point%traction
     row%work = run%point%work
-    call name_events(run%law%joint, run%before%state, run%point%state, run%planes, row)
+    call name_events(run%joint, run%before%state, run%point%state, run%planes, row)
     if (.not. allocated(row%state)) allocate (row%state(run%law%n_state))
     row%state(:) = run%point%state
   end subroutine next_row
@@ -138,6 +153,7 @@ contains
     associate (step => run%steps(run%step))
       run%control = step%control
       if (begins) then
+        run%law%began = run%time
         ! the force of the spring is zero at the start of the step
         run%offset = merge(step%control%spring*run%point%s, 0.0_wp, step%control%traction)
         where (step%changed) run%given = merge(run%point%traction + run%offset, run%point%s, step%control%traction)
@@ -153,7 +169,7 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     real(wp), intent(in) :: duration        !! of the way to the target
     type(row_type), intent(inout) :: row    !! its report and whether equilibrium was lost are set
-    real(wp) :: first, reached, share, start(3)
+    real(wp) :: asked, first, reached, share, start(3)
     integer :: parts
     start = run%given
     first = run%share
@@ -163,17 +179,89 @@ contains
     if (run%n == parts) run%given = run%to
     run%control%dt = duration/real(parts, wp)
     call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
+    call run%law%ask(asked, run%reason)
+    row%cut = asked < 1.0_wp .and. asked > 0.0_wp
+    if (asked < 1.0_wp) call divide_increment(run, start, asked, reached, row%report)
     row%turn = .false.
     row%lost = reached < 1.0_wp
     run%share = ramp(first, share, reached)
   end subroutine solve_increment
 
+  !> Take an increment in the parts that the law asks for, from its start again. A law that has failed, or is not content
+  !> with the smallest part either, ends the path.
+  pure subroutine divide_increment(run, start, first, reached, report)
+    type(run_type), intent(inout) :: run                    !! the run
+    real(wp), intent(in) :: start(3)                        !! prescribed values at the start
+    real(wp), intent(in) :: first                           !! share that the law asks for at first
+    real(wp), intent(out) :: reached                        !! share of the increment that converged
+    type(report_type), intent(inout) :: report              !! of the attempt at the whole -> of all parts
+    type(control_type) :: control
+    type(point_type) :: before
+    type(report_type) :: all, last
+    real(wp) :: asked, from(3), part, share, to(3)
+    all%iterations = report%iterations
+    all%updates = report%updates
+    reached = 0.0_wp
+    asked = first
+    part = 1.0_wp
+    run%point = run%before
+    from = start
+    do while (reached < 1.0_wp)
+      if (asked <= 0.0_wp) exit
+      if (asked < 1.0_wp) part = max(least_cut, asked)*part
+      if (part < smallest_part) then
+        run%reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
+        exit
+      end if
+      part = min(part, 1.0_wp - reached)
+      to = start + (reached + part)*(run%given - start)
+      if (reached + part >= 1.0_wp) to = run%given
+      control = run%control
+      control%dt = part*run%control%dt
+      before = run%point
+      run%law%attempt = run%law%attempt + 1
+      call advance(run%law, control, from, to, run%point, share, last)
+      all%iterations = all%iterations + last%iterations
+      all%updates = all%updates + last%updates
+      call run%law%ask(asked, run%reason)
+      if (asked < 1.0_wp) then
+        run%point = before
+        cycle
+      end if
+      all%parts = all%parts + last%parts
+      all%snaps = all%snaps + last%snaps
+      all%released = all%released + last%released
+      all%beyond = last%beyond
+      all%ended = last%ended
+      if (maxval(abs(last%after - last%before)) > maxval(abs(all%after - all%before))) then
+        all%before = last%before
+        all%after = last%after
+      end if
+      if (share < 1.0_wp) then
+        reached = reached + share*part
+        exit
+      end if
+      reached = merge(1.0_wp, reached + part, reached + part >= 1.0_wp)
+      from = to
+    end do
+    if (allocated(run%reason)) all%ended = ended_rejected
+    report = all
+  end subroutine divide_increment
+
   !> Take a step along the branch. The share of the way is the largest load factor so far, so that time never decreases.
   pure subroutine solve_branch_step(run, row)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! its report, whether it turns and whether the branch ends are set
+    real(wp) :: asked
     run%given = run%to
     call branch_step(run%law, run%control, run%from, run%to, run%branch, run%point, row%report)
+    call run%law%ask(asked, run%reason)
+    if (asked < 1.0_wp) then
+      if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: expected a " // &
+        "smaller arc"
+      run%point = run%before
+      row%report%ended = ended_rejected
+    end if
     row%turn = run%branch%turned
     row%lost = row%report%ended /= ended_complete
     run%share = max(run%share, run%branch%factor)
@@ -211,6 +299,10 @@ contains
     real(wp) :: direction(3), given(3), most
     integer :: i
     allocate (character(len=0) :: text)
+    if (allocated(run%reason)) then
+      call append(message, run%reason)
+      return
+    end if
     if (run%steps(row%step)%arc > 0.0_wp) then
       call explain_end(row%report%ended, text)
     else if (row%report%ended == ended_rejected) then
@@ -222,7 +314,7 @@ contains
         integer_text(most_updates) // " updates of the law"
       do i = 1, 2
         given = merge(run%given, row%report%beyond, i == 1)
-        call beyond_strength(run%law%joint, run%control%traction, run%control%spring, given, run%control%dt, &
+        call beyond_strength(run%joint, run%control%traction, run%control%spring, given, run%control%dt, &
           run%point%state, direction, most)
         if (.not. any(abs(direction) > 0.0_wp)) cycle
         text = "no equilibrium exists"

@@ -6,6 +6,7 @@ module asperity_refine
   use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_load_path, only: start_run, next_row, row_type, run_type
+  use asperity_point_law, only: point_law
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
@@ -58,7 +59,7 @@ contains
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
   !> path.
-  pure subroutine refine_path(joint, steps, start, tolerance, rows, run, message)
+  pure subroutine refine_path(joint, steps, start, tolerance, rows, run, message, other)
     type(interface_type), intent(in) :: joint                 !! the interface
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
@@ -66,6 +67,7 @@ contains
     type(row_type), allocatable, intent(out) :: rows(:)       !! the rows
     type(run_type), intent(out) :: run                        !! the finest run, at its end
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
+    class(point_law), intent(in), optional :: other           !! law instead of that of the interface
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
     real(wp), allocatable :: lines(:, :), scales(:), values(:, :)
@@ -75,13 +77,13 @@ contains
     do i = 1, size(steps)
       finer(i)%increments = max(least_parts, steps(i)%increments)
     end do
-    call run_rows(joint, finer, start, run, coarse)
+    call run_rows(joint, finer, start, run, coarse, other)
     error = huge(error)
     do
       do i = 1, size(steps)
         finer(i)%increments = 2*finer(i)%increments
       end do
-      call run_rows(joint, finer, start, run, fine)
+      call run_rows(joint, finer, start, run, fine, other)
       values = table_of(start, fine)
       scales = scales_of(joint, values)
       values = values/spread(scales, 2, size(fine) + 1)
@@ -102,17 +104,18 @@ contains
   end subroutine refine_path
 
   !> Rows of a path.
-  pure subroutine run_rows(joint, steps, start, run, rows)
+  pure subroutine run_rows(joint, steps, start, run, rows, other)
     type(interface_type), intent(in) :: joint               !! the interface
     type(step_type), intent(in) :: steps(:)                 !! the load path
     type(point_type), intent(in) :: start                   !! the point at its start
     type(run_type), intent(out) :: run                      !! the run, at its end
     type(row_type), allocatable, intent(out) :: rows(:)     !! the last one may be lost
+    class(point_law), intent(in), optional :: other         !! law instead of that of the interface
     type(row_type), allocatable :: room(:)
     type(row_type) :: row
     integer :: n
     logical :: found
-    call start_run(joint, steps, run, start)
+    call start_run(joint, steps, run, start, other)
     allocate (room(run%total))
     n = 0
     do
