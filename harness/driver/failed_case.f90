@@ -67,7 +67,7 @@ contains
         text = text // entry("s_" // trim(component_names(i)), run%given(i:i))
       end if
     end do
-    if (props(p_tau_v) > 0.0_wp) text = text // entry("time", [run%control%dt])
+    if (props(p_tau_v) > 0.0_wp .or. umat%given) text = text // entry("time", [run%control%dt])
     if (run%steps(row%step)%arc > 0.0_wp) then
       text = text // " follow = 'branch'" // entry("arc", [run%steps(row%step)%arc])
     else

@@ -9,6 +9,7 @@ from typing import Any
 
 _HOMES = {
     "EquilibriumLost": "interface",
+    "ForeignUmat": "foreign",
     "History": "history",
     "Interface": "interface",
     "LoadCase": "selection.search",

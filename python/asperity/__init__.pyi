@@ -2,6 +2,7 @@
 
 from . import contract as contract
 from .case_files import read_case as read_case
+from .foreign import ForeignUmat as ForeignUmat
 from .history import History as History
 from .history import Snap as Snap
 from .history import Update as Update

@@ -30,7 +30,7 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
         raise ValueError("-o -: expected the name of a file with --jobs, of which several are written")
     if not output.parent.is_dir():
         raise FileNotFoundError(f"{output}: expected a file in a folder that exists, not in {output.parent}")
-    count = len(read_case(case).runs)
+    count = len(read_case(case, any_law=True).runs)
     one_run = partial(_one_run, case, output, passed_on)
     with workers(options) as executor, progress_bar(count, "run") as bar:
         done = map_in_order(one_run, range(1, count + 1), executor, bar.update)
