@@ -19,7 +19,7 @@ contains
     type(text_type), intent(in) :: text                       !! the file
     type(foreign_law), intent(out) :: law                     !! its UMAT
     real(wp), allocatable, intent(out) :: props(:)            !! PROPS of `joint`
-    type(interface_type), intent(out) :: joint                !! without planes: scales of the load path, size of a state
+    type(interface_type), intent(out) :: joint                !! without planes: scales, size of a state
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: order, reason
     real(wp) :: length, stiffness
@@ -67,8 +67,8 @@ contains
     end do
     if (len(message) > earlier) return
     if (len(law%library) == 0 .or. .not. (length > 0.0_wp .and. stiffness > 0.0_wp)) call append(message, &
-      group_where(text, g) // "expected library, length (separation at which the strength is reached) and stiffness " // &
-      "(of the elastic bond)")
+      group_where(text, g) // "expected library, length (separation at which the strength is reached) and " // &
+      "stiffness (of the elastic bond)")
     if (size(law%first) == 0) law%first = [(0.0_wp, e=1, law%nstatv)]
     if (size(law%first) /= law%nstatv) call append(message, group_where(text, g) // integer_text(size(law%first)) // &
       " values of state: expected nstatv = " // integer_text(law%nstatv))
@@ -76,8 +76,9 @@ contains
       integer_text(law%damage) // ": expected at most nstatv = " // integer_text(law%nstatv))
     law%order = order
     call set_order(lower(order), law)
-    if (law%ntens == 0) call append(message, group_where(text, g) // "order = '" // order // "': expected the names N, " // &
-      "Tx, Ty (or N, Tx) in the order of the UMAT, '-' for another component; 2, 3 or 6 in all")
+    if (law%ntens == 0) call append(message, group_where(text, g) // "order = '" // order // &
+      "': expected the names N, Tx, Ty (or N, Tx) in the order of the UMAT, '-' for another component; 2, 3 or 6 " // &
+      "in all")
     if (len(message) > earlier) return
     if (index(law%library, "/") /= 1) law%library = folder_of(text%path) // law%library
     call open_umat(law, length, stiffness, reason)

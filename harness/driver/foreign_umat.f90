@@ -11,7 +11,7 @@ module foreign_umat
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: open_umat, fresh_umat, set_umat, absent_argument, state_name, c_text
+  public :: open_umat, fresh_umat, state_name, c_text
 
   !> Places in a state: work of the traction so far, time; the numbers before STRESS and STATEV.
   integer, parameter, public :: u_work = 5, u_time = 6
@@ -21,8 +21,8 @@ module foreign_umat
   !> Separation at which the bond is broken, and largest separation, relative to `length`: that of a UMAT is not known.
   real(wp), parameter, public :: far = 100.0_wp
   real(wp), parameter :: farthest_length = 1.0e10_wp
-  !> How the guards between the arguments are filled, and that no argument, or all that may be, are absent.
-  integer, parameter, public :: guard_nan = -1, guard_one = -2, none_absent = -1, all_absent = -2
+  !> That the numbers between the arguments are 1.
+  integer, parameter, public :: guard_one = -2
 
   !> Longest path or reason.
   integer, parameter :: longest = 6000
@@ -57,53 +57,27 @@ module foreign_umat
     function c_open(library, symbol, message, length) bind(c, name="umat_open") result(routine)
       import :: c_char, c_int, c_ptr
       implicit none
-      ! allow(C071): the interface is that of C
-      character(kind=c_char), intent(in) :: library(*), symbol(*)
-      ! allow(C071): the interface is that of C
-      character(kind=c_char), intent(out) :: message(*)
+      character(kind=c_char), intent(inout) :: library(*)
+      character(kind=c_char), intent(in) :: symbol(*)
+      character(kind=c_char), intent(inout) :: message(*)
       integer(c_int), value :: length
       type(c_ptr) :: routine
     end function c_open
-    !> Copy what is known of a routine.
-    function c_copy(routine, fresh) bind(c, name="umat_copy") result(copy)
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: routine
-      integer(c_int), value :: fresh
-      type(c_ptr) :: copy
-    end function c_copy
-    !> Set how a routine is called.
-    subroutine c_set(routine, checks, guard, absent) bind(c, name="umat_set")
-      import :: c_int, c_ptr
-      implicit none
-      type(c_ptr), value :: routine
-      integer(c_int), value :: checks, guard, absent
-    end subroutine c_set
-    !> Whole path of a library.
-    subroutine c_library(routine, path, length) bind(c, name="umat_library")
+    !> Copy what is known of a routine, and set how it is called.
+    function c_copy(routine, fresh, checks, guard, absent, name, length) bind(c, name="umat_copy") result(copy)
       import :: c_char, c_int, c_ptr
       implicit none
       type(c_ptr), value :: routine
-      ! allow(C071): the interface is that of C
-      character(kind=c_char), intent(inout) :: path(*)
-      integer(c_int), value :: length
-    end subroutine c_library
-    !> Name of an argument that may be absent.
-    subroutine c_absent(i, name, length) bind(c, name="umat_absent")
-      import :: c_char, c_int
-      implicit none
-      integer(c_int), value :: i
-      ! allow(C071): the interface is that of C
+      integer(c_int), value :: fresh, checks, guard, absent, length
       character(kind=c_char), intent(inout) :: name(*)
-      integer(c_int), value :: length
-    end subroutine c_absent
+      type(c_ptr) :: copy
+    end function c_copy
     !> Share of the increment that the routine asks for.
     pure subroutine c_ask(routine, share, message, length) bind(c, name="umat_ask")
       import :: c_char, c_double, c_int, c_ptr
       implicit none
       type(c_ptr), value :: routine
       real(c_double), intent(out) :: share
-      ! allow(C071): the interface is that of C
       character(kind=c_char), intent(inout) :: message(*)
       integer(c_int), value :: length
     end subroutine c_ask
@@ -114,11 +88,9 @@ module foreign_umat
       implicit none
       type(c_ptr), value :: routine
       integer(c_int), value :: attempt, ntens, nstatv, nprops
-      ! allow(C071): the interface is that of C
       real(c_double), intent(in) :: props(*), stran(*), dstran(*), time(2)
       real(c_double), value :: dtime
       integer(c_int), intent(in) :: counts(2)
-      ! allow(C071): the interface is that of C
       real(c_double), intent(inout) :: stress(*), statev(*), ddsdde(*), energies(3)
       integer(c_int), intent(out) :: good
     end subroutine c_call
@@ -132,7 +104,8 @@ contains
     real(wp), intent(in) :: length                                !! at which the strength is reached
     real(wp), intent(in) :: stiffness                             !! elastic stiffness of the bond
     character(len=:), allocatable, intent(out) :: message         !! empty: it is open
-    character(kind=c_char) :: buffer(longest)
+    character(kind=c_char) :: buffer(longest), path(longest)
+    integer :: i
     buffer = c_null_char
     law%given = .true.
     law%n_state = n_header + law%ntens + law%nstatv
@@ -144,44 +117,35 @@ contains
     law%stress = stiffness*length
     law%bound = farthest_length*length
     law%jumps = .true.
-    law%routine = c_open(law%library // c_null_char, law%symbol // c_null_char, buffer, size(buffer))
+    path = c_null_char
+    path(:len(law%library)) = [(law%library(i:i), i=1, len(law%library))]
+    law%routine = c_open(path, law%symbol // c_null_char, buffer, longest)
+    law%library = c_text(path)
     message = ""
-    if (c_associated(law%routine)) then
-      call c_library(law%routine, buffer, size(buffer))
-      law%library = c_text(buffer)
-    else
-      message = c_text(buffer)
-    end if
+    if (.not. c_associated(law%routine)) message = c_text(buffer)
   end subroutine open_umat
 
-  !> The same law with a routine of its own, for another thread, or with a library that is loaded again.
-  function fresh_umat(law, again) result(fresh)
-    type(foreign_law), intent(in) :: law   !! any
-    logical, intent(in) :: again           !! whether the library is loaded again
+  !> The same law with a routine of its own, which does not obey PNEWDT, for a check.
+  function fresh_umat(law, again, strict, guard, absent, name) result(fresh)
+    type(foreign_law), intent(in) :: law            !! any
+    logical, intent(in) :: again                    !! whether the library is loaded again
+    logical, intent(in), optional :: strict         !! whether arguments that are the host's must not change
+    integer, intent(in), optional :: guard          !! guard_one: numbers between the arguments are 1, absent: NaN
+    integer, intent(in), optional :: absent         !! argument that is NULL, from 0
+    character(len=:), allocatable, intent(out), optional :: name   !! its name, empty: there is none
     type(foreign_law) :: fresh
-    fresh = law
-    fresh%routine = c_copy(law%routine, merge(1_c_int, 0_c_int, again))
-    call set_umat(fresh, .false., guard_nan, none_absent)
-  end function fresh_umat
-
-  !> Set how a law is called in a check: PNEWDT is not obeyed.
-  subroutine set_umat(law, strict, guard, absent)
-    type(foreign_law), intent(in) :: law   !! the law
-    logical, intent(in) :: strict          !! whether arguments that are the host's must not change
-    integer, intent(in) :: guard           !! guard_nan or guard_one
-    integer, intent(in) :: absent          !! none_absent, all_absent, or which
-    call c_set(law%routine, merge(2_c_int, 1_c_int, strict), int(guard, c_int), int(absent, c_int))
-  end subroutine set_umat
-
-  !> Name of an argument that hosts may not have, from 0; empty beyond the last.
-  function absent_argument(i) result(name)
-    integer, intent(in) :: i   !! which
-    character(len=:), allocatable :: name
     character(kind=c_char) :: buffer(16)
+    integer :: how(3)
+    how = [1, -1, -1]
+    if (present(strict)) how(1) = merge(2, 1, strict)
+    if (present(guard)) how(2) = guard
+    if (present(absent)) how(3) = absent
     buffer = c_null_char
-    call c_absent(int(i, c_int), buffer, size(buffer))
-    name = c_text(buffer)
-  end function absent_argument
+    fresh = law
+    fresh%routine = c_copy(law%routine, merge(1_c_int, 0_c_int, again), int(how(1), c_int), int(how(2), c_int), &
+      int(how(3), c_int), buffer, size(buffer))
+    if (present(name)) name = c_text(buffer)
+  end function fresh_umat
 
   !> Name of a number of a state behind the energies, for a column.
   pure function state_name(law, i) result(name)

@@ -50,7 +50,7 @@ typedef struct {
   int attempt;
   int checks; /* 1: requests are not obeyed; 2: and arguments that may not be written are compared */
   int guard;  /* GUARD_NAN or GUARD_ONE, or the argument behind which the guard is 1 */
-  int absent; /* which of those that `may_be_absent` is NULL, -1: none, -2: all */
+  int absent; /* which of those that `may_be_absent` is NULL, -1: none */
 } routine_type;
 
 /* Arguments of a call as the caller gives them. */
@@ -60,20 +60,6 @@ typedef struct {
 } values_type;
 
 void umat_(void); /* that of this project, which is called without a library */
-void xit_(void);
-void stdb_abqerr_(const int *level, const char *text, const int *integers, const double *reals, const char *words,
-                  size_t text_length, size_t words_length);
-routine_type *umat_open(const char *library, const char *symbol, char *message, int length);
-routine_type *umat_copy(const routine_type *from, int fresh);
-void umat_set(routine_type *routine, int checks, int guard, int absent);
-void umat_ask(routine_type *routine, double *share, char *message, int length);
-void umat_call(routine_type *routine, int attempt, int ntens, int nstatv, int nprops, const double *props,
-               const double *stran, const double *dstran, const double *time, double dtime, const int *counts,
-               double *stress, double *statev, double *ddsdde, double *energies, int *good);
-void umat_library(const routine_type *routine, char *path, int length);
-void umat_absent(int i, char *name, int length);
-int umat_apart(void (*work)(int, void *, char *), int which, void *data, char *text, int length);
-void umat_threads(void (*work)(int, void *), void *data);
 
 static _Thread_local struct {
   jmp_buf back;
@@ -113,66 +99,56 @@ void stdb_abqerr_(const int *level, const char *text, const int *integers, const
   longjmp(current.back, 1);
 }
 
-/* Open a library and find its routine; an empty library is this program. NULL and a message: that failed. */
-routine_type *umat_open(const char *library, const char *symbol, char *message, int length) {
+/* Open a library and find its routine; its path becomes the whole one, as the file of a failed increment may lie
+ * elsewhere, and an empty one is this program. NULL and a message: that failed. */
+routine_type *umat_open(char *library, const char *symbol, char *message, int length) {
   routine_type *const routine = calloc(1, sizeof *routine);
+  char path[PATH_MAX];
   if (routine == NULL) abort();
-  /* the whole path, as the file of a failed increment may lie elsewhere */
-  if (library[0] != '\0' && realpath(library, routine->library) == NULL) {
-    snprintf(routine->library, sizeof routine->library, "%s", library);
-  }
+  if (library[0] != '\0' && realpath(library, path) != NULL) snprintf(library, (size_t)length, "%s", path);
+  snprintf(routine->library, sizeof routine->library, "%s", library);
   snprintf(routine->symbol, sizeof routine->symbol, "%s", symbol);
   routine->absent = -1;
   routine->guard = GUARD_NAN;
   routine->pnewdt = 1.0;
   void *found = NULL;
-  if (library[0] == '\0') {
-    routine->call = (umat_routine *)umat_;
-    return routine;
-  }
+  routine->call = (umat_routine *)umat_;
+  if (library[0] == '\0') return routine;
   routine->handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
   if (routine->handle != NULL) found = dlsym(routine->handle, symbol);
-  if (found != NULL) {
-    memcpy(&routine->call, &found, sizeof found);
-    return routine;
-  }
+  memcpy(&routine->call, &found, sizeof found);
+  if (found != NULL) return routine;
   snprintf(message, (size_t)length, "%s", dlerror());
   free(routine);
   return NULL;
 }
 
-/* A copy without trouble, for another thread; a fresh one has its library loaded again, with the static variables of
- * its start. */
-routine_type *umat_copy(const routine_type *from, int fresh) {
-  char message[1];
-  if (fresh && from->handle != NULL) {
-    /* a handle counts how often its library was opened */
-    for (int i = 0; i < 10000 && dlclose(from->handle) == 0; i++) {
-      void *const still = dlopen(from->library, RTLD_NOW | RTLD_NOLOAD);
-      if (still == NULL) break;
-      dlclose(still);
-    }
-    routine_type *const again = umat_open(from->library, from->symbol, message, sizeof message);
-    if (again != NULL) return again;
+/* A copy without trouble that is called in its own way; a fresh one has its library loaded again, with the static
+ * variables of its start. The name is that of the absent argument. */
+routine_type *umat_copy(const routine_type *from, int fresh, int checks, int guard, int absent, char *name,
+                        int length) {
+  routine_type *copy = NULL;
+  char library[PATH_MAX];
+  snprintf(library, sizeof library, "%s", from->library);
+  /* a handle counts how often its library was opened */
+  for (int i = 0; fresh && from->handle != NULL && i < 10000 && dlclose(from->handle) == 0; i++) {
+    void *const still = dlopen(library, RTLD_NOW | RTLD_NOLOAD);
+    if (still == NULL) break;
+    dlclose(still);
   }
-  routine_type *const copy = malloc(sizeof *copy);
-  if (copy == NULL) abort();
-  *copy = *from;
+  if (fresh) copy = umat_open(library, from->symbol, library, sizeof library);
+  if (copy == NULL) {
+    copy = malloc(sizeof *copy);
+    if (copy == NULL) abort();
+    *copy = *from;
+  }
   copy->trouble[0] = '\0';
   copy->pnewdt = 1.0;
+  copy->checks = checks;
+  copy->guard = guard;
+  copy->absent = absent;
+  snprintf(name, (size_t)length, "%s", absent >= 0 && absent < MAY_BE_ABSENT ? names[may_be_absent[absent]] : "");
   return copy;
-}
-
-/* Whole path of the library of a routine. */
-void umat_library(const routine_type *routine, char *path, int length) {
-  snprintf(path, (size_t)length, "%s", routine->library);
-}
-
-/* Set how a routine is called. */
-void umat_set(routine_type *routine, int checks, int guard, int absent) {
-  routine->checks = checks;
-  routine->guard = guard;
-  routine->absent = absent;
 }
 
 /* Share of the increment that the routine asks for: 1, less (PNEWDT), or 0 with the reason. */
@@ -182,16 +158,11 @@ void umat_ask(routine_type *routine, double *share, char *message, int length) {
   snprintf(message, (size_t)length, "%s", routine->trouble);
 }
 
-/* Name of an argument that may be absent, from 0; empty beyond the last. */
-void umat_absent(int i, char *name, int length) {
-  snprintf(name, (size_t)length, "%s", i < MAY_BE_ABSENT ? names[may_be_absent[i]] : "");
-}
-
 /* Pointer to an argument; NULL if it is absent. */
 static double *at(const routine_type *routine, double *block, const int *place, int k) {
   int missing = 0;
   for (int i = 0; i < MAY_BE_ABSENT; i++) {
-    missing |= may_be_absent[i] == k && (routine->absent == i || routine->absent == -2);
+    missing |= may_be_absent[i] == k && routine->absent == i;
   }
   return missing ? NULL : block + place[k];
 }
@@ -237,8 +208,8 @@ static void compare(routine_type *routine, const values_type *values, const int 
       if (i >= 0 && i < values->size[k]) {
         snprintf(reason, sizeof reason, "it wrote to %s, which is the host's", names[k]);
       } else {
-        snprintf(reason, sizeof reason, "it wrote to %s(%d), of %d: expected more state variables, or none written there",
-                 names[k], i + 1, values->size[k]);
+        snprintf(reason, sizeof reason, "it wrote to %s(%d), of %d: expected a larger nstatv", names[k], i + 1,
+                 values->size[k]);
         if (k != STATEV) *strrchr(reason, ':') = '\0';
       }
       fail(routine, reason);

@@ -127,7 +127,8 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
         raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), echo["pattern"]
     runs = tuple(map(_run, echo["runs"]))
-    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:], echo["umat"])
+    rest = source[: first - 1], source[last:], echo["umat"]
+    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, *rest)
 
 
 def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:

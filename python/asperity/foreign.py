@@ -108,8 +108,8 @@ class ForeignUmat:
                 raise ValueError(text.replace("rie_driver: ", "").strip())
             history, lost = _history(output.read_text(encoding="utf-8"), text)
         if done.returncode == 2:
-            reason = text.splitlines()[-1 if len(history) == 0 else 0]
-            reason = next((line for line in text.splitlines() if "beyond step" in line or "stopped at" in line), reason)
+            lines = [line.replace("rie_driver: ", "") for line in text.splitlines()]
+            reason = next((line for line in lines if "beyond step" in line or "stopped at" in line), lines[0])
             if not lost and len(history) > 0:
                 raise ValueError(reason)
             raise EquilibriumLost(reason, history.ended(reason))
@@ -156,11 +156,7 @@ def _history(text: str, messages: str) -> tuple[History, bool]:
             snaps.append(Snap(places[int(step), int(increment)], *ends, float(released)))
     events = tuple((i, str(event)) for i, event in enumerate(cells[:, header.index("event")]) if event)
     assert all(name in EVENTS for _, event in events for name in event.split("+"))
-    return (
-        History(
-            *(table(SEPARATION), table(TRACTION), number["damage"], table((*_ENTRIES, *rest)), number["work"]),
-            *(events, tuple(snaps), 0, number["step"].astype(int), np.full(len(lines), np.nan), number["time"]),
-            iterations=number["iterations"].astype(int),
-        ),
-        lost,
-    )
+    parts = table(SEPARATION), table(TRACTION), number["damage"], table((*_ENTRIES, *rest)), number["work"]
+    # the position between targets is not a column
+    more = number["step"].astype(int), np.full(len(lines), np.nan), number["time"]
+    return History(*parts, events, tuple(snaps), 0, *more, number["iterations"].astype(int)), lost

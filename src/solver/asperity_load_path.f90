@@ -187,8 +187,8 @@ contains
     run%share = ramp(first, share, reached)
   end subroutine solve_increment
 
-  !> Take an increment in the parts that the law asks for, from its start again. A law that has failed, or is not content
-  !> with the smallest part either, ends the path.
+  !> Take an increment in the parts that the law asks for, from its start again. A law that has failed, or asks for less
+  !> than the smallest part, ends the path.
   pure subroutine divide_increment(run, start, first, reached, report)
     type(run_type), intent(inout) :: run                    !! the run
     real(wp), intent(in) :: start(3)                        !! prescribed values at the start
