@@ -85,8 +85,8 @@ contains
     call find_path(case, path, text)
     code = exit_ok
     hidden = .false.
-    write (output_unit, "(4a)") label, ": ", path%law%symbol, trim(merge(" of ", "    ", len(path%law%library) > 0)) // &
-      " " // path%law%library
+    write (output_unit, "(6a)") label, ": ", path%law%symbol, merge(" of ", "    ", len(path%law%library) > 0), &
+      path%law%library
     do i = 0, ubound(checks, 1)
       if (i > 0 .and. size(path%dt) == 0) exit
       if (hidden .and. i >= first_judged) then
@@ -316,9 +316,9 @@ contains
       sums = sums - sums(1)
       work = a(12 + u_work, :) - a(12 + u_work, 0)
       i = maxloc(abs(work - sums), 1)
-      verdict = "+work = SSE + SPD + SCD within " // short(abs(work(i) - sums(i))/max(maxval(abs(work)), tiny(share))) // &
-        " of the largest work"
-      if (abs(work(i) - sums(i)) > energy_error*maxval(abs(work))) verdict = "-" // place(i - 1) // "the work is " // &
+      share = abs(work(i) - sums(i))/max(maxval(abs(work)), tiny(share))
+      verdict = "+work = SSE + SPD + SCD within " // short(share) // " of the largest work"
+      if (share > energy_error) verdict = "-" // place(i - 1) // "the work is " // &
         short(work(i)) // ", SSE + SPD + SCD " // short(sums(i))
       if (.not. any(abs(sums) > 0.0_wp)) verdict = "-SSE, SPD and SCD are zero: the host knows no energies of this law"
     case ("dissipation")
@@ -327,7 +327,8 @@ contains
       i = minloc(work, 1)
       verdict = "+SPD + SCD never decrease"
       if (.not. any(abs(sums) > 0.0_wp)) verdict = "?not judged: SPD and SCD are zero"
-      if (work(i) < -rounding*maxval(abs(sums))) verdict = "-" // place(i) // "SPD + SCD decrease by " // short(-work(i))
+      if (work(i) < -rounding*maxval(abs(sums))) verdict = "-" // place(i) // "SPD + SCD decrease by " // &
+        short(-work(i))
     end select
     name = failure()
     if (which > 1 .and. len(name) > 0) verdict = "?not judged: " // name
