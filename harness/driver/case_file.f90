@@ -123,7 +123,7 @@ module case_file
 contains
 
   !> Law of a case.
-  pure function law_of(case) result(law)
+  function law_of(case) result(law)
     type(case_type), intent(in) :: case   !! the case
     class(point_law), allocatable :: law
     if (case%umat%given) then

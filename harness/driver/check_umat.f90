@@ -329,6 +329,8 @@ contains
       if (.not. any(abs(sums) > 0.0_wp)) verdict = "?not judged: SPD and SCD are zero"
       if (work(i) < -rounding*maxval(abs(sums))) verdict = "-" // place(i) // "SPD + SCD decrease by " // &
         short(-work(i))
+    case default
+      verdict = "?no such check"
     end select
     name = failure()
     if (which > 1 .and. len(name) > 0) verdict = "?not judged: " // name

@@ -25,7 +25,7 @@ program rie_driver
     "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane, worn_k with W0", &
     "  --quiet     no progress line, no summary", &
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
-    "  --check     check the UMAT along the load path instead of writing rows: a table", &
+    "  --check     check the UMAT along the load path: a table instead of the file", &
     "  --only N    of the values of &sweep only the one with number N, from 1", &
     "  --force     replace files that rie_driver did not write", &
     "  --version   print the version", &

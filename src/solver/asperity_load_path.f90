@@ -60,8 +60,8 @@ module asperity_load_path
 
 contains
 
-  !> Begin a run.
-  pure subroutine start_run(joint, steps, run, start, law)
+  !> Begin a run (not pure, as the law may be of any type).
+  subroutine start_run(joint, steps, run, start, law)
     type(interface_type), intent(in) :: joint             !! the interface
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet

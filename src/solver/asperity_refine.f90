@@ -59,7 +59,7 @@ contains
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
   !> path.
-  pure subroutine refine_path(joint, steps, start, tolerance, rows, run, message, other)
+  subroutine refine_path(joint, steps, start, tolerance, rows, run, message, other)
     type(interface_type), intent(in) :: joint                 !! the interface
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
@@ -104,7 +104,7 @@ contains
   end subroutine refine_path
 
   !> Rows of a path.
-  pure subroutine run_rows(joint, steps, start, run, rows, other)
+  subroutine run_rows(joint, steps, start, run, rows, other)
     type(interface_type), intent(in) :: joint               !! the interface
     type(step_type), intent(in) :: steps(:)                 !! the load path
     type(point_type), intent(in) :: start                   !! the point at its start

@@ -76,7 +76,7 @@ def verdicts(text: str) -> dict[str, str]:
     ids=["CNL", "CNS", "snap", "branch"],
 )
 def test_own_umat_is_the_own_law(run, law: str, steps: str) -> None:
-    """The UMAT of this project through its library gives what the law itself gives: rows, energies and snaps."""
+    """The UMAT of this project through its library gives what the law gives: rows, energies and snaps."""
     pattern = Pattern.regular(4, 30.0) if law.endswith(RP_4) else Pattern.regular(0, 0.0)
     joint = Interface(Material(3.0, 0.3, 0.9, 0.5), pattern)
     own = run(law + steps)
@@ -174,7 +174,7 @@ def test_wrong_input(run, library: Path, old: str, new: str, said: str) -> None:
 
 
 def test_python_is_the_driver(run, library: Path) -> None:
-    """`ForeignUmat.run` gives the rows of the driver, continues from a point, and reports as the driver."""
+    """`ForeignUmat.run` gives the rows of the driver, continues from a point, reports as it does."""
     law = of_python(library)
     steps = "&step t_N = -0.5, increments = 10 /\n&step s_Tx = 0.1, -0.1, t_N = -0.5, k_N = 3, increments = 20 /\n"
     rows = run(planted(library) + steps)
@@ -199,7 +199,7 @@ def test_python_is_the_driver(run, library: Path) -> None:
 
 
 def test_commands(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
-    """`asperity run --plot` draws a case with a UMAT, `check-umat` checks it, `read_case` says what it needs."""
+    """`asperity run --plot` draws a case with a UMAT, `check-umat` checks it."""
     monkeypatch.chdir(tmp_path)
     Path("case.nml").write_text(planted(library) + "&step slip = 0.1 /\n", encoding="utf-8")
     assert main(["run", "case.nml", "--plot", "--quiet"]) == 0 and Path("case.png").is_file()
