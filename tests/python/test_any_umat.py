@@ -174,7 +174,7 @@ def test_wrong_input(run, library: Path, old: str, new: str, said: str) -> None:
 
 
 def test_python_is_the_driver(run, library: Path) -> None:
-    """`ForeignUmat.run` gives the rows of the driver, continues from a point, reports as it does."""
+    """`ForeignUmat.run` gives the rows of the driver, also from a point on, and its reports."""
     law = of_python(library)
     steps = "&step t_N = -0.5, increments = 10 /\n&step s_Tx = 0.1, -0.1, t_N = -0.5, k_N = 3, increments = 20 /\n"
     rows = run(planted(library) + steps)
