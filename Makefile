@@ -6,7 +6,7 @@
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs), mutants (which changes of the library do the tests notice?),
 # wheel (sdist and wheel, tried in a bare Debian root), release (these and the sources for Abaqus, from a clean clone), site
-# (the pages as a web site, tested in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when a
+# (the pages as a web site) and site-test (its tests in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when a
 # file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds;
 # what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
@@ -34,7 +34,7 @@ package := $(call files,$(native) pyproject.toml python)
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .DELETE_ON_ERROR:
-.PHONY: build help demo test check $(parts) bench soak mutants hosts site wheel release dependencies clean distclean force
+.PHONY: build help demo test check $(parts) bench soak mutants hosts site site-test wheel release dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
@@ -92,6 +92,8 @@ release: .venv/installed
 site:
 	@$(step) "System packages" build/logs/site-packages.log tools/install-dependencies.sh site
 	@$(step) "Site" $(log) tools/site/build.sh
+	@echo "to read it: python3 -m http.server --directory build/site"
+site-test: site
 	@$(step) "Tests of the site" build/logs/site-tests.log build/site-tools/site/bin/python -m pytest -q \
 	  --junitxml=build/site-tools/junit.xml tests/site
 

@@ -1,6 +1,6 @@
 """Counts of every suite, of CTest and of pytest; the last line is 'N passed, N failed'.
 
-The arguments are the exit statuses of make check, make hosts and make site ('not run': no time, or check
+The arguments are the exit statuses of make check, make hosts and make site-test ('not run': no time, or check
 failed). A suite that several builds ran counts once, with the result of the worst build. A host that is not
 to be had on this machine, or was not done in time, is skipped, as is the site. The exit status is 1 if a test
 failed, a suite ran no test, or one of the three failed otherwise (that counts as one failure).
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 SUITE = re.compile(r"^(?P<name>\S+): (?P<passed>\d+) passed, (?P<failed>\d+) failed", re.MULTILINE)
 
-HOSTS = ("akantu", "browser", "calculix", "kratos", "mtest", "ogs", "oofem", "python", "structures")
+HOSTS = ("akantu", "browser", "calculix", "kratos", "mtest", "ogs", "oofem", "petsc", "python")
 """Hosts, and the browser, whose tests have a report of their own."""
 
 TIMED_OUT = (124, 137)
@@ -68,7 +68,7 @@ def site_results(status: str) -> dict[str, Result]:
     report = Path("build/site-tools/junit.xml")
     if report.is_file():
         return pytest_results(report)
-    print(f"site: no report, make site ended with status {status}")
+    print(f"site: no report, make site-test ended with status {status}")
     return {"site": Result(0, 0, "site", 1)}
 
 
@@ -112,7 +112,7 @@ def main() -> int:
         print(f"{name}: {worst.passed} passed, {worst.failed} failed{left_out} ({builds})")
     broken = any(other != "not run" and int(other) not in (0, *TIMED_OUT) for other in (hosts, site))
     if not failed and (status or broken or not passed):
-        print(f"make check ended with status {status}, make hosts: {hosts}, make site: {site}")
+        print(f"make check ended with status {status}, make hosts: {hosts}, make site-test: {site}")
         failed = 1
     if skipped:
         print(f"{skipped} skipped")

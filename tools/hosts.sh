@@ -44,7 +44,6 @@ step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
 tests akantu
 step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
 tests python
-tests structures
 step "PETSc" hosts-petsc harness/hosts/petsc/install.sh "$python" build/petsc
 tests petsc
 step "Chromium" hosts-browser tools/browser.sh

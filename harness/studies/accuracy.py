@@ -18,7 +18,7 @@ from asperity.material import Material
 from asperity.paper.fracture_energy import fracture_energy
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
-from asperity.style import COLOURS, LINES, TWO, new_figure, printed, save
+from asperity.style import COLOURS, TWO, new_figure, printed, save
 from asperity.tables import markdown
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -107,9 +107,7 @@ class StepError:
     work: float
 
 
-def step_errors(
-    increments: Sequence[int] = INCREMENTS, tick: Tick = lambda: None
-) -> Iterator[StepError]:
+def step_errors(increments: Sequence[int] = INCREMENTS, tick: Tick = lambda: None) -> Iterator[StepError]:
     """Errors of RP-4, 30 degrees, with different numbers of increments."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
 
@@ -133,17 +131,15 @@ def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     """Run the study of increments; return its picture by name and its table."""
     sizes = (30, 60) if quick else INCREMENTS
     errors = list(step_errors(sizes, tick))
-    figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex=True)
-    grid = axes.reshape(2, 3)
-    for row, path in zip(grid, PATHS, strict=True):
-        for ax, (name, label, _) in zip(row, QUANTITIES, strict=True):
-            for i, sigma_N in enumerate(SIGMA_N):
-                here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
-                x, y = [e.rows for e in here], [getattr(e, name) for e in here]
-                ax.plot(x, y, "o-", color=COLOURS[i], markersize=2.5, linewidth=1.0, label=signed(sigma_N))
-            log_axes(ax, "increments of the path", f"relative error of {label}")
-            ax.set_title(path)
-    axes[2].legend(title=r"$\sigma_N$ [MPa]")
+    figure, (ax,) = new_figure(0.6 * TWO, 3.2)
+    for (name, label, _), colour in zip(QUANTITIES, COLOURS, strict=False):
+        for path, line in zip(PATHS, ("o-", "D--"), strict=True):
+            worst = [max(getattr(e, name) for e in errors if (e.path, e.rows) == (path, n)) for n in sizes]
+            style = {"color": colour, "markersize": 3.0, "linewidth": 1.0}
+            ax.plot(sizes, worst, line, label=f"{label}, {path}", **style)
+    log_axes(ax, "increments of the path", "largest relative error of four pressures")
+    ax.set_title("twice the increments, half the error")
+    ax.legend()
     lines = []
     for path in PATHS:
         for sigma_N in SIGMA_N:
@@ -276,19 +272,19 @@ def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     """Run the study of planes; return its picture by name and its tables."""
     sides, tractions = ((3, 4, 5), (0.0, -5.0)) if quick else (SIDES, SIGMA_N)
     errors = list(plane_errors(sides, tractions=tractions, tick=tick))
-    figure, axes = new_figure(TWO, 8.0, nrows=5, ncols=len(tractions), sharey="row", sharex=True)
-    for row, (name, label) in zip(axes.reshape(5, len(tractions)), MEASURES.items(), strict=True):
-        for ax, sigma_N in zip(row, tractions, strict=True):
-            here = [e for e in errors if e.sigma_N == sigma_N]
-            for odd in (False, True):
-                chosen = [e for e in here if e.sides % 2 == odd]
-                _plot(ax, chosen, name, 0, "D" if odd else "o", odd, "odd m" if odd else "even m")
-            first = ax is row[0]
-            _plane_axes(ax, ("error, " * (name in SHARED) + label) if first else "", name == "loop")
-            if name == "tau_L":
-                ax.set_title(rf"$\sigma_N$ = {signed(sigma_N)} MPa")
-    handles, texts = axes[0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=2)
+    figure, (ax,) = new_figure(0.6 * TWO, 3.2)
+    for (name, label), colour in zip(MEASURES.items(), COLOURS, strict=False):
+        # at sigma_N = 0 there is no loop
+        worst = [np.nanmax([getattr(e, name) for e in errors if e.sides == m]) for m in sides]
+        what = "error, " * (name in SHARED) + label
+        planes = [m + 1 for m in sides]
+        ax.plot(planes, worst, "o-", color=colour, markersize=3.0, linewidth=1.0, label=what)
+    log_axes(ax, "number of planes", "largest of all directions and four pressures")
+    ax.set_xticks(PLANE_TICKS, [str(n) for n in PLANE_TICKS])
+    ax.set_xticks([], minor=True)
+    ax.axhline(AIMS[0], color="grey", linewidth=0.8, linestyle=":")
+    ax.set_title("26 planes: everything within 1 %")
+    ax.legend()
     needs = []
     for sigma_N in tractions:
         here = [e for e in errors if e.sigma_N == sigma_N]
@@ -306,23 +302,6 @@ def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
 
 SHARED = ("tau_L", "across", "s_N")
 """Measures that are errors; the others are spreads over the directions."""
-
-
-def _plot(
-    ax: Axes, errors: Sequence[PlaneError], name: str, colour: int, marker: str, hollow: bool, label: str
-) -> None:
-    """Draw an error over the number of planes."""
-    x, y = [e.sides + 1 for e in errors], [getattr(e, name) for e in errors]
-    style = {"color": COLOURS[colour], "markersize": 3.5, "linewidth": 0.0 if hollow else 1.0}
-    face = "none" if hollow else COLOURS[colour]
-    ax.plot(x, y, marker + LINES[colour], markerfacecolor=face, label=label, **style)
-
-
-def _plane_axes(ax: Axes, y_label: str, last: bool) -> None:
-    """Set logarithmic axes with the number of planes, which determines the time of a curve."""
-    log_axes(ax, "number of planes" if last else "", y_label)
-    ax.set_xticks(PLANE_TICKS, [str(n) for n in PLANE_TICKS])
-    ax.set_xticks([], minor=True)
 
 
 def _fewest(tried: Sequence[PlaneError], name: str, aim: float) -> str:

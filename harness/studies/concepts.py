@@ -144,13 +144,13 @@ def slip_test_with_names() -> Figure:
         ax.plot(slips[: turn + 1], values[: turn + 1], color=BLUE)
         ax.plot(slips[turn:], values[turn:], "--", color=BLUE)
     line = {"arrowstyle": "-"}
-    tau.annotate("damage begins", (0.0188, 4.0), (0.035, 2.6), fontsize="small", arrowprops=line)
+    tau.annotate("damage\nbegins", (0.0188, 4.0), (0.035, 2.4), fontsize="small", arrowprops=line)
     tau.annotate(
         "peak", (slips[peak], history.traction[peak, 1]), (0.11, 4.9), fontsize="small", arrowprops=line
     )
     tau.annotate("fully damaged", (0.174, up), (0.2, 3.0), fontsize="small", arrowprops=line)
     for level, place, colour, text in (
-        (up, up + 0.1, ORANGE, r"up: $|\sigma_N|\,(\mu + \tan\theta)/(1 - \mu\tan\theta)$"),
+        (up, up - 0.33, ORANGE, r"up: $|\sigma_N|\,(\mu + \tan\theta)/(1 - \mu\tan\theta)$"),
         (down, down + 0.1, GREEN, r"down: $|\sigma_N|\,(\tan\theta - \mu)/(1 + \mu\tan\theta)$"),
     ):
         tau.axhline(level, linestyle=":", color=colour)
@@ -158,7 +158,7 @@ def slip_test_with_names() -> Figure:
     tau.text(0.375, 0.75, "reversal", ha="right", fontsize="small")
     tau.set_ylim(-0.2, 5.3)
     dilation.plot([0.22, 0.34], [0.05, 0.05 + 0.12 * slope], color=ORANGE)
-    dilation.text(0.3, 0.055, r"slope $\tan\theta$", color=ORANGE)
+    dilation.text(0.29, 0.06, r"slope $\tan\theta$", color=ORANGE, fontsize="small")
     columns = [
         contract.statev_names(rough.n_planes).index(name) for name in ("stored", "rupture", "friction")
     ]

@@ -6,18 +6,12 @@ import argparse
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from decimal import Decimal
 from pathlib import Path
 
 from asperity import contract
 from asperity.tables import markdown
 
 from .program import DIFFERS, run
-
-
-def percent(value: float) -> str:
-    """Fraction as a number of percent with two significant digits, never with an exponent."""
-    return f"{Decimal(f'{100.0 * value:.2g}'):f}"
 
 
 def props() -> str:

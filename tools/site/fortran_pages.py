@@ -1,4 +1,4 @@
-"""fortran_pages.py OUTPUT: a Markdown page for each module of src and each file of external procedures.
+"""fortran_pages.py OUTPUT: a Markdown page for each installed module and each file of external procedures.
 
 The texts are the comments of the source, as FORD reads them.
 """
@@ -100,7 +100,10 @@ def main() -> None:
     project = Project(settings)
     project.correlate()
     assert project.modules, "src: expected modules"
-    pages = {module.name: module for module in project.modules}
+    text = (ROOT / "src" / "CMakeLists.txt").read_text(encoding="utf-8")
+    installed = re.findall(r"^  set\(public ([\w ]+)\)", text, re.MULTILINE)[0].split()
+    modules = {module.name: module for module in project.modules}
+    pages = {name: modules[name] for name in (f"asperity_{end}" for end in installed)}
     pages |= {Path(file.name).stem: file for file in project.files if file.functions or file.subroutines}
     for name, entity in pages.items():
         (output / f"{name}.md").write_text(page(entity, name), encoding="utf-8")

@@ -115,10 +115,10 @@ def with_thumbnails(text: str) -> str:
     return text[: first.start()] + grid + text[first.start() :]
 
 
-def navigation(text: str) -> list[dict[str, object]]:
-    """Navigation from docs/README.md: links of the first lines, then a section for each table."""
-    nav: list[dict[str, object]] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
-    entries = nav
+def navigation(text: str) -> list[object]:
+    """Navigation from docs/README.md, pages by title: links of the first lines, a section for each table."""
+    nav: list[object] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
+    entries: list[object] = nav
     for line in text.splitlines():
         section = re.match(r"\*\*(\w[\w -]*):", line)
         if section:
@@ -127,8 +127,7 @@ def navigation(text: str) -> list[dict[str, object]]:
         row = re.match(r"\| \[([^\]]+)\]\(([^)#]+)\)", line)
         link = row or (entries is nav and re.search(r"\[([^\]]+)\]\(([^)#]+)\)", line))
         if link:
-            name = link[1].removesuffix(".md")
-            entries.append({name[0].upper() + name[1:]: os.path.normpath(f"docs/{link[2]}")})
+            entries.append(os.path.normpath(f"docs/{link[2]}"))
     return nav
 
 
