@@ -95,7 +95,8 @@ contains
         buffer = c_null_char
         k = c_apart(c_funloc(judge), int(i, c_int), c_loc(path), buffer, text_length)
         text = c_text(buffer)
-        if (k /= 0) text = "-the routine ended by signal " // integer_text(k) // text
+        if (k > 0) text = "-it ended by signal " // integer_text(k) // text
+        if (k < 0) text = "-it ended the program" // text
       end if
       if (text(1:1) == "-") code = exit_input
       hidden = hidden .or. (text(1:1) == "-" .and. i >= first_hidden .and. i < first_judged)

@@ -99,6 +99,14 @@ void stdb_abqerr_(const int *level, const char *text, const int *integers, const
   longjmp(current.back, 1);
 }
 
+/* A routine that ends the program, as by STOP, ends it as an error; what it writes is in the files already. */
+static void stopped(void) {
+  if (current.routine == NULL) return;
+  fail(current.routine, "it ended the program, as STOP does");
+  fprintf(stderr, "rie_driver: %s\n", current.routine->trouble);
+  _exit(2);
+}
+
 /* Open a library and find its routine; its path becomes the whole one, as the file of a failed increment may lie
  * elsewhere, and an empty one is this program. NULL and a message: that failed. */
 routine_type *umat_open(char *library, const char *symbol, char *message, int length) {
@@ -114,6 +122,7 @@ routine_type *umat_open(char *library, const char *symbol, char *message, int le
   void *found = NULL;
   routine->call = (umat_routine *)umat_;
   if (library[0] == '\0') return routine;
+  atexit(stopped);
   routine->handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
   if (routine->handle != NULL) found = dlsym(routine->handle, symbol);
   memcpy(&routine->call, &found, sizeof found);
@@ -146,8 +155,8 @@ routine_type *umat_copy(const routine_type *from, int fresh, int checks, int gua
   copy->pnewdt = 1.0;
   copy->checks = checks;
   copy->guard = guard;
-  copy->absent = absent;
-  snprintf(name, (size_t)length, "%s", absent >= 0 && absent < MAY_BE_ABSENT ? names[may_be_absent[absent]] : "");
+  copy->absent = absent < MAY_BE_ABSENT ? absent : -1;
+  snprintf(name, (size_t)length, "%s", copy->absent >= 0 ? names[may_be_absent[absent]] : "");
   return copy;
 }
 
@@ -160,11 +169,7 @@ void umat_ask(routine_type *routine, double *share, char *message, int length) {
 
 /* Pointer to an argument; NULL if it is absent. */
 static double *at(const routine_type *routine, double *block, const int *place, int k) {
-  int missing = 0;
-  for (int i = 0; i < MAY_BE_ABSENT; i++) {
-    missing |= may_be_absent[i] == k && routine->absent == i;
-  }
-  return missing ? NULL : block + place[k];
+  return routine->absent >= 0 && may_be_absent[routine->absent] == k ? NULL : block + place[k];
 }
 
 /* One call with new arguments in a block of `total` numbers; false: the routine ended the analysis. */
@@ -182,10 +187,10 @@ static int call_once(routine_type *routine, const values_type *values, int guard
   fenv_t floating;
   feholdexcept(&floating);
   current.routine = routine;
-  const int stopped = setjmp(current.back);
+  const int ended = setjmp(current.back);
 #define D(k) at(routine, block, place, k)
 #define I(k) (int *)at(routine, block, place, k)
-  if (!stopped) {
+  if (!ended) {
     routine->call(D(STRESS), D(STATEV), D(DDSDDE), D(SSE), D(SPD), D(SCD), D(RPL), D(DDSDDT), D(DRPLDE), D(DRPLDT),
                   D(STRAN), D(DSTRAN), D(TIME), D(DTIME), D(TEMP), D(DTEMP), D(PREDEF), D(DPRED), name, I(NDI), I(NSHR),
                   I(NTENS), I(NSTATV), D(PROPS), I(NPROPS), D(COORDS), D(DROT), D(PNEWDT), D(CELENT), D(DFGRD0),
@@ -193,7 +198,7 @@ static int call_once(routine_type *routine, const values_type *values, int guard
   }
   current.routine = NULL;
   fesetenv(&floating);
-  return !stopped;
+  return !ended;
 }
 
 /* Note what a call wrote outside its arguments, and with `checks` 2 to arguments that are the host's. */

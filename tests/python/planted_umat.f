@@ -82,6 +82,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     if (lambda > s0) call stdb_abqerr(-3, "no more of this", 0, 0d0, " ")
   case (10)
     celent = 2d0
+  case (12)
+    if (lambda > s0) stop
   case (11)
     stress = stress*(1d0 + 0d0*coords(1))
   end select

@@ -144,6 +144,7 @@ def test_order_thickness_and_state(run, library: Path) -> None:
         (6, 7, r"no finite number in STRESS\(1\)", 4),
         (8, 7, "read more than the 5 values of PROPS", 0),
         (9, 7, "called STDB_ABQERR: no more of this", 4),
+        (12, 7, "ended the program, as STOP does", 3),
     ],
 )
 def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: str, rows: int) -> None:
@@ -176,9 +177,9 @@ def test_wrong_input(run, library: Path, old: str, new: str, said: str) -> None:
 def test_python_is_the_driver(run, library: Path) -> None:
     """`ForeignUmat.run` gives the rows of the driver, also from a point on, and its reports."""
     law = of_python(library)
-    steps = "&step t_N = -0.5, increments = 10 /\n&step s_Tx = 0.1, -0.1, t_N = -0.5, k_N = 3, increments = 20 /\n"
+    steps = "&step t_N = -0.5, increments = 10 /\n&step s_Tx = 0.1, -0.1, k_N = 3, increments = 20 /\n"
     rows = run(planted(library) + steps)
-    whole = law.run([Step(t_N=-0.5, increments=10), Step(s_Tx=[0.1, -0.1], t_N=-0.5, k_N=3.0, increments=20)])
+    whole = law.run([Step(t_N=-0.5, increments=10), Step(s_Tx=[0.1, -0.1], k_N=3.0, increments=20)])
     np.testing.assert_array_equal(whole.traction, rows.vector("t"))
     np.testing.assert_array_equal(whole.rupture, rows["rupture"])
     first, second = Step(s_N=0.03, increments=6), Step(s_N=0.06, increments=6)
