@@ -25,7 +25,7 @@ module case_file
   use text_file, only: lower
   implicit none
   private
-  public :: interpret_case, law_of, print_format, read_sweep
+  public :: interpret_case, get_law, print_format, read_sweep
 
   character(len=*), parameter :: group_names(10) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state", "initial", "umat"]
@@ -123,15 +123,15 @@ module case_file
 contains
 
   !> Law of a case.
-  function law_of(case) result(law)
-    type(case_type), intent(in) :: case   !! the case
-    class(point_law), allocatable :: law
+  subroutine get_law(case, law)
+    type(case_type), intent(in) :: case                   !! the case
+    class(point_law), allocatable, intent(out) :: law     !! that of &umat, or of the interface
     if (case%umat%given) then
       allocate (law, source=case%umat)
     else
       allocate (law, source=new_rie_law(case%joint))
     end if
-  end function law_of
+  end subroutine get_law
 
   !> Print the format of a case file on standard output.
   subroutine print_format()

@@ -7,9 +7,10 @@ module check_umat
   use asperity_control_point, only: new_point
   use asperity_kinds, only: wp
   use asperity_load_path, only: explain_loss, next_row, row_type, run_type, start_run
+  use asperity_point_law, only: point_law
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
-  use case_file, only: case_type, law_of
+  use case_file, only: case_type, get_law
   use driver_messages, only: exit_input, exit_ok, say
   use foreign_umat, only: c_text, foreign_law, fresh_umat, guard_one, n_header, open_umat, u_work
   implicit none
@@ -111,6 +112,7 @@ contains
     type(case_type), intent(in) :: case                         !! the case
     type(path_type), intent(inout) :: path                      !! the path as far as it goes
     character(len=:), allocatable, intent(out) :: verdict       !! whether it was run
+    class(point_law), allocatable :: law
     type(run_type) :: run
     type(row_type) :: row
     real(wp) :: s(3), share, time
@@ -132,11 +134,12 @@ contains
       end associate
       path%start = path%law%virgin()
     end if
+    call get_law(case, law)
     if (case%state%given) then
       s = case%state%s
-      call start_run(case%joint, case%steps, run, new_point(law_of(case), case%state%statev, s), law_of(case))
+      call start_run(case%joint, case%steps, run, new_point(law, case%state%statev, s), law)
     else
-      call start_run(case%joint, case%steps, run, law=law_of(case))
+      call start_run(case%joint, case%steps, run, law=law)
     end if
     allocate (path%s(3, 1), path%dt(0), path%step(0), path%increment(0))
     path%s(:, 1) = s
@@ -241,6 +244,7 @@ contains
     integer :: i, n
     call c_f_pointer(data, path)
     n = size(path%dt)
+    allocate (sums(n + 1), work(n + 1))
     law = fresh_umat(path%law, .true.)
     call walk(law, path, same, merge(energy_parts, 1, checks(which) == "energies"), a)
     select case (checks(which))
@@ -313,9 +317,9 @@ contains
       if (share > rounding) verdict = "=DDSDDE is not symmetric, by up to " // short(share) // &
         " of the stiffness: use the unsymmetric solver"
     case ("energies")
-      sums = sum(a(12 + [v_stored, v_rupture, v_friction], :), 1)
-      sums = sums - sums(1)
-      work = a(12 + u_work, :) - a(12 + u_work, 0)
+      sums(:) = sum(a(12 + [v_stored, v_rupture, v_friction], :), 1)
+      sums(:) = sums - sums(1)
+      work(:) = a(12 + u_work, :) - a(12 + u_work, 0)
       i = maxloc(abs(work - sums), 1)
       share = abs(work(i) - sums(i))/max(maxval(abs(work)), tiny(share))
       verdict = "+work = SSE + SPD + SCD within " // short(share) // " of the largest work"
@@ -323,9 +327,9 @@ contains
         short(work(i)) // ", SSE + SPD + SCD " // short(sums(i))
       if (.not. any(abs(sums) > 0.0_wp)) verdict = "-SSE, SPD and SCD are zero: the host knows no energies of this law"
     case ("dissipation")
-      sums = sum(a(12 + [v_rupture, v_friction], :), 1)
-      work = sums(2:) - sums(:n)
-      i = minloc(work, 1)
+      sums(:) = sum(a(12 + [v_rupture, v_friction], :), 1)
+      work(:n) = sums(2:) - sums(:n)
+      i = minloc(work(:n), 1)
       verdict = "+SPD + SCD never decrease"
       if (.not. any(abs(sums) > 0.0_wp)) verdict = "?not judged: SPD and SCD are zero"
       if (work(i) < -rounding*maxval(abs(sums))) verdict = "-" // place(i) // "SPD + SCD decrease by " // &

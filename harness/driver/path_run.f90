@@ -6,7 +6,7 @@ module path_run
   use asperity_refine, only: refine_path
   use asperity_point_law, only: point_law
   use asperity_text, only: integer_text, short
-  use case_file, only: case_type, law_of
+  use case_file, only: case_type, get_law
   use driver_messages, only: tell
   use history, only: add_row, history_type, start_from
   use progress_line, only: progress_type, show_progress
@@ -32,7 +32,7 @@ contains
     real(wp) :: share
     integer :: i
     logical :: found
-    allocate (law, source=law_of(case))
+    call get_law(case, law)
     start = new_point(law)
     if (case%state%given) start = new_point(law, case%state%statev, case%state%s)
     call law%ask(share, reason)

@@ -41,7 +41,8 @@ enum { GUARD = 64 };
 enum { GUARD_NAN = -1, GUARD_ONE = -2 };
 
 /* A routine, and what came of its calls; only one thread uses it. */
-typedef struct {
+typedef struct routine {
+  struct routine *earlier;
   umat_routine *call;
   void *handle;
   char library[PATH_MAX], symbol[128];
@@ -61,6 +62,7 @@ typedef struct {
 
 void umat_(void); /* that of this project, which is called without a library */
 
+static routine_type *opened;
 static _Thread_local struct {
   jmp_buf back;
   routine_type *routine;
@@ -116,6 +118,9 @@ routine_type *umat_open(char *library, const char *symbol, char *message, int le
   if (library[0] != '\0' && realpath(library, path) != NULL) snprintf(library, (size_t)length, "%s", path);
   snprintf(routine->library, sizeof routine->library, "%s", library);
   snprintf(routine->symbol, sizeof routine->symbol, "%s", symbol);
+  /* each is needed until the program ends */
+  routine->earlier = opened;
+  opened = routine;
   routine->absent = -1;
   routine->guard = GUARD_NAN;
   routine->pnewdt = 1.0;
@@ -128,7 +133,6 @@ routine_type *umat_open(char *library, const char *symbol, char *message, int le
   memcpy(&routine->call, &found, sizeof found);
   if (found != NULL) return routine;
   snprintf(message, (size_t)length, "%s", dlerror());
-  free(routine);
   return NULL;
 }
 
