@@ -1,7 +1,7 @@
-"""Picture of the fields on the joints of a structure, from the files for ParaView: joint_picture.py FILE.pvd.
+"""Picture of a structure and of its joints, from the files for ParaView: joint_picture.py FILE.pvd.
 
-The files are those of paraview_files.py.  A joint is seen from the side, as a line of the structure, or from
-above, where the structure is left out.
+The files are those of paraview_files.py.  Beside the deformed mesh, seen from the side, joints are unrolled:
+damage, slip and shear traction over x.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import matplotlib.pyplot as plt
 import meshio
 import numpy as np
 from matplotlib.collections import PolyCollection
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
@@ -26,8 +25,11 @@ Floats = NDArray[np.float64]
 
 AXES = {"y": 1, "z": 2}
 
-SHOWN = {"damage": "-", "dilation": "mm", "slip": "mm", "friction": "N/mm"}
-"""Fields of the picture and their units in the examples."""
+STYLES = ("C0-", "C1--", "k:")
+"""Colours and lines of the joints from below."""
+
+SHOWN = {"damage": "damage [-]", "slip": "slip [mm]", "traction": "shear traction [MPa]"}
+"""Fields of the picture, with their units in the examples."""
 
 
 def read(pvd: Path) -> list[tuple[float, meshio.Mesh, meshio.Mesh]]:
@@ -42,9 +44,10 @@ def read(pvd: Path) -> list[tuple[float, meshio.Mesh, meshio.Mesh]]:
 
 
 def field(joints: meshio.Mesh, name: str) -> Floats:
-    """Values of a field of the joints; of a vector its length."""
+    """Values of a field of the joints; of a vector the length of its part along the joint."""
     (values,) = joints.cell_data[name]
-    return np.linalg.norm(values, axis=1) if values.ndim > 1 else values
+    along = values[:, 1:] if name == "traction" else values
+    return np.linalg.norm(along, axis=1) if values.ndim > 1 else values
 
 
 def outlines(mesh: meshio.Mesh, plane: list[int], scale: float) -> list[Floats]:
@@ -60,49 +63,56 @@ def outlines(mesh: meshio.Mesh, plane: list[int], scale: float) -> list[Floats]:
     return found
 
 
-def at_level(joints: meshio.Mesh, z: float) -> meshio.Mesh:
-    """The joints that are nearest to a height."""
+def unrolled(joints: meshio.Mesh, up: int, apart: float) -> dict[float, list[NDArray[np.intp]]]:
+    """Height of every joint, and its cells along x: those of the same x, across the structure, together.
+
+    Joints are at least `apart` from each other; the layers of cells of a joint are nearer.
+    """
     (block,) = joints.cells
-    away = np.abs(joints.points[block.data, 2].mean(axis=1) - z)
-    near = away <= away.min() + 1e-6 * np.ptp(joints.points)
-    of_cells = {name: [values[near]] for name, (values,) in joints.cell_data.items()}
-    return meshio.Mesh(joints.points, [(block.type, block.data[near])], joints.point_data, of_cells)
+    centres = joints.points[block.data].mean(axis=1)
+    order = np.argsort(centres[:, up])
+    starts = np.flatnonzero(np.diff(centres[order, up]) > apart) + 1
+    found = {}
+    for cells in np.split(order, starts):
+        _, of_x = np.unique(np.round(centres[cells, 0] / (1e-6 * np.ptp(joints.points))), return_inverse=True)
+        found[float(centres[cells, up].mean())] = [cells[of_x == i] for i in range(of_x.max() + 1)]
+    return found
 
 
-def draw(
-    png: Path,
-    title: str,
-    solids: meshio.Mesh,
-    joints: meshio.Mesh,
-    up: str,
-    level: float | None,
-    scale: float,
-) -> None:
-    """Draw the fields SHOWN, from the side or, at a level, from above."""
-    plane = [0, 1] if level is not None else [0, AXES[up]]
-    if level is not None:
-        joints = at_level(joints, level)
-    wide = np.ptp(solids.points[:, plane], axis=0)
-    rows, columns = (2, 2) if wide[1] < wide[0] else (1, 4)
-    height = 9.2 / columns * wide[1] / wide[0] + 1.4
-    figure, axes = plt.subplots(rows, columns, figsize=(10.6, rows * height + 0.3), layout="constrained")
-    for ax, (name, unit) in zip(axes.ravel(), SHOWN.items(), strict=True):
-        if level is None:
-            grey = {"facecolors": "#EEEEEE", "edgecolors": "#BBBBBB", "linewidths": 0.3}
-            ax.add_collection(PolyCollection(outlines(solids, plane, scale), **grey))
-        width = 4.0 if level is None else 0.2
-        shapes = outlines(joints, plane, scale)
-        cells = PolyCollection(shapes, cmap="cividis", linewidths=width, capstyle="butt")
-        cells.set_array(field(joints, name))
-        cells.set_edgecolor("face")
-        ax.add_collection(cells)
-        bar = figure.colorbar(cells, ax=ax, location="top", shrink=0.8, pad=0.01, aspect=30)
-        bar.set_label(f"{name} [{unit}]")
-        bar.locator = MaxNLocator(5)
-        ax.set_aspect("equal")
-        ax.autoscale_view()
-        ax.set_xlabel("x [mm]")
-        ax.set_ylabel(f"{'xyz'[plane[1]]} [mm]")
+def draw(png: Path, title: str, solids: meshio.Mesh, joints: meshio.Mesh, up: str, scale: float) -> None:
+    """Draw the deformed mesh and the fields SHOWN."""
+    plane = [0, AXES[up]]
+    figure, axes = plt.subplot_mosaic(
+        [["mesh", name] for name in SHOWN], figsize=(8.0, 4.6), layout="constrained", width_ratios=[1.3, 1.0]
+    )
+    mesh = axes["mesh"]
+    grey = {"facecolors": "#E8E4DC", "edgecolors": "#999999", "linewidths": 0.3}
+    mesh.add_collection(PolyCollection(outlines(solids, plane, scale), **grey))
+    mesh.set_aspect("equal")
+    mesh.autoscale_view()
+    mesh.set_xlabel("x [mm]")
+    mesh.set_ylabel(f"{up} [mm]")
+    mesh.set_title(f"displacements times {scale:g}", fontsize="small")
+    (block,) = joints.cells
+    x = joints.points[block.data].mean(axis=1)[:, 0]
+    lines = unrolled(joints, AXES[up], 0.05 * np.ptp(solids.points[:, AXES[up]]))
+    for name, label in SHOWN.items():
+        ax, values = axes[name], field(joints, name)
+        for (height, groups), style in zip(lines.items(), STYLES, strict=False):
+            along = [x[cells].mean() for cells in groups]
+            means = [values[cells].mean() for cells in groups]
+            ax.plot(along, means, style, label=f"{up} = {height:.4g} mm")
+            lowest, highest = ([f(values[cells]) for cells in groups] for f in (np.min, np.max))
+            ax.fill_between(along, lowest, highest, color=style[:2], alpha=0.2, linewidth=0.0)
+        ax.set_ylabel(label, fontsize="small")
+        ax.set_ylim(*((0.0, 1.02) if name == "damage" else (0.0, None)))
+        ax.grid(alpha=0.3)
+    for name in list(SHOWN)[:-1]:
+        axes[name].sharex(axes[list(SHOWN)[-1]])
+        axes[name].tick_params(labelbottom=False)
+    axes[list(SHOWN)[-1]].set_xlabel("x [mm]")
+    if len(lines) > 1:
+        axes["damage"].legend(fontsize="x-small")
     figure.suptitle(title, fontsize="medium")
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, dpi=150)
@@ -111,12 +121,11 @@ def draw(
 
 def main() -> None:
     """Run the command."""
-    parser = argparse.ArgumentParser(description="Fields on joints, drawn from a PVD file.")
+    parser = argparse.ArgumentParser(description="Structure and joints, drawn from a PVD file.")
     parser.add_argument("pvd", type=Path, metavar="FILE.pvd", help="written by an example with --pvd")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE.png", help="default: FILE.png")
     parser.add_argument("--step", type=int, help="from 0; default: that whose damage varies most")
     parser.add_argument("--up", default="y", choices=("y", "z"), help="axis (default: %(default)s)")
-    parser.add_argument("--level", type=float, metavar="Z", help="draw the joints at this height from above")
     parser.add_argument("--scale", type=float, default=1.0, help="of displacements (default: %(default)s)")
     parser.add_argument("--title", default="", help="of the picture")
     options = parser.parse_args()
@@ -131,10 +140,9 @@ def main() -> None:
     spread = [np.ptp(values) if len(values := field(one, "damage")) else 0.0 for _, _, one in steps]
     k = int(np.argmax(spread)) if options.step is None else options.step
     _, solids, joints = steps[k]
-    times = "" if options.level is not None else f", displacements times {options.scale:g}"
-    title = f"{options.title or options.pvd.stem}, step {k}{times}"
+    title = f"{options.title or options.pvd.stem}, step {k}"
     output = options.output or options.pvd.with_suffix(".png")
-    draw(output, title, solids, joints, options.up, options.level, options.scale)
+    draw(output, title, solids, joints, options.up, options.scale)
     print(output)
 
 

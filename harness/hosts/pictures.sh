@@ -23,7 +23,7 @@ fi
 if "$python" -c "import ogs" >/dev/null 2>&1; then
   "$python" "$here/ogs/ogs_triplet.py" -o "$folder/ogs-triplet.png"
   "$python" "$here/ogs/ogs_block.py" -o "$folder/ogs-block.png" --pvd "$folder/ogs.pvd"
-  fields ogs "OpenGeoSys: lower joint of the block" --level 50
+  fields ogs "OpenGeoSys: block between two joints" --up z --scale 100
   drawn="$drawn $folder/ogs-triplet.png $folder/ogs-block.png"
 fi
 if "$python" -c "import oofem" >/dev/null 2>&1; then

@@ -8,7 +8,7 @@ import sys
 import webbrowser
 
 from ..options import add_options, assigned
-from .model import VALUES
+from .model import LOGARITHMIC, VALUES
 
 
 def add_arguments(explore: argparse.ArgumentParser) -> None:
@@ -70,8 +70,8 @@ def _values(texts: list[str]) -> dict[str, float]:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value) or (name == "kc" and value <= 0.0):
-            raise ValueError(f"{name}={text}: expected a number{' > 0' if name == 'kc' else ''}")
+        if not math.isfinite(value) or (name in LOGARITHMIC and value <= 0.0):
+            raise ValueError(f"{name}={text}: expected a number{' > 0' if name in LOGARITHMIC else ''}")
         if name == "sides" and not value.is_integer():
             raise ValueError(f"{name}={text}: expected a whole number")
         values[name] = value

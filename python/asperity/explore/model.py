@@ -18,8 +18,10 @@ from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines
 
 SLIDERS: dict[str, tuple[float, str, float, float, float]] = {
-    "sigma0": (3.0, "strength sigma0 [MPa]", 0.1, 10.0, 0.05),
-    "Gc": (0.3, "rupture energy Gc [N/mm]", 0.01, 2.0, 0.01),
+    "sigma0": (3.0, "strength sigma0 [MPa]", -2.0, 2.0, 0.01),
+    "Gc": (0.3, "rupture energy Gc [N/mm]", -4.0, 1.0, 0.01),
+    "sigma02": (0.0, "strength in shear sigma02 [MPa], 0: sigma0", 0.0, 20.0, 0.05),
+    "Gc2": (0.0, "rupture energy in shear Gc2 [N/mm], 0: Gc", 0.0, 5.0, 0.01),
     "eta": (0.9, "eta = 1 - s0/sf [-]", 0.5, 0.99, 0.01),
     "mu": (0.5, "friction mu [-]", 0.0, 1.5, 0.01),
     "kc": (20.0, "contact stiffness kc [-]", 0.0, 4.0, 0.05),
@@ -32,9 +34,12 @@ SLIDERS: dict[str, tuple[float, str, float, float, float]] = {
     "flat": (contract.default("flat"), "weight of the flat plane [-]", 0.0, 1.0, 0.01),
     "direction": (0.0, "direction of the slip [°]", 0.0, 180.0, 1.0),
     "sigma_N": (-1.0, "normal traction sigma_N [MPa], pressure < 0", -20.0, 4.0, 0.1),
-    "slip": (0.4, "slip [mm]", 0.05, 2.0, 0.01),
+    "slip": (0.4, "slip [mm]", -2.0, 2.0, 0.01),
 }
-"""Value at the start, title, ends (of kc their logarithms) and step of a slider, by the name of its value."""
+"""Value at the start, title, ends (logarithms of those of LOGARITHMIC) and step of a slider, by name."""
+
+LOGARITHMIC = ("sigma0", "Gc", "kc", "slip")
+"""Values > 0, whose sliders move their logarithms to the base 10."""
 
 VALUES = {name: row[0] for name, row in SLIDERS.items()}
 

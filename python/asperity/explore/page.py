@@ -26,12 +26,21 @@ from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
 from ..contract import Floats
-from .model import CYCLES, MATERIAL, SLIDERS, TEXTS, Answer, Choice, answer, in_contact, plan, section
+from .model import (
+    CYCLES,
+    LOGARITHMIC,
+    MATERIAL,
+    SLIDERS,
+    TEXTS,
+    Answer,
+    Choice,
+    answer,
+    in_contact,
+    plan,
+    section,
+)
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
-
-
-LOGARITHMIC = ("kc",)
 
 GROUPS = {
     "Material": MATERIAL,
@@ -67,7 +76,7 @@ class Page:
             title="position on the path [%]", start=0, end=100, step=1, value=100, name="position"
         )
         self.kind = RadioButtonGroup(labels=list(TEXTS), active=0, name="kind")
-        self.text = PreText(name="text", width=380, styles={"font-size": "11px"})
+        self.text = PreText(name="text", width=460, styles={"font-size": "11px"})
         self.copy = Button(label="copy", width=80, name="copy")
         self.copy.js_on_event(
             "button_click", CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
@@ -186,6 +195,7 @@ class Page:
         text = column(row(self.kind, self.copy), self.text)
         bottom = row(self._plan(), self._section(), text)
         return column(
+            Div(text="<h2>A rough joint under pressure and slip</h2>"),
             self.message,
             row(column(*left, width=320, margin=(0, 0, 0, 12)), column(row(*figures), self.place, bottom)),
         )
