@@ -1,11 +1,12 @@
 !> Run of a load path: every call gives the row of the next increment.
 module asperity_load_path
+  use asperity_asked_increment, only: advance_as_asked
   use asperity_branch, only: branch_step, branch_type, explain_end, new_branch
   use asperity_control_point, only: control_type, new_point, point_type
   use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, ended_complete, ended_limit, ended_rejected, report_type
+  use asperity_mixed_control, only: ended_complete, ended_limit, ended_rejected, report_type
   use asperity_point_law, only: point_law
   use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: component_names, step_type
@@ -15,9 +16,6 @@ module asperity_load_path
   implicit none
   private
   public :: start_run, next_row, name_events, explain_loss
-
-  !> Smallest share of an attempt that a law obtains at once, and of an increment at all.
-  real(wp), parameter :: least_cut = 0.01_wp, smallest_part = 1.0e-6_wp
 
   !> A row: the point at the end of an increment.
   type, public :: row_type
@@ -104,7 +102,6 @@ contains
       run%n = run%n + 1
       run%law%step = run%step
       run%law%increment = row%increment + 1
-      run%law%attempt = run%law%attempt + 1
       if (step%arc > 0.0_wp) then
         call solve_branch_step(run, row)
         run%done = run%earlier + int(run%share*real(step%increments(run%target), wp))
@@ -169,7 +166,7 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     real(wp), intent(in) :: duration        !! of the way to the target
     type(row_type), intent(inout) :: row    !! its report and whether equilibrium was lost are set
-    real(wp) :: asked, first, reached, share, start(3)
+    real(wp) :: first, reached, share, start(3)
     integer :: parts
     start = run%given
     first = run%share
@@ -178,75 +175,12 @@ contains
     run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
     if (run%n == parts) run%given = run%to
     run%control%dt = duration/real(parts, wp)
-    call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
-    call run%law%ask(asked, run%reason)
-    row%cut = asked < 1.0_wp .and. asked > 0.0_wp
-    if (asked < 1.0_wp) call divide_increment(run, start, asked, reached, row%report)
+    call advance_as_asked(run%law, run%control, start, run%given, run%before, run%point, reached, row%report, row%cut, &
+      run%reason)
     row%turn = .false.
     row%lost = reached < 1.0_wp
     run%share = ramp(first, share, reached)
   end subroutine solve_increment
-
-  !> Take an increment in the parts that the law asks for, from its start again. A law that has failed, or asks for less
-  !> than the smallest part, ends the path.
-  pure subroutine divide_increment(run, start, first, reached, report)
-    type(run_type), intent(inout) :: run                    !! the run
-    real(wp), intent(in) :: start(3)                        !! prescribed values at the start
-    real(wp), intent(in) :: first                           !! share that the law asks for at first
-    real(wp), intent(out) :: reached                        !! share of the increment that converged
-    type(report_type), intent(inout) :: report              !! of the attempt at the whole -> of all parts
-    type(control_type) :: control
-    type(point_type) :: before
-    type(report_type) :: all, last
-    real(wp) :: asked, from(3), part, share, to(3)
-    all%iterations = report%iterations
-    all%updates = report%updates
-    reached = 0.0_wp
-    asked = first
-    part = 1.0_wp
-    run%point = run%before
-    from = start
-    do while (reached < 1.0_wp)
-      if (asked <= 0.0_wp) exit
-      if (asked < 1.0_wp) part = max(least_cut, asked)*part
-      if (part < smallest_part) then
-        run%reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
-        exit
-      end if
-      part = min(part, 1.0_wp - reached)
-      to = start + (reached + part)*(run%given - start)
-      if (reached + part >= 1.0_wp) to = run%given
-      control = run%control
-      control%dt = part*run%control%dt
-      before = run%point
-      run%law%attempt = run%law%attempt + 1
-      call advance(run%law, control, from, to, run%point, share, last)
-      all%iterations = all%iterations + last%iterations
-      all%updates = all%updates + last%updates
-      call run%law%ask(asked, run%reason)
-      if (asked < 1.0_wp) then
-        run%point = before
-        cycle
-      end if
-      all%parts = all%parts + last%parts
-      all%snaps = all%snaps + last%snaps
-      all%released = all%released + last%released
-      all%beyond = last%beyond
-      all%ended = last%ended
-      if (maxval(abs(last%after - last%before)) > maxval(abs(all%after - all%before))) then
-        all%before = last%before
-        all%after = last%after
-      end if
-      if (share < 1.0_wp) then
-        reached = reached + share*part
-        exit
-      end if
-      reached = merge(1.0_wp, reached + part, reached + part >= 1.0_wp)
-      from = to
-    end do
-    if (allocated(run%reason)) all%ended = ended_rejected
-    report = all
-  end subroutine divide_increment
 
   !> Take a step along the branch. The share of the way is the largest load factor so far, so that time never decreases.
   pure subroutine solve_branch_step(run, row)
@@ -254,6 +188,7 @@ contains
     type(row_type), intent(inout) :: row    !! its report, whether it turns and whether the branch ends are set
     real(wp) :: asked
     run%given = run%to
+    run%law%attempt = run%law%attempt + 1
     call branch_step(run%law, run%control, run%from, run%to, run%branch, run%point, row%report)
     call run%law%ask(asked, run%reason)
     if (asked < 1.0_wp) then
