@@ -139,7 +139,7 @@ contains
       s = case%state%s
       call start_run(case%joint, case%steps, run, new_point(law, case%state%statev, s), law)
     else
-      call start_run(case%joint, case%steps, run, law=law)
+      call start_run(case%joint, case%steps, run, new_point(law), law)
     end if
     allocate (path%s(3, 1), path%dt(0), path%step(0), path%increment(0))
     path%s(:, 1) = s

@@ -68,7 +68,6 @@ contains
       report%parts = report%parts + last%parts
       report%snaps = report%snaps + last%snaps
       report%released = report%released + last%released
-      report%beyond = last%beyond
       report%ended = last%ended
       if (share >= 1.0_wp .and. reached + part >= 1.0_wp) then
         reached = 1.0_wp
