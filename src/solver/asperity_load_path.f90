@@ -1,13 +1,14 @@
 !> Run of a load path: every call gives the row of the next increment.
 module asperity_load_path
+  use asperity_asked_increment, only: advance_as_asked
   use asperity_branch, only: branch_step, branch_type, new_branch
   use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_rejected, &
     point_type, ramp, report_type
   use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance
-  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_point_law, only: point_law
+  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: component_names, step_type
   use asperity_strength, only: beyond_strength
   use asperity_text, only: append, integer_text, short, to_text
@@ -30,7 +31,8 @@ module asperity_load_path
 
   !> A run.
   type, public :: run_type
-    type(rie_law) :: law                             !! of the interface
+    type(interface_type) :: joint                    !! for events and closed forms of the strength
+    class(point_law), allocatable :: law             !! that of the interface, or another
     type(step_type), allocatable :: steps(:)         !! checked
     type(point_type) :: before, point                !! at the start and at the end of the last increment
     type(control_type) :: control                    !! of the last increment
@@ -45,19 +47,26 @@ module asperity_load_path
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     type(branch_type), private :: branch             !! progress along the branch
     type(planes_type), private :: planes             !! for the events
+    character(len=:), allocatable, private :: reason !! why the law has failed
   end type run_type
 
 contains
 
-  !> Begin a run.
-  pure subroutine start_run(joint, steps, run, start)
+  !> Begin a run (not pure, as the law may be of any type).
+  subroutine start_run(joint, steps, run, start, law)
     type(interface_type), intent(in) :: joint             !! the interface
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet
     type(point_type), intent(in) :: start                 !! the point at its start
+    class(point_law), intent(in), optional :: law         !! absent: that of the interface
     character(len=event_length) :: ignored
     integer :: i
-    run%law = new_rie_law(joint)
+    run%joint = joint
+    if (present(law)) then
+      allocate (run%law, source=law)
+    else
+      allocate (run%law, source=new_rie_law(joint))
+    end if
     run%steps = steps
     do i = 1, size(steps)
       run%total = run%total + sum(steps(i)%increments)
@@ -73,17 +82,27 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
     logical, intent(out) :: found           !! false: the path has ended
-    real(wp) :: reached, start(3)
+    real(wp) :: asked, reached, start(3)
     found = .not. row%lost .and. run%step <= size(run%steps)
     if (found .and. .not. run%share < 1.0_wp) call next_target(run, row, found)
     if (.not. found) return
     run%before = run%point
     run%n = run%n + 1
+    run%law%step = run%step
+    run%law%increment = row%increment + 1
     associate (step => run%steps(run%step), parts => run%steps(run%step)%increments(run%target), &
       duration => run%steps(run%step)%durations(run%target))
       if (step%arc > 0.0_wp) then
         run%given = run%to
+        run%law%attempt = run%law%attempt + 1
         call branch_step(run%law, run%branch, run%point, row%report)
+        call run%law%ask(asked, run%reason)
+        if (asked < 1.0_wp) then
+          if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: expected " // &
+            "a smaller arc"
+          run%point = run%before
+          row%report%ended = ended_rejected
+        end if
         ! the largest load factor so far, so that time never decreases
         run%share = max(run%share, run%branch%factor)
       else
@@ -91,7 +110,8 @@ contains
         run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
         if (run%n == parts) run%given = run%to
         run%control%dt = duration/real(parts, wp)
-        call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
+        call advance_as_asked(run%law, run%control, start, run%given, run%before, run%point, reached, row%report, &
+          row%cut, run%reason)
         run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
       end if
       run%done = run%earlier + nint(run%share*real(parts, wp))
@@ -103,7 +123,7 @@ contains
     row%increment = row%increment + 1
     row%position = real(run%passed - 1, wp) + run%share
     row%lost = row%report%ended /= ended_complete
-    call name_events(run%law%joint, run%before%state, run%point%state, run%planes, row)
+    call name_events(run%joint, run%before%state, run%point%state, run%planes, row)
   end subroutine next_row
 
   !> Begin the way to the next target, if there is one.
@@ -134,6 +154,7 @@ contains
     associate (step => run%steps(run%step))
       run%control = step%control
       if (begins) then
+        run%law%began = run%time
         ! the force of the spring is zero at the start of the step
         run%offset = merge(step%control%spring*run%point%s, 0.0_wp, step%control%traction)
         where (step%changed) run%given = merge(run%point%traction + run%offset, run%point%s, step%control%traction)
@@ -166,6 +187,10 @@ contains
     character(len=:), allocatable :: text
     real(wp) :: asked, direction(3), most
     allocate (character(len=0) :: text)
+    if (allocated(run%reason)) then
+      call append(message, run%reason)
+      return
+    end if
     if (run%steps(row%step)%arc > 0.0_wp) then
       text = "the branch ends: no equilibrium continues it near its last point"
       if (row%report%ended == ended_endless) text = "the branch does not reach the prescribed values within a length " &
@@ -176,7 +201,7 @@ contains
     else if (row%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
     else
-      call beyond_strength(run%law%joint, run%control%traction, run%control%spring, run%given, run%control%dt, &
+      call beyond_strength(run%joint, run%control%traction, run%control%spring, run%given, run%control%dt, &
         run%point%state, direction, most)
       if (any(abs(direction) > 0.0_wp)) then
         asked = dot_product(direction, run%given)

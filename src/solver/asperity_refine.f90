@@ -6,6 +6,7 @@ module asperity_refine
   use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_load_path, only: start_run, next_row, row_type, run_type
+  use asperity_point_law, only: point_law
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
@@ -56,7 +57,7 @@ contains
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
   !> path.
-  pure subroutine refine_path(joint, steps, start, tolerance, rows, run, message)
+  subroutine refine_path(joint, steps, start, tolerance, rows, run, message, other)
     type(interface_type), intent(in) :: joint                 !! the interface
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
@@ -64,6 +65,7 @@ contains
     type(row_type), allocatable, intent(out) :: rows(:)       !! the rows
     type(run_type), intent(out) :: run                        !! the finest run, at its end
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
+    class(point_law), intent(in), optional :: other           !! law instead of that of the interface
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
     !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
@@ -78,14 +80,14 @@ contains
     do i = 1, size(steps)
       finer(i)%increments = max(least_parts, steps(i)%increments)
     end do
-    call run_rows(joint, finer, start, run, fine)
+    call run_rows(joint, finer, start, run, fine, other)
     error = huge(error)
     do
       call move_alloc(fine, coarse)
       do i = 1, size(steps)
         finer(i)%increments = 2*finer(i)%increments
       end do
-      call run_rows(joint, finer, start, run, fine)
+      call run_rows(joint, finer, start, run, fine, other)
       values = table_of(fine)
       scales(1:3) = max(least*law%reach, maxval(abs(values(1:3, :))))
       scales(4:6) = max(least*law%stress, maxval(abs(values(4:6, :))))
@@ -106,16 +108,17 @@ contains
   end subroutine refine_path
 
   !> The start of a path and its rows.
-  pure subroutine run_rows(joint, steps, start, run, rows)
+  subroutine run_rows(joint, steps, start, run, rows, other)
     type(interface_type), intent(in) :: joint               !! the interface
     type(step_type), intent(in) :: steps(:)                 !! the load path
     type(point_type), intent(in) :: start                   !! the point at its start
     type(run_type), intent(out) :: run                      !! the run, at its end
     type(row_type), allocatable, intent(out) :: rows(:)     !! the start, then the rows; the last one may be lost
+    class(point_law), intent(in), optional :: other         !! law instead of that of the interface
     type(row_type) :: row
     integer :: n
     logical :: found
-    call start_run(joint, steps, run, start)
+    call start_run(joint, steps, run, start, other)
     allocate (rows(run%total + 1))
     rows(1)%point_type = start
     n = 1
