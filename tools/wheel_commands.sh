@@ -14,7 +14,7 @@ rie_driver --version
 asperity run figure05b --quiet --plot
 asperity new mu=0.6 -o joint.nml
 rie_driver joint.nml --quiet
-asperity card --host abaqus joint.nml --sigma-N -1
+asperity card abaqus joint.nml --sigma-N -1
 asperity export abaqus kit
 asperity surface --help >help.txt
 

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 from asperity import contract
-from asperity.case_files import SlipTest, read_case, slip_tests
+from asperity.case_files import SlipTest, drive, read_case, slip_tests
 from asperity.contract import Floats
-from asperity.installed import cases
+from asperity.history import ENERGIES, History
+from asperity.installed import all_cases
 from asperity.material import Material
-from asperity.results import ENERGIES, Rows, drive
 from tqdm import tqdm
 
 from tests.oracle import reference
@@ -89,6 +89,11 @@ def find(figure: str) -> list[Path]:
     return found
 
 
+def cases() -> list[Path]:
+    """Case files of the figures."""
+    return [path for name, path in all_cases().items() if name.startswith("figure")]
+
+
 def _figures(path: Path) -> list[str]:
     """Figures in a name such as figure09a_10b; a later number without letter is no figure (figure13a_45)."""
     first, *others = path.stem.removeprefix("figure").split("_")
@@ -132,7 +137,7 @@ def parameters_of(material: Material) -> reference.Parameters:
     return reference.Parameters(**{name: value for name, value in values.items() if name in known})
 
 
-def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]:
+def _differences(test: SlipTest, rows: History) -> Iterator[tuple[str, Difference]]:
     """Compare law and test with the reference."""
     m, p = test.material, test.pattern
     if m.tau_v > 0.0 or m.guard:
@@ -140,10 +145,11 @@ def _differences(test: SlipTest, rows: Rows) -> Iterator[tuple[str, Difference]]
     parameters = parameters_of(m)
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
     # The last row of a lost equilibrium lies within an increment.
-    whole = len(rows) - ("lost" in rows.events[-1])
-    if any("substeps" in event for event in rows.events[:whole]):
+    whole = len(rows) - rows.lost
+    if any("substeps" in event for row, event in rows.events if row < whole):
         raise ValueError("an increment was solved in sub-increments: expected a case with smaller increments")
-    ours = _Curve(rows.separation, rows.traction, rows.damage, rows.energies)[:whole]
+    energies = np.column_stack([getattr(rows, name) for name in ENERGIES])
+    ours = _Curve(rows.separation, rows.traction, rows.damage, energies)[:whole]
     slipping = slice(test.preload, whole)
     preload = max(test.preload, 1)
     s = ours.separation

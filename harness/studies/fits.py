@@ -17,7 +17,7 @@ import numpy as np
 from asperity.fit.fitting import STARTS_TRIED, fit
 from asperity.fit.outcome import SAME, Fit, residual_ratio
 from asperity.fit.picture import draw
-from asperity.fit.records import read_records
+from asperity.fit.records import read_tests
 from asperity.fit.report import props_line, report
 from asperity.fit.shear_test import ShearTest
 from asperity.fit.units import DEFAULT
@@ -140,7 +140,7 @@ def example(picture: Path) -> str:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         write_record(path, synthetic(DEFAULT_NOISE, 0))
-        found = fit(read_records([path]))
+        found = fit(read_tests([path]))
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
     draw(found, picture, DEFAULT)
     text = re.sub(r"correlation .*?\n\n", "", text, flags=re.DOTALL)

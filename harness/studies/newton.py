@@ -143,7 +143,7 @@ def newton_path(interface: Interface, targets: ArrayLike, *arguments: object, **
 
 def newton_study(
     interface: Interface,
-    direction_deg: float,
+    direction: float,
     slips: ArrayLike,
     sigma_N: float,
     preload: int = 100,
@@ -154,19 +154,19 @@ def newton_study(
 ) -> NewtonStudy:
     """Run `Interface.confined_slip` by Newton's method without safeguards; the preload comes first.
 
-    slips (T,), length, along direction_deg (degrees) under the normal traction sigma_N, stress, which is
+    slips (T,), length, along direction (degrees) under the normal traction sigma_N, stress, which is
     applied in `preload` increments.  Raises ValueError as `newton_paths` does.
     """
-    targets = slip_targets(direction_deg, slips, sigma_N, preload)
+    targets = slip_targets(direction, slips, sigma_N, preload)
     return newton_path(interface, targets, tangent=tangent, tolerance=tolerance, most=most, dt=dt)
 
 
-def slip_targets(direction_deg: float, slips: ArrayLike, sigma_N: float, preload: int) -> Floats:
+def slip_targets(direction: float, slips: ArrayLike, sigma_N: float, preload: int) -> Floats:
     """Targets (preload + T, 3) of a slip test: the normal traction, then the slips."""
     slips = np.asarray(slips, dtype=float)
     targets = np.zeros((preload + len(slips), 3))
     targets[:, 0] = sigma_N * np.minimum(1.0, np.arange(1, len(targets) + 1) / max(preload, 1))
-    targets[preload:, 1:] = np.outer(slips, direction_vector(direction_deg))
+    targets[preload:, 1:] = np.outer(slips, direction_vector(direction))
     return targets
 
 

@@ -4,30 +4,15 @@ Law of Albarella, Serpieri, Alfano and Sacco (2015), docs/theory.md.  Components
 and opening positive, angles in degrees, units the user's consistent set.
 """
 
+import re
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
-_HOMES = {
-    "EquilibriumLost": "interface",
-    "History": "history",
-    "Interface": "interface",
-    "LoadCase": "selection.search",
-    "Material": "material",
-    "ModelWarning": "material",
-    "NoPatternError": "selection.search",
-    "Pattern": "pattern",
-    "Point": "steps",
-    "Selection": "selection.search",
-    "Snap": "history",
-    "Step": "steps",
-    "Update": "history",
-    "contract": "contract",
-    "library": "installed",
-    "plot": "plots",
-    "read_case": "case_files",
-    "select": "selection.search",
-}
-"""Module of each public name. A module is imported when one of its names is first used."""
+_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_LINES = re.findall(r"^from \.([\w.]*) import (\w+)", _STUB, re.MULTILINE)
+_HOMES = {name: home or name for home, name in _LINES}
+"""Module of each public name, from the stub. A module is imported when one of its names is first used."""
 
 __all__ = list(_HOMES)
 

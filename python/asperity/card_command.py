@@ -9,7 +9,7 @@ from pathlib import Path
 from . import contract
 from .cards import mtest
 from .cards.blocks import HOSTS
-from .case_files import Run, read_case
+from .case_files import read_run
 from .options import add_options, add_output, check_outputs
 from .remarks import shown_warnings
 
@@ -21,8 +21,8 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     add_options(
         card,
+        ("host", None, str, {"choices": tuple(HOSTS)}),
         ("case CASE.nml", "namelist input of rie_driver", Path),
-        ("--host", None, str, {"required": True, "choices": tuple(HOSTS)}),
         ("--name NAME", "name of material and elements", "INTERFACE"),
         ("--value VALUE", "value of the sweep, for a case with a sweep", str),
     )
@@ -84,23 +84,3 @@ def _card(options: argparse.Namespace) -> int:
     else:
         options.output.write_text(text, encoding="utf-8")
     return 0
-
-
-def read_run(path: Path, value: str | None = None) -> Run:
-    """Return the run of a case for a value of its sweep, if PROPS change with it.
-
-    Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
-    """
-    case = read_case(path)
-    run = case.runs[0]
-    if all(one.props == run.props for one in case.runs):
-        if value is None:
-            return run
-        raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
-    expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
-    if value is None:
-        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
-    for one in case.runs:
-        if contract.number("--value", value) == one.value:
-            return one
-    raise ValueError(f"{path}: --value {value}: expected one of {expected}")

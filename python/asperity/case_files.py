@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from .installed import driver
 from .interface import Interface
 from .material import Material
 from .pattern import Pattern
+from .results import results_of
 from .steps import TARGETS, Point, Step, prescribed
 
 
@@ -58,7 +60,7 @@ class Case:
     """Content of a case file.
 
     sweep: name of the swept value, empty without a sweep. before, after: text of the file before and after
-    the group &pattern.
+    the group &pattern. umat: whether the law is that of &umat; the runs then have a stand-in for it.
     """
 
     path: Path
@@ -67,6 +69,7 @@ class Case:
     runs: tuple[Run, ...]
     before: bytes
     after: bytes
+    umat: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,13 +89,15 @@ class SlipTest:
     slips: Floats
 
 
-def read_case(path: str | Path) -> Case:
+def read_case(path: str | Path, any_law: bool = False) -> Case:
     """Read a case file, defaults included.
 
     Parameters
     ----------
     path
         Case file of the driver.
+    any_law
+        Whether the case may have `&umat` instead of material and pattern.
 
     Returns
     -------
@@ -120,9 +125,46 @@ def read_case(path: str | Path) -> Case:
     if done.returncode != 0:
         raise ValueError(done.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
     echo = json.loads(done.stdout.decode("utf-8", "replace"))
+    if echo["umat"] and not any_law:
+        raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), echo["pattern"]
     runs = tuple(map(_run, echo["runs"]))
-    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
+    rest = source[: first - 1], source[last:], echo["umat"]
+    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, *rest)
+
+
+def read_run(path: Path, value: str | None = None) -> Run:
+    """Return the run of a case for a value of its sweep, if PROPS change with it.
+
+    Raises ValueError with the messages of the driver, and for a value that is missing or not in the sweep.
+    """
+    case = read_case(path)
+    run = case.runs[0]
+    if all(one.props == run.props for one in case.runs):
+        if value is None:
+            return run
+        raise ValueError(f"{path}: --value {value}: expected where a constant is the name of a sweep only")
+    expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
+    if value is None:
+        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
+    for one in case.runs:
+        if contract.number("--value", value) == one.value:
+            return one
+    raise ValueError(f"{path}: --value {value}: expected one of {expected}")
+
+
+def drive(case: Path) -> dict[float | None, History]:
+    """Rows of the driver by the value of the sweep, None without one; raises ValueError with its message.
+
+    Where equilibrium is lost, the last row is the one beyond which there is none.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "out.csv")
+        command = [driver(), case, "-o", output, "--quiet"]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            raise ValueError(run.stderr.strip())
+        return {value: History.from_csv(path) for value, path in results_of(output).items()}
 
 
 def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
@@ -163,10 +205,11 @@ def slip_tests(case: Case) -> Iterator[SlipTest]:
     Raises ValueError unless the case starts from a virgin point and is a slip under a constant normal
     traction or an opening in mode I.
     """
-    return (_slip_test(case.path, run) for run in case.runs)
+    return (slip_test(case.path, run) for run in case.runs)
 
 
-def _slip_test(path: Path, run: Run) -> SlipTest:
+def slip_test(path: Path, run: Run) -> SlipTest:
+    """Slip test of one run; raises ValueError as `slip_tests`."""
     if run.start != "virgin":
         raise ValueError(f"{path}: &{run.start}: expected a case that starts virgin and free of traction")
     preload, sigma_N, direction = 0, 0.0, 0.0

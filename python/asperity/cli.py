@@ -14,7 +14,7 @@ from pathlib import Path
 
 from .installed import driver, named_case
 from .options import add_options, add_output, add_workers, check_outputs, units_of
-from .results import NO_EQUILIBRIUM, read_rows, results_of
+from .results import NO_EQUILIBRIUM, results_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -121,26 +121,43 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
     run.set_defaults(action=_run)
 
 
+def _check_arguments(check: argparse.ArgumentParser) -> None:
+    check.description = (
+        "Check the UMAT of a case, or that of asperity for its material, and print a table; exit code 1: "
+        "a check failed."
+    )
+    add_options(check, ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", str))
+    check.set_defaults(
+        action=lambda options: subprocess.run([driver(), _case(options), "--check"], check=False).returncode
+    )
+
+
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "new": ("write a case file to start from", _imported("starters", "new_arguments")),
     "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
-    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
     "run": ("run a case by the driver and draw it", _run_arguments),
-    "paper": ("recompute the figures and tables of the paper", _imported("paper.command")),
-    "card": ("print the material block for the input of a host program", _imported("card_command")),
-    "export": ("write sources, decks and a README for Abaqus", _imported("export.command")),
+    "check-umat": ("check a UMAT along the load path of a case", _check_arguments),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
-    "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "masonry": ("find the constants of a mortar joint", _imported("masonry")),
-    "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
+    "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
+    "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
     "uncertainty": (
         "find the scatter of a load case whose constants are uncertain",
         _imported("uncertainty.command"),
     ),
+    "card": ("print the material block for the input of a host program", _imported("card_command")),
+    "export": ("write a model of one element for a host program", _imported("export.command")),
+    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
+    "paper": ("recompute the figures and tables of the paper", _imported("paper.command")),
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
 }
 """Summary of each subcommand, and the function that adds its arguments."""
+
+
+def _case(options: argparse.Namespace) -> Path:
+    path = Path(options.case)
+    return path if path.is_file() or path.suffix else named_case(options.case)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -149,8 +166,7 @@ def _run(options: argparse.Namespace) -> int:
     if labels is not None and options.plot is None:
         raise ValueError(f"--label-units {labels}: expected with --plot, whose labels have units")
     units = units_of(labels or "mm,MPa")
-    path = Path(options.case)
-    path = path if path.is_file() or path.suffix else named_case(options.case)
+    path = _case(options)
     output = options.output or Path(path.stem + ".csv")
     png = output.with_suffix(".png") if options.plot == Path() else options.plot
     check_outputs(options.force, [path], ("--plot", png))
@@ -165,12 +181,13 @@ def _run(options: argparse.Namespace) -> int:
     written = {v: p for v, p in results_of(output).items() if before.get(p) != p.stat().st_mtime_ns}
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
+        from .history import History
         from .plots import figure_of
         from .style import save
 
-        results = {value: read_rows(path) for value, path in written.items()}
-        case = read_case(path)
-        joints = {(run.material, run.pattern): run.interface for run in case.runs}
+        results = {value: History.from_csv(path) for value, path in written.items()}
+        case = read_case(path, any_law=True)
+        joints = {(run.material, run.pattern): run.interface for run in case.runs if not case.umat}
         joint = next(iter(joints.values())) if len(joints) == 1 else None
         save(figure_of(results, case.title, case.sweep, *units, joint), png)
         print(png)

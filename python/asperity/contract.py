@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import re
 import reprlib
 from collections.abc import Iterable
@@ -28,9 +27,6 @@ Floats = NDArray[np.float64]
 """Numbers of PROPS before the listed planes, without a default, and of a listed plane; numbers of state
 variables of a point, of a plane and, with wear, of its facet; largest number of inclined planes.
 """
-
-MOST = int(np.iinfo(np.intc).max)
-"""Largest number of points or rows that the library accepts."""
 
 
 @dataclass(frozen=True)
@@ -156,17 +152,6 @@ def number(name: str, value: float, admissible: str = "a finite number") -> floa
         return float(value)
     except (OverflowError, TypeError, ValueError):
         raise ValueError(f"{name} = {shown(value)}: expected {admissible}") from None
-
-
-def whole(name: str, value: int) -> int:
-    """Convert a count to an integer, which the library checks; raises ValueError with its name otherwise."""
-    try:
-        found = int(value) if isinstance(value, float) else operator.index(value)
-        if found == value and abs(found) <= MOST:
-            return found
-    except (OverflowError, TypeError, ValueError):
-        pass
-    raise ValueError(f"{name} = {shown(value)}: expected a whole number from 1 to {MOST}")
 
 
 def array(name: str, value: ArrayLike) -> Floats:

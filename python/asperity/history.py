@@ -12,11 +12,17 @@ from numpy.typing import NDArray
 
 from . import contract
 from .contract import Floats
-from .results import ENERGIES, Rows
+from .pattern import direction_vector
 from .steps import Point
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
+
+ENERGIES = ("stored", "rupture", "friction", "work")
+"""Energies per unit area, in the order of the columns."""
+
+COLUMNS = (*SEPARATION, *TRACTION, "damage", *ENERGIES, "event")
+"""Columns of the results of the driver without the state of the planes."""
 
 EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps", "cut", "lost")
 """Names of events in the order in which a row has them."""
@@ -169,6 +175,45 @@ class History(_Named):
         return self.separation[:, 0]
 
     @property
+    def tau(self) -> Floats:
+        """Traction along the slip of the history, stress."""
+        return self.tau_along()
+
+    def tau_along(self, direction: float | None = None) -> Floats:
+        """Shear traction along a direction, degrees from Tx towards Ty; None: that of the slip."""
+        return self.traction[:, 1:] @ self._along(direction)
+
+    def slip_along(self, direction: float | None = None) -> Floats:
+        """Slip along a direction, length; None: along the first slip of at least half the largest size.
+
+        Examples
+        --------
+        >>> from asperity import Interface, Material, Pattern
+        >>> joint = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0))
+        >>> test = joint.confined_slip(30.0, [0.1, 0.4], sigma_N=-1.0)
+        >>> test.slip_along().round(9).tolist(), test.slip_along(120.0).round(9).tolist()
+        ([0.1, 0.4], [0.0, 0.0])
+        >>> round(float(test.tau[-1]), 9)
+        0.5
+        """
+        return self.separation[:, 1:] @ self._along(direction)
+
+    def _along(self, direction: float | None) -> Floats:
+        if direction is not None:
+            return direction_vector(direction)
+        slip = self.separation[:, 1:]
+        size = np.hypot(*slip.T)
+        if not size.any():
+            return np.array([1.0, 0.0])
+        first = (size >= 0.5 * size.max()).argmax()
+        return slip[first] / size[first]
+
+    @property
+    def lost(self) -> bool:
+        """Whether equilibrium is lost after the last row."""
+        return any(row >= len(self) or "lost" in text for row, text in self.events)
+
+    @property
     def end(self) -> Point:
         """Separation, state and work of the last row, from which `Interface.run` may continue."""
         if len(self) == 0:
@@ -219,10 +264,26 @@ class History(_Named):
             writer.writerow(found)
             writer.writerows(zip(*lists, strict=True))
 
-    def rows(self) -> Rows:
-        """Rows as read from a result of the driver."""
-        energies = np.column_stack([getattr(self, name) for name in ENERGIES])
-        return Rows(self.separation, self.traction, self.damage, self._events(), energies)
+    @classmethod
+    def from_csv(cls, path: str | Path) -> History:
+        """Rows of a CSV file of the driver or of `to_csv`, without the state of the planes.
+
+        Raises ValueError if a column or all rows are missing.
+        """
+        names, *lines = csv.reader(Path(path).read_text(encoding="utf-8").splitlines() or [""])
+        missing = [name for name in COLUMNS if name not in names]
+        if missing:
+            raise ValueError(f"{path}: expected columns {', '.join(missing)}")
+        if not lines:
+            raise ValueError(f"{path}: expected rows after the header")
+        places = [names.index(name) for name in COLUMNS]
+        numbers = np.array([[line[i] for i in places[:-1]] for line in lines], dtype=float)
+        column = dict(zip(COLUMNS, numbers.T, strict=False))
+        state = np.zeros((len(lines), contract.N_POINT_STATEV))
+        for name in ("damage", *ENERGIES[:3]):
+            state[:, contract.statev_index(name)] = column[name]
+        events = tuple((row, line[places[-1]]) for row, line in enumerate(lines) if line[places[-1]])
+        return cls(numbers[:, :3], numbers[:, 3:6], column["damage"], state, column["work"], events)
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""

@@ -31,6 +31,11 @@ def abaqus() -> Path:
     return _installed("abaqus/asperity_abaqus.f90").parent
 
 
+def kit(host: str) -> Path:
+    """Folder of the files for the one-element model of a host."""
+    return Path(str(files(__package__) / "hosts" / host))
+
+
 def run_driver() -> None:
     """Program `rie_driver` on the search path: the driver of the package, with the same arguments."""
     path = str(driver())
@@ -45,11 +50,6 @@ def driver() -> Path:
     if not Path(other).is_file():
         raise FileNotFoundError(f"{DRIVER_VARIABLE} = {other}: expected the path of rie_driver")
     return Path(other)
-
-
-def cases() -> list[Path]:
-    """Case files of the paper's figures."""
-    return sorted(_installed("cases/figure05b.nml").parent.glob("figure*.nml"))
 
 
 def all_cases() -> dict[str, Path]:

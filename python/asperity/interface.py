@@ -58,6 +58,10 @@ class Interface:
 
     def __post_init__(self) -> None:
         """Pack the constants."""
+        made_by = {"material": (Material, "Material(...)"), "pattern": (Pattern, "Pattern.regular(8, theta)")}
+        for name, (kind, call) in made_by.items():
+            if not isinstance(given := getattr(self, name), kind):
+                raise ValueError(f"{name} = {contract.shown(given)}: expected a {kind.__name__}, as {call}")
         props = self._pack()
         props.flags.writeable = False
         object.__setattr__(self, "_props", props)
@@ -295,7 +299,7 @@ class Interface:
 
     def confined_slip(
         self,
-        direction_deg: float,
+        direction: float,
         slips: ArrayLike,
         sigma_N: float,
         preload: int = 100,
@@ -310,7 +314,7 @@ class Interface:
 
         Parameters
         ----------
-        direction_deg
+        direction
             Direction of the slip, degrees, from Tx towards Ty.
         slips
             Slips (T,), length, that are reached one after the other: a row for each of them or, with a
@@ -364,10 +368,10 @@ class Interface:
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
         path = slip_path(
-            contract.number("direction_deg", direction_deg, "a finite angle"),
+            contract.number("direction", direction, "a finite angle"),
             slips if slips.size else [0.0],
             sigma_N,
-            contract.whole("preload", preload),
+            contract.number("preload", preload, "a whole number from 1 on"),
             contract.number("stiffness", stiffness, "a finite stiffness >= 0"),
             times,
             preload_time,
@@ -518,7 +522,6 @@ SLIP_WORDS = (
     (r"steps\[0\]: t_N\b", "sigma_N"),
     (r"steps\[0\]: increments\b", "preload"),
     (r"steps\[1\]: slip\b(?=[\[ ])", "slips"),
-    (r"steps\[1\]: direction\b(?= =)", "direction_deg"),
     (r"steps\[1\]: k_N\b", "stiffness"),
     (r"steps\[1\]: ", ""),
 )

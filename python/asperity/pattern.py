@@ -18,9 +18,9 @@ ACROSS = 1.0
 """A plane faces across a slip if its azimuth is within so many degrees of a right angle to it."""
 
 
-def direction_vector(direction_deg: ArrayLike) -> contract.Floats:
+def direction_vector(direction: ArrayLike) -> contract.Floats:
     """Unit vectors (Tx, Ty), shape (..., 2), of directions in degrees, shape (...), from Tx towards Ty."""
-    return unit_vector(np.radians(direction_deg))
+    return unit_vector(np.radians(direction))
 
 
 def unit_vector(angle: ArrayLike) -> contract.Floats:
@@ -44,6 +44,9 @@ class Pattern:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
+        if not isinstance(self.m, numbers.Real):
+            text = "expected a number of planes; Pattern.planes(normals, weights) takes a list"
+            raise ValueError(f"m = {contract.shown(self.m)}: {text}")
         if (self.listed or self.m < 0) and self.m != -len(self.listed):
             k = len(self.listed)
             raise ValueError(f"m = {contract.shown(self.m)}: expected {-k} for {k} listed planes")

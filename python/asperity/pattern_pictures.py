@@ -79,20 +79,12 @@ def space(ax: Axes, pattern: Pattern, title: str) -> None:
     ax.set_title(title)
 
 
-def profile(theta: float, flat: float) -> Floats:
-    """Corners (x, z) of one period of a trapezoidal profile, from the middle of a valley to the next one.
-
-    flat: share of the flat plane, half of it in the valleys.
-    """
-    level, slope = flat / 4.0, (1.0 - flat) / 2.0
-    x = np.cumsum([0.0, level, slope, 2.0 * level, slope, level])
-    z = slope * np.tan(np.radians(theta)) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
-    return np.column_stack([x, z])
-
-
 def section(ax: Axes, pattern: Pattern) -> None:
     """Draw the joint of a flat pattern or of a trapezoid, with the directions of pressure and slip."""
-    one = profile(pattern.theta if pattern.m else 0.0, pattern.flat)
+    level, slope = pattern.flat / 4.0, (1.0 - pattern.flat) / 2.0
+    x = np.cumsum([0.0, level, slope, 2.0 * level, slope, level])
+    climb = slope * np.tan(np.radians(pattern.theta if pattern.m else 0.0))
+    one = np.column_stack([x, climb * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0])])
     line = np.vstack([one[:-1], np.add(one, (1.0, 0.0))])
     line = line[1:-1]
     rise = float(one[:, 1].max())

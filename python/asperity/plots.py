@@ -9,24 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .contract import Floats
 from .curve_pictures import Line, curves
 from .history import History
 from .interface import Interface
 from .pattern_pictures import plan, section
-from .results import Rows
 from .style import TWO, label_ends, printed, save
-
-
-def slip_direction(separation: Floats) -> Floats:
-    """Unit vector (Tx, Ty) of the first slip of at least half the largest size; (1, 0) without slip."""
-    slip = separation[:, 1:]
-    size = np.hypot(*slip.T)
-    if not size.any():
-        return np.array([1.0, 0.0])
-    first = (size >= 0.5 * size.max()).argmax()
-    e: Floats = slip[first] / size[first]
-    return e
 
 
 def plot(
@@ -60,7 +47,7 @@ def plot(
     """
     if len(history) == 0:
         raise ValueError("plot: expected a history with rows")
-    figure = figure_of({None: history.rows()}, title, "", *units)
+    figure = figure_of({None: history}, title, "", *units)
     if path is not None:
         save(figure, Path(path))
     return figure
@@ -68,7 +55,7 @@ def plot(
 
 @printed()
 def figure_of(
-    results: Mapping[float | None, Rows],
+    results: Mapping[float | None, History],
     title: str,
     sweep: str,
     length: str,
@@ -97,11 +84,10 @@ def figure_of(
     panels: list[list[Line]] = [[] for _ in labels]
     for value, rows in results.items():
         name = "_" if value is None else f"{value:g}".replace("-", "−")
-        e, opening = slip_direction(rows.separation), rows.separation[:, 0]
-        x = rows.separation[:, 1:] @ e if slips else opening
-        columns = [rows.traction[:, 1:] @ e, opening] if slips else [rows.traction[:, 0]]
+        x = rows.slip_along() if slips else rows.dilation
+        columns = [rows.tau, rows.dilation] if slips else [rows.traction[:, 0]]
         for panel, y in zip(panels, [*columns, rows.damage], strict=True):
-            panel.append((name, x, y, "lost" in rows.events[-1]))
+            panel.append((name, x, y, rows.lost))
     for ax, panel, label in zip(axes, panels, labels, strict=True):
         curves(ax, panel, x_label, label)
     axes[-1].set_ylim(-0.02, 1.05)

@@ -13,7 +13,6 @@ from . import contract
 from .contract import Floats
 from .interface import Interface, slip_path
 from .parallel import map_in_order
-from .pattern import direction_vector
 
 COLUMNS = 5
 """Columns of a curve: s_N, tau_L, tau_across, damage, work."""
@@ -28,7 +27,7 @@ class SlipCurves:
 
     direction (C,), degrees; sigma_N (C,), stress; slips (T,) and s_N (C, T), length; tau_L (along the
     direction) and tau_across (left of it), (C, T), stress; damage (C, T); work (C, T) with that of the
-    preload, stress*length; rows (C,): number of converged rows; iterations (C,) of Newton's method.
+    preload, stress*length; rows (C,): number of converged rows.
     """
 
     direction: Floats
@@ -40,28 +39,27 @@ class SlipCurves:
     damage: Floats
     work: Floats
     rows: NDArray[np.int_]
-    iterations: NDArray[np.int_]
 
 
 def slip_curves(
     interface: Interface,
-    direction_deg: ArrayLike,
+    direction: ArrayLike,
     slips: ArrayLike,
     sigma_N: ArrayLike = 0.0,
     preload: int = 100,
     executor: Executor | None = None,
 ) -> SlipCurves:
-    """`Interface.confined_slip` for every pair of direction_deg and sigma_N, which are broadcast to (C,).
+    """`Interface.confined_slip` for every pair of direction and sigma_N, which are broadcast to (C,).
 
     A curve that loses equilibrium ends there, without an error.  executor: as in `parallel.map_in_order`, by
     default a thread for each processor.  Raises ValueError for values that are not finite, an empty path and
     a preload below 1.
     """
     angles, held = np.broadcast_arrays(
-        np.atleast_1d(contract.array("direction_deg", direction_deg)), contract.array("sigma_N", sigma_N)
+        np.atleast_1d(contract.array("direction", direction)), contract.array("sigma_N", sigma_N)
     )
     s_L = contract.array("slips", slips)
-    for name, value in (("direction_deg", angles), ("sigma_N", held), ("slips", s_L)):
+    for name, value in (("direction", angles), ("sigma_N", held), ("slips", s_L)):
         if value.ndim != 1 or value.size == 0 or not np.all(np.isfinite(value)):
             raise ValueError(f"{name} has shape {value.shape}: expected a list of finite numbers")
     if preload < 1:
@@ -69,29 +67,22 @@ def slip_curves(
     size = max(1, angles.size // PARTS)
     blocks = [(angles[i : i + size], held[i : i + size]) for i in range(0, angles.size, size)]
     done = map_in_order(partial(_solve, interface, s_L, int(preload)), blocks, executor)
-    columns, n_done, iterations = (np.concatenate(part) for part in zip(*done, strict=True))
-    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done, iterations)
+    columns, n_done = (np.concatenate(part) for part in zip(*done, strict=True))
+    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done)
 
 
 def _solve(
     interface: Interface, slips: Floats, preload: int, block: tuple[Floats, Floats]
-) -> tuple[Floats, NDArray[np.int_], NDArray[np.int_]]:
-    """Columns of the curves of a block of directions and normal tractions, their rows and iterations."""
+) -> tuple[Floats, NDArray[np.int_]]:
+    """Columns of the curves of a block of directions and normal tractions, and their rows."""
     columns = np.full((len(block[0]), COLUMNS, slips.size), np.nan)
-    n_done, iterations = np.zeros(len(block[0]), dtype=int), np.zeros(len(block[0]), dtype=int)
+    n_done = np.zeros(len(block[0]), dtype=int)
     for i, (angle, sigma_N) in enumerate(zip(*block, strict=True)):
         history, lost = interface.rows(slip_path(angle, slips, sigma_N, preload))
         in_preload = bool(lost) and len(history) < preload
         history = history.after_step(1)
         n = len(history)
-        e = direction_vector(angle)
-        t_x, t_y = history.traction[:, 1:].T
-        columns[i, :, :n] = (
-            history.dilation,
-            t_x * e[0] + t_y * e[1],
-            t_y * e[0] - t_x * e[1],
-            history.damage,
-            history.work,
-        )
-        n_done[i], iterations[i] = -1 if in_preload else n, history.iterations.sum()
-    return columns, n_done, iterations
+        along, across = history.tau_along(angle), history.tau_along(angle + 90.0)
+        columns[i, :, :n] = history.dilation, along, across, history.damage, history.work
+        n_done[i] = -1 if in_preload else n
+    return columns, n_done

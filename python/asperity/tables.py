@@ -46,7 +46,8 @@ class Table:
                     if mark in text:
                         marks.setdefault(mark, (line, text))
                 try:
-                    found[i, j] = float(text.replace(",", "."))
+                    # Python alone reads 1_0 as 10
+                    found[i, j] = float(text.replace(",", ".").replace("_", "?"))
                 except ValueError:
                     if text or name not in gaps:
                         found[i, j] = np.inf
@@ -80,8 +81,12 @@ def read_table(path: Path, expected: str) -> Table:
     except OSError as error:
         reason = (error.strerror or "cannot be read").lower()
         raise type(error)(f"{path}: {reason}: expected {expected}") from None
-    stripped = (re.sub(r"(^|\s)#.*", "", line).strip(" ") for line in text.splitlines())
+    lines = text.splitlines()
+    stripped = (re.sub(r"(^|\s)#.*", "", line).strip(" ") for line in lines)
     rows = [(number, line) for number, line in enumerate(stripped, 1) if line.strip(' ;,\t"')]
+    if rows and not re.match(r'[\s"]*[-+]?[.,]?\d', rows[0][1]):
+        # in a header, # may end a name
+        rows[0] = rows[0][0], re.sub(r"(^|\s)#(?!\s*([;,\t\"[(]|$)).*", "", lines[rows[0][0] - 1]).strip(" ")
     mark = next((mark for mark in ";\t," if rows and mark in rows[0][1]), None)
     try:
         cells = [next(csv.reader([line], delimiter=mark, skipinitialspace=True)) if mark else line.split()
@@ -91,7 +96,7 @@ def read_table(path: Path, expected: str) -> Table:
     cells = [[cell.strip() for cell in row] for row in cells]
     lines = [line for line, _ in rows]
     names, units, first = [], [], 0
-    if cells and not any(re.match(r"[-+]?[.,]?\d", cell) for cell in cells[0]):
+    if cells and not any(re.match(r"(?i)[-+]?([.,]?\d|nan$|inf)", cell) for cell in cells[0]):
         head = (
             cells.pop(0)
             if mark

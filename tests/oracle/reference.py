@@ -545,7 +545,7 @@ LARGE_MOVE = 10.0
 def confined_slip(
     parameters: Parameters,
     pattern: Pattern,
-    direction_deg: ArrayLike,
+    direction: ArrayLike,
     slips: ArrayLike,
     sigma_N: ArrayLike,
     preload_increments: int = 20,
@@ -553,16 +553,16 @@ def confined_slip(
     preload_time: float = 0.0,
     state: ArrayLike | None = None,
 ) -> SlipHistory:
-    """Slip (T,) prescribed along direction_deg in the Tx-Ty plane under a constant normal traction sigma_N.
+    """Slip (T,) prescribed along direction in the Tx-Ty plane under a constant normal traction sigma_N.
 
     sigma_N is first applied at zero slip in preload_increments equal increments (not rows of the result).
-    direction_deg and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
+    direction and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
     the preload takes preload_time and times (T,) are those of the slips after it.  state is the state before
     the preload, without offset; None: virgin.  The test of Sections 4.1 and 4.2; docs/solver.md says which
     root is followed.
     """
     direction, target = np.broadcast_arrays(
-        np.radians(np.asarray(direction_deg, float)), np.asarray(sigma_N, float)
+        np.radians(np.asarray(direction, float)), np.asarray(sigma_N, float)
     )
     single = direction.ndim == 0
     direction, target = np.atleast_1d(direction), np.atleast_1d(target)

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
-from asperity.card_command import read_run
+from asperity.case_files import read_run
 from asperity.cli import main
-from asperity.installed import cases
+from asperity.installed import all_cases, kratos_adapter
 
 ROOT = Path(__file__).parents[2]
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -66,6 +66,9 @@ def test_abaqus_standard() -> None:
         "*Depvar",
         "*Cohesive Section, elset=JOINT, material=JOINT, response=TRACTION SEPARATION, thickness=SPECIFIED",
     ]
+    constants = found[list(found)[1]]
+    assert [float(one) for line in constants for one in line.split(",")] == RT.props(h=0.5).tolist()
+    assert max(line.count(",") for line in constants) < 8
     names = contract.statev_names(3)
     rows = [f"{i}, {name}, {name}" for i, name in enumerate(names, 1)]
     assert found["*Depvar"] == [f"{len(names)},", *rows]
@@ -97,7 +100,14 @@ def test_calculix_section() -> None:
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # CalculiX misreads a full last line of constants
-    assert len(found[f"*USER MATERIAL, CONSTANTS={contract.N_USED_PROPS}"][-1].split(",")) < 8
+    constants = found[f"*USER MATERIAL, CONSTANTS={contract.N_USED_PROPS}"]
+    assert len(constants[-1].split(",")) < 8
+    expected = RT.props(h=0.01)[: contract.N_USED_PROPS].tolist()
+    assert [float(one) for line in constants for one in line.split(",")] == expected
+    assert all(name in card for name in contract.statev_names(3)) and "*MATERIAL, NAME=ABAQUSJOINT\n" in card
+    n = contract.N_FIXED_PROPS + contract.N_LISTED_VALUES
+    with pytest.raises(ValueError, match=f"{n} constants: expected at most 21 for calculix"):
+        Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0])).card("calculix")
 
 
 @pytest.mark.parametrize(
@@ -116,7 +126,10 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     assert material["Variables"]["BIOT_COEFFICIENT"] == 0.0
     assert element in block["elements"]
     assert block["remarks"][-2].startswith("UDSM_NAME is the commit adapter")
-    assert Path(material["Variables"]["UDSM_NAME"]).is_file()
+    assert material["Variables"]["UDSM_NAME"] == str(kratos_adapter())
+    assert material["Variables"]["UMAT_PARAMETERS"] == RT.props().tolist()
+    assert material["Variables"]["STATE_VARIABLES"] == [0.0] * RT.nstatv
+    assert tuple(block["state_variables"].values()) == contract.statev_names(RT.n_planes)
     assert "Kratos passes no initial stress to a UMAT" in block["remarks"][-1]
 
 
@@ -158,6 +171,11 @@ def test_oofem_record() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, akantu, calculix, kratos, mtest"),
+        (dict(host="abaqus", name="2 joints"), "name = '2 joints': expected a letter"),
+        (dict(host="calculix", name="NLJOINT"), "expected none that begins with NL"),
+        (dict(host="calculix", map=1), "map = 1: expected 0 for calculix"),
+        (dict(host="abaqus", h=-1.0), r"h = -1"),
         (dict(host="oofem", map=1), "map = 1: expected 0 for oofem"),
         (dict(host="oofem", dimension=2), "dimension = 2: expected 3 for oofem"),
         (dict(host="ogs", map=1), "map = 1: expected 0 for ogs"),
@@ -227,7 +245,7 @@ PATH = """&step t_N = -0.5, increments = 10 /
 def test_mtest_input(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The input has all properties and a library that exists; its evolutions are the path of the driver."""
     case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", PATH))
-    assert main(["card", "--host", "mtest", case]) == 0
+    assert main(["card", "mtest", case]) == 0
     text = capsys.readouterr().out
     assert Path(re.findall(r"@Behaviour<generic> '(.*)' 'AsperityJoint3';", text)[0]).is_file()
     found = dict(re.findall(r"@MaterialProperty<constant> '(\w+)' (.*);", text))
@@ -275,7 +293,7 @@ def test_paths_that_mtest_refuses(
 ) -> None:
     """What an input of MTest cannot express is an error."""
     case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", steps))
-    assert main(["card", "--host", "mtest", case]) == 1
+    assert main(["card", "mtest", case]) == 1
     assert message in capsys.readouterr().err
 
 
@@ -373,16 +391,16 @@ def test_what_is_not_fine_is_a_warning() -> None:
 def test_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The block of Interface.card, on standard output or in a file; warnings go elsewhere."""
     path = write(CASE)
-    assert main(["card", "--host", "abaqus", path, "--name", "JOINT", "--sigma-N", "-10"]) == 0
+    assert main(["card", "abaqus", path, "--name", "JOINT", "--sigma-N", "-10"]) == 0
     out, err = capsys.readouterr()
     with pytest.warns(ModelWarning):
         assert out == RT.card("abaqus", name="JOINT", stress=-10.0)
     assert err.startswith("asperity: warning: a plane that carries") and err.count("\n") == 1
-    assert main(["card", "--host", "calculix", path, "--h", "0.1", "--r", "1e-9", "-o", "card.inp"]) == 0
+    assert main(["card", "calculix", path, "--h", "0.1", "--r", "1e-9", "-o", "card.inp"]) == 0
     assert capsys.readouterr().out == ""
     assert Path("card.inp").read_text(encoding="utf-8") == RT.card("calculix", h=0.1, r=1e-9)
     cracked = write(CASE + "&initial traction = -1.0, 0.0, 0.0, damage = 1.0 /\n")
-    assert main(["card", "--host", "abaqus", cracked, "--name", "JOINT"]) == 0
+    assert main(["card", "abaqus", cracked, "--name", "JOINT"]) == 0
     out, err = capsys.readouterr()
     assert out == RT.card("abaqus", name="JOINT")
     assert "&initial: not in the block" in err and err.count("\n") == 1
@@ -411,7 +429,7 @@ def test_run_of_a_case(folder: Path) -> None:
     assert read_run(Path(write(guarded))).interface == RT
     guarded = CASE.replace("mu = 0.5", "mu = 0.5, guard = .true.")
     assert read_run(Path(write(guarded))).material == replace(RT.material, guard=True)
-    for path in cases():
+    for path in all_cases().values():
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
             assert read_run(path).interface.n_planes >= 1
@@ -444,8 +462,8 @@ def test_bad_cases(old: str, new: str, value: str | None, message: str, folder: 
 def test_command_errors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Errors give exit code 1 and one line."""
     swept = CASE.replace("mu = 0.5", "mu = m") + "&sweep name = 'm', values = 0.1, 0.2 /"
-    assert main(["card", "--host", "abaqus", write(swept)]) == 1
+    assert main(["card", "abaqus", write(swept)]) == 1
     message = "asperity: case.nml: --value is missing: expected one for m, as 0.1, 0.2\n"
     assert capsys.readouterr().err == message
-    assert main(["card", "--host", "kratos", write(CASE), "--map", "1"]) == 1
+    assert main(["card", "kratos", write(CASE), "--map", "1"]) == 1
     assert capsys.readouterr().err.startswith("asperity: map = 1: expected 0 for kratos")

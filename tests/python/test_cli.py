@@ -13,9 +13,10 @@ import asperity
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, Step, case_files, plots, results, style
+from asperity import History, Interface, Material, Pattern, Step, case_files, plots, results, style
 from asperity.cli import main
-from asperity.installed import cases, driver
+from asperity.history import COLUMNS
+from asperity.installed import driver, named_case
 
 from harness.studies import compare
 
@@ -117,7 +118,7 @@ def test_names_of_the_package() -> None:
 def test_run_gives_the_confined_slip(folder: Path) -> None:
     """The rows of the driver are those of Interface.confined_slip in all digits."""
     assert main(["run", write("case.nml", CASE)]) == 0
-    rows = results.read_rows(folder / "case.csv")
+    rows = History.from_csv(folder / "case.csv")
     history = RT.confined_slip(0.0, SLIPS, -1.0, preload=100)
     assert len(rows) == 160
     # slips are interpolated here and in the driver: a rounding error each, K = sigma0/s0 = 150 MPa/mm
@@ -145,7 +146,7 @@ def test_run_of_a_sweep(folder: Path) -> None:
     found = results.results_of(folder / "sweep.csv")
     assert list(found) == [0.0, 20.0, 30.0, 45.0]
     assert (folder / "sweep.png").is_file()
-    assert np.all(results.read_rows(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
+    assert np.all(History.from_csv(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
 
 
 @pytest.mark.parametrize("output", ["x.txt", "[x].csv", "x"])
@@ -169,7 +170,7 @@ def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[st
     assert not list(folder.glob("*.png"))
     assert main(["run", write("lost.nml", LOST), "--plot"]) == 2
     assert (folder / "lost.png").is_file()
-    assert results.read_rows(folder / "lost.csv").separation[-1, 1] == pytest.approx(0.031, abs=1e-3)
+    assert History.from_csv(folder / "lost.csv").separation[-1, 1] == pytest.approx(0.031, abs=1e-3)
 
 
 @pytest.mark.parametrize("code", [0, 1, 2, 77])
@@ -211,19 +212,20 @@ def test_driver_has_the_version() -> None:
     [
         ("", "expected columns s_N"),
         ("s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,event\n", "expected columns damage"),
-        (",".join(results.COLUMNS) + "\n", "expected rows after the header"),
-        (",".join(results.COLUMNS) + "\n0,0,0,0,0,0,x,0,0,0,0,\n", "could not convert"),
+        (",".join(COLUMNS) + "\n", "expected rows after the header"),
+        (",".join(COLUMNS) + "\n0,0,0,0,0,0,x,0,0,0,0,\n", "could not convert"),
     ],
 )
 def test_results_that_are_none(text: str, message: str, folder: Path) -> None:
     """A file that is no result of the driver is rejected."""
     with pytest.raises(ValueError, match=message):
-        results.read_rows(Path(write("out.csv", text)))
+        History.from_csv(Path(write("out.csv", text)))
 
 
-def rows(s: np.ndarray, t: np.ndarray, event: str = "") -> results.Rows:
+def rows(s: np.ndarray, t: np.ndarray, event: str = "") -> History:
     """Rows of a result with damage 0.5."""
-    return results.Rows(s, t, np.full(len(s), 0.5), [""] * (len(s) - 1) + [event], np.zeros((len(s), 4)))
+    events = ((len(s) - 1, event),) if event else ()
+    return History(s.copy(), t.copy(), np.full(len(s), 0.5), np.zeros((len(s), 1)), np.zeros(len(s)), events)
 
 
 @pytest.mark.parametrize("angle", [0.0, 45.0, 180.0, 300.0])
@@ -232,8 +234,11 @@ def test_slip_direction(angle: float) -> None:
     e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     slip = np.array([0.0, 1e-3, 0.4, -0.41, 0.4])
     separation = np.column_stack([np.ones(5), slip[:, None] * e])
-    assert np.allclose(plots.slip_direction(separation), e, rtol=0, atol=1e-15)
-    assert plots.slip_direction(np.zeros((3, 3))).tolist() == [1.0, 0.0]
+    found = rows(separation, separation)
+    assert np.allclose(found.slip_along(), slip, rtol=0, atol=1e-15)
+    assert np.allclose(found.tau, slip, rtol=0, atol=1e-15)
+    assert np.allclose(found.slip_along(angle + 90.0), 0.0, rtol=0, atol=1e-15)
+    assert rows(np.zeros((3, 3)), np.eye(3)).tau.tolist() == [0.0, 1.0, 0.0]
 
 
 def test_picture_shows_the_rows() -> None:
@@ -282,8 +287,7 @@ def test_picture_of_an_opening() -> None:
 
 def test_case_is_read() -> None:
     """Material, pattern, slips and preload of the shipped Figure 5(b)."""
-    path = next(path for path in cases() if path.stem == "figure05b")
-    case = case_files.read_case(path)
+    case = case_files.read_case(named_case("figure05b"))
     (test,) = case_files.slip_tests(case)
     assert (test.material, test.pattern) == (RT.material, RT.pattern)
     assert (test.value, test.preload, test.sigma_N, test.direction) == (None, 100, -10.0, 0.0)
@@ -291,7 +295,7 @@ def test_case_is_read() -> None:
     assert test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
     assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
     assert case.sweep == "" and case.title == "Figure 5(b): cyclic slip, with kc = 1 as in the paper"
-    assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == path.read_bytes()
+    assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == case.path.read_bytes()
 
 
 def test_sweep_is_read(folder: Path) -> None:
@@ -394,7 +398,7 @@ def test_case_in_another_encoding(folder: Path) -> None:
     [
         ("asperity sel", {"select"}),
         ("asperity paper --fo", {"--force"}),
-        ("asperity card --host aba", {"abaqus"}),
+        ("asperity card aba", {"abaqus"}),
     ],
 )
 def test_completion(line: str, expected: set[str], tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import asperity
 import pytest
-from asperity import doctor, installed, results
+from asperity import History, doctor, installed
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import COMMANDS, main
 from asperity.installed import all_cases
@@ -96,7 +96,7 @@ def test_options_are_passed_on(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "unloading"]) == 0
     assert "updates of the law" in capfd.readouterr().err
     assert "alpha_1" not in Path("unloading.csv").read_text(encoding="utf-8").splitlines()[0]
-    assert len(results.read_rows(Path("unloading.csv"))) > 100
+    assert len(History.from_csv(Path("unloading.csv"))) > 100
 
 
 def test_help_has_a_line_for_each_command(capsys: pytest.CaptureFixture[str]) -> None:
@@ -153,7 +153,7 @@ def test_fit_then_select_then_card(capsys: pytest.CaptureFixture[str]) -> None:
     listed = [float(text) for text in line.split(",")]
     assert chosen.props[: len(listed)] == pytest.approx(listed, rel=1e-8)
     assert main(["run", "chosen.nml", "--quiet"]) == 0
-    assert main(["card", "--host", "abaqus", "chosen.nml", "--sigma-N", "-0.5", "-o", "card.inp"]) == 0
+    assert main(["card", "abaqus", "chosen.nml", "--sigma-N", "-0.5", "-o", "card.inp"]) == 0
     assert "*User Material" in Path("card.inp").read_text(encoding="utf-8")
 
 

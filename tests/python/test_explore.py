@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from asperity import Pattern
+from asperity.case_files import drive
 from asperity.cli import main
 from asperity.explore.model import (
     VALUES,
@@ -27,7 +28,6 @@ from asperity.explore.model import (
     section,
 )
 from asperity.pattern import direction_vector
-from asperity.results import drive
 from support_browser import browser, missing, served
 
 PLAIN = Choice(VALUES, "one cycle")

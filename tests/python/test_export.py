@@ -13,18 +13,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import contract, installed
+from asperity import contract, installed, read_case
 from asperity.cli import main
-from asperity.export import kit
-from asperity.export.decks import DECKS, ROUGH, SLIP, THETA
+from asperity.export import command as kit
+from asperity.export.element import Element
+from asperity.hosts.abaqus.decks import ROUGH, THETA
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
 from support_abaqus import run_explicit, run_standard
 
-ENVIRONMENT = kit.files()["abaqus_v6.env"].decode("ascii")
-
-WRITTEN = {name: write() for name, write in DECKS.items()}
+ELEMENT = Element.of_case()
+KIT = kit.files("abaqus", ELEMENT)
+ENVIRONMENT = KIT["abaqus_v6.env"].decode("ascii")
+WRITTEN = {name: text.decode("ascii") for name, text in KIT.items() if name.endswith(".inp")}
 
 
 def rows_of(text: str) -> np.ndarray:
@@ -42,15 +44,15 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "abaqus", str(folder)]) == 0
     names = {path.name for path in folder.iterdir()}
     sources = {f"asperity_abaqus{part}.f90" for part in ("", "_standard", "_explicit", "_single")}
-    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *DECKS, *sources}
+    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *WRITTEN, *sources} and len(WRITTEN) == 7
     out = capsys.readouterr().out
     readme = (folder / "README.md").read_text(encoding="ascii")
     assert all(f"`{name}`" in readme for name in names - {"README.md"})
     assert "**Abaqus was not run.**" in readme
     assert rows_of(readme).shape == (5, 4) and (rows_of(readme) == rows_of(out)).all()
-    for name in DECKS:
+    for name in WRITTEN:
         model((folder / name).read_text(encoding="ascii"))
-    assert kit.files() == {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert KIT == {path.name: path.read_bytes() for path in folder.iterdir()}
     for name in sources:
         assert max(map(len, (folder / name).read_text(encoding="utf-8").splitlines())) <= 132
     # the folder has the permissions of any new one
@@ -88,6 +90,74 @@ def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
     assert (tmp_path / "kit" / "README.md").read_text() == "mine"
 
 
+MINE = """&material sigma0 = 0.25, Gc = 0.02, eta = 0.9, mu = 0.7, kc = 8.0 /
+&pattern sides = 4, theta = 20.0, turn = 15.0 /
+&step t_N = -0.5, increments = 8 /
+&step slip = 0.4, -0.1, increments = 83, 20 /
+"""
+
+
+@pytest.mark.parametrize("host", kit.HOSTS)
+def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The element has the joint of the case up to its first reversal, and the rows of the material point."""
+    case, folder = tmp_path / "mine.nml", tmp_path / "kit"
+    case.write_text(MINE)
+    assert main(["export", host, str(folder), "--case", str(case)]) == 0
+    out = capsys.readouterr().out
+    readme = (folder / "README.md").read_text(encoding="utf-8")
+    found = rows_of(readme)
+    assert (rows_of(out) == found).all() and found[:, 0].tolist() == [0.08, 0.16, 0.24, 0.32, 0.4]
+    run = read_case(case).runs[0]
+    expected = run.interface.confined_slip(0.0, np.linspace(0.0, 0.4, 86)[1:], -0.5, 8)
+    np.testing.assert_allclose(found[:, 2], expected.tau[16::17], atol=1e-7)
+    np.testing.assert_allclose(found[:, 1], expected.dilation[16::17], atol=1e-7)
+    assert (folder / "joint.nml").read_text() == MINE and "$" not in readme
+    if host == "abaqus":
+        deck = model((folder / "single_standard.inp").read_text(encoding="ascii"))
+        rows = run_standard(deck, installed.library())[16::17]
+        assert np.abs(rows - found).max() < 1e-7
+        assert not list(folder.glob("shear_box*"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("slip = 0.4, -0.1", "slip = 0.4, -0.1, direction = 30.0", "direction = 30: expected 0"),
+        ("kc = 8.0", "kc = 8.0, tau_v = 0.1", "tau_v = 0.1: expected 0"),
+        ("t_N = -0.5", "t_N = 0.1", "expected &step with t_N <= 0"),
+        ("slip = 0.4, -0.1", "s_N = 0.4, 0.1", "expected &step with t_N, then slip"),
+        (
+            "mu = 0.7, kc = 8.0 /\n&pattern sides = 4, theta = 20.0, turn = 15.0 /\n&step t_N = -0.5",
+            "mu = 0.7, kc = 1.0 /\n&pattern sides = 4, theta = 45.0 /\n&step t_N = 0.0",
+            "the joint jumps beyond s_Tx = ",
+        ),
+        ("mu = 0.7", "mu = nu", "--value is missing: expected one for nu"),
+    ],
+)
+def test_cases_without_an_element(
+    old: str, new: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What no static model of one element can follow is refused, by the name of its value."""
+    case = tmp_path / "mine.nml"
+    sweep = "&sweep name = 'nu', values = 0.5, 0.7 /\n" if "nu" in new else ""
+    case.write_text(MINE.replace(old, new) + sweep)
+    assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case)]) == 1
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "kit").exists()
+    if "nu" in new:
+        assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case), "--value", "0.7"]) == 0
+
+
+def test_rows_that_differ_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    """The scripts of the kits end with an error where the host shows other rows."""
+    rows = [row[:3] for row in ELEMENT.rows]
+    ELEMENT.compare(rows)
+    rows[-1][2] *= 1.01
+    with pytest.raises(SystemExit, match="the rows differ by"):
+        ELEMENT.compare(rows)
+    assert len(capsys.readouterr().out.splitlines()) == 12
+
+
 def test_nothing_is_half_written(tmp_path: Path) -> None:
     """If a file cannot be written, the folder is not there, and what was made beside it is gone."""
     with pytest.raises(OSError):
@@ -106,15 +176,15 @@ def test_driver_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_rows_of_the_readme_are_those_of_the_deck() -> None:
-    """The element of the deck by the UMAT: the rows of the driver, and the closed form at the end."""
+    """The element of the deck by the UMAT: the rows of the README, and the closed form at the end."""
     # seven decimals are printed
     rounding = 0.5e-7 + 1.0e-9
     deck = WRITTEN["single_standard.inp"]
     every = int(deck.split("*Node Print, nset=TOP, frequency=")[1].split(",")[0])
     found = run_standard(model(deck), installed.library())[every - 1 :: every]
-    expected = rows_of(kit.rows())
+    expected = rows_of(ELEMENT.table())
     assert np.abs(found - expected).max() < rounding
-    assert expected[-1, 0] == SLIP and abs(found[-1, 2] - ROUGH.residual_strength(THETA)) < 1.0e-9
+    assert expected[-1, 0] == ELEMENT.slip and abs(found[-1, 2] - ROUGH.residual_strength(THETA)) < 1.0e-9
     # the rows tell softening from the end, and their number in the deck is that of the README
     assert len({row for row in expected[:, 2]}) == 4 and (np.diff(expected[:4, 3]) > 0.0).all()
 
@@ -124,7 +194,7 @@ def test_explicit_element(single: bool) -> None:
     """The element of the deck by the VUMAT oscillates about the closed form and the rise by the UMAT."""
     static = run_standard(model(WRITTEN["single_standard.inp"]), installed.library())[-1]
     late = run_explicit(model(WRITTEN["single_explicit.inp"]), installed.library(), single)[-2000:]
-    assert late[-1, 0] == pytest.approx(SLIP, abs=1.0e-12) and abs(late[-1, 3] - 1.0) < 1.0e-6
+    assert late[-1, 0] == pytest.approx(ELEMENT.slip, abs=1.0e-12) and abs(late[-1, 3] - 1.0) < 1.0e-6
     slope = np.tan(np.radians(THETA))
     for values, expected in (
         (late[:, 2], ROUGH.residual_strength(THETA)),

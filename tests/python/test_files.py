@@ -46,9 +46,9 @@ COMMANDS = [
     (["run", "sweep.nml", "-o", "out.csv"], "out_-2.csv"),
     (["run", "sweep.nml", "-o", "out.csv", "--jobs", "1"], "out_-2.csv"),
     (["run", "lost.nml", "-o", "out.csv"], "out.failed.nml"),
-    (["card", "case.nml", "--host", "abaqus", "-o", "out.inp"], "out.inp"),
-    (["card", "case.nml", "--host", "kratos", "-o", "out.json"], "out.json"),
-    (["card", "case.nml", "--host", "ogs", "-o", "out.xml"], "out.xml"),
+    (["card", "abaqus", "case.nml", "-o", "out.inp"], "out.inp"),
+    (["card", "kratos", "case.nml", "-o", "out.json"], "out.json"),
+    (["card", "ogs", "case.nml", "-o", "out.xml"], "out.xml"),
     (["select", "case.nml", "--tolerance", "0.5", "-o", "out.nml"], "out.nml"),
     (["uncertainty", "case.nml", *SEARCH, "-o", "out.csv"], "out.csv"),
     (["surface", "scan.csv", "--spacing", "1", "-o", "out"], "out.csv"),
@@ -107,7 +107,7 @@ def test_a_case_of_one_command_is_kept_by_another(capsys: pytest.CaptureFixture[
     """Case files have the name of the command that wrote them."""
     assert main(["surface", "scan.csv", "--spacing", "1", "--case", "case.nml", "-o", "out"]) == 0
     assert main(["select", "case.nml", "--tolerance", "0.5", "-o", "out.nml"]) == 1
-    assert main(["card", "case.nml", "--host", "abaqus", "-o", "out.nml"]) == 1
+    assert main(["card", "abaqus", "case.nml", "-o", "out.nml"]) == 1
     assert capsys.readouterr().err.count("out.nml: this file is there") == 2
 
 

@@ -17,7 +17,7 @@ from asperity.fit import fitting, outcome
 from asperity.fit import model as fit_model
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import residual_ratio
-from asperity.fit.records import read_records
+from asperity.fit.records import read_tests
 from asperity.fit.report import case_text, identifiability, report
 from asperity.fit.search import COVARIANCE, HEADING
 from asperity.fit.shear_test import ShearTest
@@ -340,31 +340,31 @@ def test_bad_records(text: str, message: str, tmp_path: Path) -> None:
     """Errors have file, line, column, value and expectation."""
     path = write(tmp_path, text)
     with pytest.raises(ValueError, match=re.escape(message)) as caught:
-        read_records([path])
+        read_tests([path])
     assert "record.csv" in str(caught.value)
 
 
 def test_files_of_instruments(tmp_path: Path) -> None:
     """Semicolons, decimal commas, other names of columns and gaps give the same test, without the gaps."""
-    [plain] = read_records([write(tmp_path, HEADER + ROWS)])
+    [plain] = read_tests([write(tmp_path, HEADER + ROWS)])
     text = (HEADER + ROWS).replace(",", ";").replace(".", ",")
-    [test] = read_records([write(tmp_path, text)])
+    [test] = read_tests([write(tmp_path, text)])
     for name in ("slip", "tau", "s_N", "sigma_N"):
         assert np.array_equal(getattr(test, name), getattr(plain, name)), name
     other = text.replace("slip", "Shear displacement (mm)").replace("tau", "Shear stress (MPa)")
     other = other.replace("dilation", "dilation (mm)").replace("sigma_N", "sigma_N (MPa)")
     path = write(tmp_path, other)
     with pytest.raises(ValueError, match=r"expected slip, tau, too .*--columns slip=HEADER for a column"):
-        read_records([path])
+        read_tests([path])
     names = {"slip": "shear displacement", "tau": "Shear stress"}
-    [test] = read_records([path], columns=names)
+    [test] = read_tests([path], columns=names)
     assert np.array_equal(test.tau, plain.tau) and test.units == {"length": "mm", "stress": "MPa"}
     with pytest.raises(ValueError, match=r"line 1: columns Shear.*: expected Weg, too"):
-        read_records([path], columns={"slip": "Weg"})
+        read_tests([path], columns={"slip": "Weg"})
     lines = text.splitlines()
     lines[2:2] = ["0,15;;0,01;-1", "0,16;1;;-1"]
     with pytest.warns(asperity.ModelWarning, match=r"a cell is empty: 2 \(line 3, 4\)"):
-        [test] = read_records([write(tmp_path, "\n".join(lines))])
+        [test] = read_tests([write(tmp_path, "\n".join(lines))])
     assert np.array_equal(test.slip, plain.slip) and 3 not in test.lines and 4 not in test.lines
 
 
@@ -373,7 +373,7 @@ def test_all_errors_at_once(tmp_path: Path) -> None:
     first = write(tmp_path, HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n")
     second = write(tmp_path, HEADER + "0.9,1,0.1\n", "second.csv")
     with pytest.raises(ValueError, match="line 9") as caught:
-        read_records([first, second])
+        read_tests([first, second])
     told = str(caught.value).splitlines()
     assert (
         len(told) == 3 and "line 10, column dilation: low" in told[1] and "second.csv: line 2: 3" in told[2]
@@ -383,23 +383,23 @@ def test_all_errors_at_once(tmp_path: Path) -> None:
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     """Errors have the file and the expectation."""
     with pytest.raises(FileNotFoundError, match=r"none.csv: no such file or directory: expected a CSV file"):
-        read_records([tmp_path / "none.csv"])
+        read_tests([tmp_path / "none.csv"])
     with pytest.raises(
         IsADirectoryError, match=r": is a directory: expected a CSV file with slip, tau, sigma_N"
     ):
-        read_records([tmp_path])
+        read_tests([tmp_path])
     path = tmp_path / "old.csv"
     path.write_bytes((HEADER + ROWS).replace("tau", "tau [\u00b5]").encode("latin-1"))
     with pytest.raises(ValueError, match=r"old.csv: byte 10 is no text in UTF-8: expected a CSV file"):
-        read_records([path])
+        read_tests([path])
     path = write(tmp_path, HEADER + ROWS)
     with pytest.raises(ValueError, match=r"record.csv: given twice: expected each file once"):
-        read_records([path, tmp_path / "." / "record.csv"])
+        read_tests([path, tmp_path / "." / "record.csv"])
     other = write(tmp_path, WITH_UNITS + ROWS, "other.csv")
     with pytest.raises(
         ValueError, match=r"record.csv: no units in the header: expected units in every file, as in .*other"
     ):
-        read_records([other, path])
+        read_tests([other, path])
 
 
 def test_units_are_converted(tmp_path: Path) -> None:
@@ -434,12 +434,12 @@ def test_units_are_converted(tmp_path: Path) -> None:
             row = (slip[i] * a, tau[i] * b, s_N[i] * c, (sigma_N - k_N * s_N[i]) * d, k_N * e)
             text += ",".join(f"{number:.9g}" for number in row) + "\n"
         path = write(tmp_path, text)
-        [test] = read_records([path])
+        [test] = read_tests([path])
         assert test.units == {"length": "mm", "stress": "MPa"} and test.lines == tuple(range(2, 9))
         for found, expected in ((test.slip, slip), (test.tau, tau), (test.s_N, s_N), (test.sigma_N, sigma_N)):
             assert found == pytest.approx(expected, rel=1e-6)
         assert test.k_N == pytest.approx(k_N, rel=1e-6)
-        [test] = read_records([path], target=("m", "kPa"))
+        [test] = read_tests([path], target=("m", "kPa"))
         assert test.units == {"length": "m", "stress": "kPa"}
         assert test.slip == pytest.approx(1e-3 * slip, rel=1e-6) and test.tau == pytest.approx(
             1e3 * tau, rel=1e-6
@@ -462,7 +462,7 @@ def test_unusual_sizes_are_told(tmp_path: Path) -> None:
         ),
     ):
         with pytest.warns(asperity.ModelWarning, match=re.escape(message)):
-            read_records([write(tmp_path, text)])
+            read_tests([write(tmp_path, text)])
 
 
 def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
@@ -473,7 +473,7 @@ def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
         measured = -2.0 - 5.0 * 0.002 * i + rng.normal(0.0, 0.02)
         text += f"a,{0.01 * i},{i},{0.002 * i},5,{measured}\nb,{0.01 * i},{i},,5,{measured}\n"
         text += f"c,{0.01 * i},{i},{0.002 * i},5,-2\n"
-    a, b, c = read_records([write(tmp_path, text)])
+    a, b, c = read_tests([write(tmp_path, text)])
     first = float(text.splitlines()[1].rsplit(",", 1)[1])
     assert abs(first + 2.0) > 0.01 and b.sigma_N == first and c.sigma_N == -2.0
     # standard error of the mean 0.002
@@ -488,7 +488,7 @@ def test_rows_out_of_order(tmp_path: Path) -> None:
         text = "slip,tau,sigma_N\n" + "".join(f"{slip},{i},-1\n" for i, slip in enumerate(slips))
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            read_records([write(tmp_path, text)])
+            read_tests([write(tmp_path, text)])
         texts = [str(one.message) for one in caught]
         assert any("expected the rows in the order of the test" in one for one in texts) == told, texts
 
@@ -522,7 +522,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
         "plain.csv",
     )
     with pytest.warns(asperity.ModelWarning, match=r"record.csv: columns not used: time"):
-        a, b, c = read_records([path, plain], k_N=7.0, compression_positive=True)
+        a, b, c = read_tests([path, plain], k_N=7.0, compression_positive=True)
     assert (a.sigma_N, a.k_N, b.sigma_N, b.k_N, c.sigma_N, c.k_N) == (-2.0, 7.0, -3.0, 4.0, -1.0, 7.0)
     assert a.units == c.units == {"length": "mm", "stress": "MPa"}
     assert "test a" in a.name and c.s_N is None and b.slip.tolist() == [-1, -2, -3, -4, -5, -6]
@@ -571,7 +571,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
 )
 def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) -> None:
     """Errors have the parameter, its value and the expectation."""
-    tests = read_records([write(tmp_path, HEADER + ROWS)])
+    tests = read_tests([write(tmp_path, HEADER + ROWS)])
     with pytest.raises(ValueError, match=re.escape(message)):
         fit(tests, **arguments)
     with pytest.raises(ValueError, match="no tests: expected at least one"):
@@ -612,7 +612,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     tests = list(slip_tests(case))
     assert [test.sigma_N for test in tests] == list(study.SIGMA_N)
     assert tests[0].slips[-1] == pytest.approx(study.TURNS[-1])
-    assert main(["card", "--host", "abaqus", "fit.nml"]) == 0
+    assert main(["card", "abaqus", "fit.nml"]) == 0
     assert "*User Material" in capsys.readouterr().out
     assert main(["run", "fit.nml", "-o", "rows.csv"]) == 0
 

@@ -11,7 +11,8 @@ import pytest
 from asperity import Interface, Material, Pattern, Step
 from asperity.cli import main
 from asperity.fit.fitting import fit
-from asperity.fit.records import read_records
+from asperity.fit.records import read_tests
+from asperity.tables import read_table
 
 MATERIAL = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "kc": 20.0}
 RT = {"theta": 20.0, "flat": 0.3333}
@@ -47,13 +48,30 @@ def found(tests: Any, **free: float) -> dict[str, float]:
     return fit(tests, tuple(free), fixed, start=free, starts=1, sides=2).values
 
 
+def test_headers_and_numbers_of_instruments(tmp_path: Path) -> None:
+    """A header may have # in a name and a comment; nan is no header, and 1_0 no number."""
+    path = tmp_path / "data.csv"
+    path.write_text("# box\nTest #,slip [mm],tau # MPa\n1,0.1,0.2 # first\n")
+    table = read_table(path, "numbers")
+    assert (table.names, table.units) == (["Test #", "slip", "tau"], ["", "mm", ""])
+    assert table.cells == [["1", "0.1", "0.2"]]
+    path.write_text("nan,nan\n1,2\n")
+    table = read_table(path, "numbers")
+    assert table.names == [] and len(table.cells) == 2
+    with pytest.raises(ValueError, match="line 1, column x: nan: expected a finite number"):
+        table.numbers([0], ["x"])
+    path.write_text("x,y\n1_0,2\n")
+    with pytest.raises(ValueError, match="line 2, column x: 1_0: expected a finite number"):
+        read_table(path, "numbers").numbers([0], ["x"])
+
+
 def test_measured_path_of_the_normal_traction(tmp_path: Path) -> None:
     """A normal traction that changes in the test is prescribed, and gives back the constants."""
     sigma_N = -1.0 - 2.0 * SLIP
     path = written(tmp_path, HEADER + rows(SLIP, box(sigma_N), sigma_N))
     with pytest.raises(ValueError, match=r"is more than 5% off the mean .*: .* or --sigma-N-path"):
-        read_records([path])
-    [test] = read_records([path], sigma_N_path=True)
+        read_tests([path])
+    [test] = read_tests([path], sigma_N_path=True)
     assert test.pressed == pytest.approx(-2.2)
     values = found([test], Gc=0.2, mu=0.6)
     assert values["Gc"] == pytest.approx(0.15, rel=2e-3) and values["mu"] == pytest.approx(0.5, rel=2e-3)
@@ -63,10 +81,10 @@ def test_deformation_of_the_machine(tmp_path: Path) -> None:
     """The slip of the machine is tau/k_T more than that of the joint; a softer k_T is refused."""
     tau = box(-1.0)
     path = written(tmp_path, HEADER + rows(SLIP + tau / 40.0, tau, -1.0))
-    [test] = read_records([path], k_T=40.0)
+    [test] = read_tests([path], k_T=40.0)
     assert test.slip == pytest.approx(SLIP, abs=1e-7)
     with pytest.raises(ValueError, match=r"line \d+: k_T = 5 takes .* expected more than tau/slip"):
-        read_records([path], k_T=5.0)
+        read_tests([path], k_T=5.0)
 
 
 def test_peak_and_residual_strength(tmp_path: Path) -> None:
@@ -75,7 +93,7 @@ def test_peak_and_residual_strength(tmp_path: Path) -> None:
     for sigma_N in (-0.5, -1.0, -2.0, -4.0):
         tau = box(sigma_N)
         text += rows(sigma_N, tau.max(), tau[-1], SLIP[-1])
-    tests = read_records([written(tmp_path, text)])
+    tests = read_tests([written(tmp_path, text)])
     assert len(tests) == 4 and all(test.envelope for test in tests)
     values = found(tests, sigma0=1.2, mu=0.6)
     # the rows of the curve are 0.01 mm apart, and the peak is a kink
@@ -120,4 +138,4 @@ def test_verdict_where_no_other_pattern_fits(tmp_path: Path, capsys: pytest.Capt
 def test_bad_input(text: str, options: dict[str, Any], message: str, tmp_path: Path) -> None:
     """Errors have line, column, value and expectation."""
     with pytest.raises(ValueError, match=re.escape(message)):
-        read_records([written(tmp_path, text)], **options)
+        read_tests([written(tmp_path, text)], **options)

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, History, Interface, Material, Pattern, contract, plot, results
+from asperity import EquilibriumLost, History, Interface, Material, Pattern, contract, plot
+from asperity.history import COLUMNS, ENERGIES
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=30.0))
 SLIPS = np.concatenate([np.linspace(0.0, 0.3, 61)[1:], np.linspace(0.3, -0.3, 121)[1:]])
@@ -64,18 +65,17 @@ def test_csv_is_that_of_the_driver(history: History, tmp_path: Path) -> None:
     """The file has the columns of the driver and all digits, and is read as its results are."""
     path = tmp_path / "history.csv"
     history.to_csv(path, planes=True)
-    rows = results.read_rows(path)
+    rows = History.from_csv(path)
     assert np.array_equal(rows.separation, history.separation)
     assert np.array_equal(rows.traction, history.traction)
     assert np.array_equal(rows.damage, history.damage)
-    expected = np.column_stack([history.stored, history.rupture, history.friction, history.work])
-    assert np.array_equal(rows.energies, expected)
-    for row, text in history.events:
-        assert text in rows.events[row]
+    for name in ENERGIES:
+        assert np.array_equal(getattr(rows, name), getattr(history, name))
+    assert rows.columns()["event"] == history.columns()["event"]
     header = path.read_text(encoding="utf-8").splitlines()[0].split(",")
-    assert header == [*results.COLUMNS, *contract.statev_names(5)[contract.N_POINT_STATEV :]]
+    assert header == [*COLUMNS, *contract.statev_names(5)[contract.N_POINT_STATEV :]]
     history.to_csv(path)
-    assert path.read_text(encoding="utf-8").splitlines()[0].split(",") == list(results.COLUMNS)
+    assert path.read_text(encoding="utf-8").splitlines()[0].split(",") == list(COLUMNS)
 
 
 def test_a_lost_equilibrium_has_a_history(tmp_path: Path) -> None:
@@ -84,15 +84,15 @@ def test_a_lost_equilibrium_has_a_history(tmp_path: Path) -> None:
         Interface(JOINT.material, Pattern.regular(0, 0.0)).confined_slip(0.0, np.linspace(0.0, 0.1, 101), 2.0)
     history = pickle.loads(pickle.dumps(lost.value)).history
     history.to_csv(tmp_path / "lost.csv")
-    rows = results.read_rows(tmp_path / "lost.csv")
-    assert len(rows) == len(history) and "no equilibrium" in rows.events[-1]
+    rows = History.from_csv(tmp_path / "lost.csv")
+    assert len(rows) == len(history) and "no equilibrium" in rows.events[-1][1]
     assert history.planes == 1 and history.alpha(1).shape == (len(history),)
 
 
 def test_columns(history: History) -> None:
     """The columns are those of the CSV, with the state of every plane if it is asked for."""
     found = history.columns(planes=True)
-    assert list(found)[:12] == list(results.COLUMNS) and all(len(one) == 180 for one in found.values())
+    assert list(found)[:12] == list(COLUMNS) and all(len(one) == 180 for one in found.values())
     assert np.array_equal(found["alpha_3"], history.alpha(3))
 
 

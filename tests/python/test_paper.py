@@ -131,7 +131,7 @@ def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ((np.nan, [0.1]), "direction_deg"),
+        ((np.nan, [0.1]), "direction"),
         ((0.0, []), "slips"),
         ((0.0, [0.1], np.inf), "sigma_N"),
         ((0.0, [0.1], 0.0, 0), "preload = 0"),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, sweeps
 from asperity.cli import main
 from asperity.parallel import map_in_order
 from asperity.slip_curves import slip_curves
@@ -31,7 +31,7 @@ def test_executors(processes: int) -> None:
     joint = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, 30.0))
     arguments = joint, np.arange(0.0, 90.0, 2.0), np.linspace(0.0, 0.4, 21), -1.0
     mine, other = (slip_curves(*arguments, executor=one) for one in (ThreadPoolExecutor(1), executor))
-    for name in ("tau_L", "tau_across", "s_N", "damage", "work", "rows", "iterations"):
+    for name in ("tau_L", "tau_across", "s_N", "damage", "work", "rows"):
         np.testing.assert_array_equal(getattr(mine, name), getattr(other, name))
     if executor is not None:
         with executor, pytest.raises(OSError, match="--jobs 1 needs least"):
@@ -61,3 +61,8 @@ def test_sweep(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: p
     ):
         assert main(["run", str(case), "-o", output, "--jobs", jobs]) == 1
         assert message in capfd.readouterr().err
+    # what is there is looked at before any run
+    (tmp_path / "mine_7.csv").write_text("mine")
+    monkeypatch.setattr(sweeps, "map_in_order", lambda *_: pytest.fail("a run began"))
+    assert main(["run", str(case), "-o", str(tmp_path / "mine.csv"), "--jobs", "1"]) == 1
+    assert "mine_7.csv: this file is there and is not replaced" in capfd.readouterr().err

@@ -3,22 +3,51 @@
 from __future__ import annotations
 
 import doctest
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
-from types import ModuleType
+from importlib import import_module
 
+import asperity
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, Interface, Material, Pattern, Point, Step, case_files, interface, steps
+from asperity import EquilibriumLost, Interface, Material, Pattern, Point, Step, steps
 
 JOINT = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(4, 30.0))
 
 
-@pytest.mark.parametrize("module", [interface, steps, case_files])
-def test_examples(module: ModuleType) -> None:
+WITH_EXAMPLES = ("interface", "steps", "case_files", "history", "material", "fit.fitting", "barton.command",
+                 "surface.scan_files", "uncertainty.spread")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITH_EXAMPLES)
+def test_examples(name: str) -> None:
     """Examples of docstrings run."""
-    failed, tried = doctest.testmod(module)
+    failed, tried = doctest.testmod(import_module(f"asperity.{name}"))
     assert failed == 0 < tried
+
+
+def test_functions_of_the_tools() -> None:
+    """What the commands do is there as functions, and dir() has the public names only."""
+    for tool, function in (
+        ("fit", "fit"), ("barton", "barton"), ("surface", "planes_from_scan"), ("uncertainty", "uncertainty")
+    ):  # fmt: skip
+        assert tool in dir(asperity) and callable(getattr(getattr(asperity, tool), function))
+    assert not {"Any", "re", "Path", "import_module"} & {*dir(asperity)}
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Interface(JOINT.material, 8), "pattern = 8: expected a Pattern, as Pattern.regular"),
+        (lambda: Interface(0.3, JOINT.pattern), "material = 0.3: expected a Material, as Material"),
+        (lambda: Pattern([(1.0, 0.0, 0.0)]), "expected a number of planes; Pattern.planes.normals, weights"),
+    ],
+)
+def test_arguments_of_another_type(make: Callable[[], object], message: str) -> None:
+    """What looks like a pattern and is none is named, with the call that makes one."""
+    with pytest.raises(ValueError, match=message):
+        make()
 
 
 def test_step_has_the_names_of_the_table() -> None:

@@ -101,7 +101,7 @@ LISTED = Pattern.planes([(1, 0, 0), (1, 0.2, 0)], [0.5, 0.5])
 def test_geometry_beside_the_curves(pattern: Pattern) -> None:
     """Regular patterns have a panel with kc; a list of planes has none."""
     joint = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.2, kc=7.0), pattern)
-    rows = joint.confined_slip(0.0, np.linspace(0.0, 0.01, 3), -0.5).rows()
+    rows = joint.confined_slip(0.0, np.linspace(0.0, 0.01, 3), -0.5)
     figure = figure_of({None: rows}, "", "", "mm", "MPa", joint)
     texts = [text.get_text() for ax in figure.axes for text in ax.texts]
     assert any("kc = 7" in text for text in texts) == (pattern.m >= 0)

@@ -16,14 +16,13 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
-from asperity.case_files import read_case
+from asperity.case_files import drive, read_case
 from asperity.cli import main
 from asperity.fit import covariance
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.results import drive
-from asperity.uncertainty.distribution import of_deviations, of_fit
+from asperity.uncertainty.distribution import of_deviations
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
 
@@ -104,7 +103,7 @@ def test_samples_of_a_fit_have_its_intervals(found: Fit, tmp_path: Path) -> None
     path = tmp_path / "case.fit.json"
     path.write_text(covariance.covariance_text(found))
     known = covariance.read(path)
-    drawn = of_fit(known).draw(40000, 3)
+    drawn = known.draw(40000, 3)
     tail = 0.5 * (1.0 - found.confidence)
     for i, name in enumerate(known.names):
         one = found.estimates[name]
@@ -133,7 +132,7 @@ def test_curves_are_those_of_the_driver(case) -> None:
         n = min(len(rows), len(path.x) if path.first >= 0 else len(path.x) - 1)
         np.testing.assert_allclose(values[-n:, 0], rows.traction[-n:] @ path.e, rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(values[-n:, 1], rows.separation[-n:, 0], rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(work[-n:], rows.energies[-n:, 3], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(work[-n:], rows.work[-n:], rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(path.x[-n:], rows.separation[-n:] @ path.e, rtol=0.0, atol=1e-12)
         assert path.x[0] == 0.0
 
@@ -198,7 +197,8 @@ def test_from_a_record_to_quantiles(
     changed["values"][0] *= 1.01
     beside.write_text(json.dumps(changed))
     assert main(command) == 1
-    assert "expected a case with the constants of the fit" in capsys.readouterr().err
+    message = capsys.readouterr().err
+    assert "is stale: " in message and "expected a case with the constants of the fit" in message
 
 
 REFUSED = [

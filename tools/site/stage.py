@@ -8,7 +8,6 @@ from the header.
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 import shutil
@@ -116,33 +115,24 @@ def with_thumbnails(text: str) -> str:
 
 
 def navigation(text: str) -> list[object]:
-    """Navigation from docs/README.md, pages by title: links of the first lines, a section for each table."""
+    """Navigation from docs/README.md, pages by title: links of the first lines, then of each section."""
     nav: list[object] = [{"Home": "README.md"}, {"All pages": "docs/README.md"}]
-    entries: list[object] = nav
-    for line in text.splitlines():
-        section = re.match(r"\*\*(\w[\w -]*):", line)
+    for part in re.split(r"^(?=\*\*\w)", text, flags=re.MULTILINE):
+        entries = nav
+        section = re.match(r"\*\*(\w[\w -]*):", part)
         if section:
             entries = []
             nav.append({section[1]: entries})
-        row = re.match(r"\| \[([^\]]+)\]\(([^)#]+)\)", line)
-        link = row or (entries is nav and re.search(r"\[([^\]]+)\]\(([^)#]+)\)", line))
-        if link:
-            entries.append(os.path.normpath(f"docs/{link[2]}"))
+        entries += [os.path.normpath(f"docs/{target}") for target in re.findall(r"\]\(([^)#]+)\)", part)]
     return nav
 
 
 def python_page() -> str:
     """Python reference: the public names, in the order of the package."""
-    source = (ROOT / "python" / "asperity" / "__init__.py").read_text(encoding="utf-8")
-    homes = next(
-        ast.literal_eval(node.value)
-        for node in ast.parse(source).body
-        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "_HOMES"
-    )
+    stub = (ROOT / "python" / "asperity" / "__init__.pyi").read_text(encoding="utf-8")
     lines = ["# Python", "", "The public names of the package, from the comments in its source.", ""]
-    for name, home in homes.items():
-        path = f"asperity.{home}" if name == home else f"asperity.{home}.{name}"
-        lines += [f"::: {path}", ""]
+    for home, name in re.findall(r"^from \.([\w.]*) import (\w+)", stub, re.MULTILINE):
+        lines += [f"::: {'.'.join(filter(None, ('asperity', home, name)))}", ""]
     return "\n".join(lines)
 
 

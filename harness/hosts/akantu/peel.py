@@ -17,11 +17,12 @@ from pathlib import Path
 import akantu as aka
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
-from asperity.hosts.akantu import Joint, Points, register
 from two_blocks import CELL, INPUT, RUNS, Floats, structure_of, write_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
+from asperity_akantu import Joint, Points, register
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0

@@ -15,6 +15,7 @@ pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import akantu as aka
+import exported
 import joint_picture
 import paraview_check
 import paraview_files as paraview
@@ -88,6 +89,15 @@ def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) ->
     assert force[1:5] == pytest.approx(np.tile(force[1], (4, 1)), abs=1e-9)
 
 
+def test_exported_element(tmp_path: Path) -> None:
+    """The script of `asperity export akantu` shows the rows of the README."""
+    exported.element("akantu", tmp_path / "kit")
+    script = [sys.executable, tmp_path / "kit" / "single.py"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
+
+
 def test_symmetric_storage(tmp_path: Path) -> None:
     """Without friction the tangent is symmetric, and Newton's method needs fewer iterations."""
     smooth = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.0, kc=4.0), Pattern.regular(2, theta=30.0))
@@ -99,7 +109,7 @@ def test_symmetric_storage(tmp_path: Path) -> None:
 def test_direction_along_the_normal(tmp_path: Path) -> None:
     """Tx has no direction where it is along the normal: the message has both."""
     code = (
-        "import two_blocks, pathlib; from asperity.hosts import akantu; old = two_blocks.register; "
+        "import two_blocks, pathlib; old = two_blocks.register; "
         "two_blocks.register = lambda joint, name: old(joint, name, tx=[0.0, 0.0, 1.0]); "
         f"two_blocks.run(pathlib.Path({str(tmp_path)!r}), 3)"
     )

@@ -16,11 +16,12 @@ from pathlib import Path
 import akantu as aka
 import numpy as np
 from asperity import Interface, Material, Pattern
-from asperity.hosts.akantu import Joint, register
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
+from asperity_akantu import Joint, register
 
 Floats = NDArray[np.float64]
 

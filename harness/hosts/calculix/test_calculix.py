@@ -9,12 +9,12 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import calculix_run
 import dcb
+import exported
 import numpy as np
 import paraview_check
 import pytest
-from asperity import Interface, Material, Pattern, contract
+from asperity import History, Interface, Material, Pattern, contract
 from asperity.installed import driver
-from asperity.results import read_rows
 from calculix_run import DIGITS, TX, TY, Floats, N
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
@@ -52,7 +52,7 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     ]
     (tmp_path / "case.nml").write_text("".join(case))
     subprocess.run([driver(), "case.nml", "-o", "out.csv", "--quiet"], cwd=tmp_path, check=True)
-    rows = read_rows(tmp_path / "out.csv")
+    rows = History.from_csv(tmp_path / "out.csv")
 
     card = ROUGH.card("calculix", h=h, name="ROUGH")
     done = calculix_run.run(ccx, tmp_path, layer(card, h, LEGS, ", DIRECT"))
@@ -70,6 +70,17 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     expected = ROUGH.replay(rows.separation).state[:, None]
     # energies and slips are small compared with the terms of their sums
     assert np.all(np.abs(state[:, :, 2:] - expected) <= DIGITS * (1.0 + np.abs(expected)))
+
+
+def test_exported_element(ccx: Path, tmp_path: Path) -> None:
+    """The input of `asperity export calculix` gives the rows of the README."""
+    one, _ = exported.element("calculix", tmp_path / "kit")
+    done = calculix_run.run(ccx, tmp_path, (tmp_path / "kit" / "single.inp").read_text())
+    assert done.code == 0, done.output[-500:]
+    names = "TOP disp", "TOP total", "JOINT internal"
+    moved, force, state = (done.table(name)[1] for name in names)
+    rows = np.column_stack([moved[:, :, [1, 3]].mean(axis=1), force[:, 0, 0], state[:, :, 2].mean(axis=1)])
+    exported.assert_same(one, rows, 10 * DIGITS)
 
 
 def test_energy_release_in_mode_1(ccx: Path, tmp_path: Path) -> None:

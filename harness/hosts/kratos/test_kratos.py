@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, library
+from asperity import History, Interface, Material, Pattern, library
 from asperity.installed import driver, kratos_adapter
-from asperity.results import read_rows
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import blocks
+import exported
 import KratosMultiphysics
 import paraview_check
 import triplet
@@ -75,7 +75,7 @@ def driven(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Interface, F
     plane = request.param == 2
     case.write_text(CASE.format(sides=request.param, s_Ty=0.0 if plane else 0.05))
     subprocess.run([driver(), case, "-o", tmp_path / "out.csv", "--quiet"], check=True)
-    rows = read_rows(tmp_path / "out.csv")
+    rows = History.from_csv(tmp_path / "out.csv")
     assert rows.damage[-1] == 1.0
     return Interface(MATERIAL, Pattern.regular(request.param, 30.0)), rows.separation, rows.traction, plane
 
@@ -94,6 +94,15 @@ def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool
     assert worst <= ROUNDING
     # the reactions are sums over nodes
     assert np.all(np.abs(reaction - expected[:, : reaction.shape[1]]) <= 10 * ROUNDING * scale(path))
+
+
+def test_exported_element(tmp_path: Path) -> None:
+    """The script of `asperity export kratos` shows the rows of the README."""
+    exported.element("kratos", tmp_path / "kit")
+    script = [sys.executable, tmp_path / "kit" / "single.py"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
 
 
 def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
-from asperity.card_command import read_run
+from asperity.case_files import read_run
 from kratos_model import Floats, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))

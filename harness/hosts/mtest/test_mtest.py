@@ -21,7 +21,7 @@ HERE = Path(__file__).parent
 def test_figure05b(tmp_path: Path) -> None:
     """MTest ends where the driver ends, in every component, energy and state variable that it prints."""
     file = tmp_path / "figure05b.mtest"
-    assert main(["card", "--host", "mtest", str(named_case("figure05b")), "-o", str(file)]) == 0
+    assert main(["card", "mtest", str(named_case("figure05b")), "-o", str(file)]) == 0
     subprocess.run(["mtest", file.name], cwd=tmp_path, check=True, timeout=300)
     last = np.loadtxt(tmp_path / "figure05b.res")[-1]
     history = read_case(named_case("figure05b")).runs[0].history()
@@ -32,7 +32,7 @@ def test_figure05b(tmp_path: Path) -> None:
 
 def test_input_file_is_that_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     """The file for readers is what `asperity card` prints, but for comments and the folder of the library."""
-    main(["card", "--host", "mtest", str(named_case("figure05b"))])
+    main(["card", "mtest", str(named_case("figure05b"))])
     printed = capsys.readouterr().out
 
     def plain(text: str) -> list[str]:

@@ -18,13 +18,14 @@ from asperity.installed import generic_library
 pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+import exported
 import ogs_block
 import ogs_run
 import ogs_triplet
 import paraview_check
 from ogs_run import Floats, Run, changed, values
 
-LAYER = Path(__file__).parent / "layer.prj"
+LAYER = Path(__file__).parent / "kit" / "single.prj"
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 RT = Interface(MATERIAL, Pattern.regular(2, theta=30.0))
 PRESSURE = 1.0
@@ -45,7 +46,7 @@ STEPS = "/*/time_loop/processes/process/time_stepping"
 def box(
     folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0
 ) -> Run:
-    """Run the layer of layer.prj, a square of the side WIDTH, with changes of the project."""
+    """Run the layer of single.prj, a square of the side WIDTH, with changes of the project."""
     square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
     points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
     ids = {"MaterialIDs": np.array([1], dtype="i4")}
@@ -84,6 +85,20 @@ def assert_is_the_driver(run: Run, interface: Interface = RT) -> None:
     assert np.abs(traction[:, 0] + PRESSURE).max() <= EXACT * MATERIAL.sigma0
     assert rise <= EXACT * MATERIAL.s_f
     assert shear <= EXACT * MATERIAL.sigma0
+
+
+def test_exported_element(tmp_path: Path) -> None:
+    """The files of `asperity export ogs` give the rows of the README."""
+    one, steps = exported.element("ogs", tmp_path)
+    (tmp_path / "out").mkdir()
+    command = [ogs_run.program(), "-p", "card.xml", "-p", "path.xml", "-o", "out", "single.prj"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    found = []
+    for fields in (ogs_run.fields(tmp_path / "out" / f"layer_{number}.vtu") for number in steps):
+        slip, _, opening = fields["displacement"][4:].mean(axis=0)
+        found.append([slip, opening, fields["sigma"][:, 5].mean(), fields["damage"].mean()])
+    exported.assert_same(one, found, EXACT * 1e3)
 
 
 # --- MGIS -------------------------------------------------------------------

@@ -23,7 +23,7 @@ import paraview_files as paraview
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-RUNNER = Path(__file__).parent / "oofem_run.py"
+RUNNER = Path(__file__).parent / "kit" / "oofem_run.py"
 LENGTH, WIDTH, HEIGHT, THICKNESS = 200.0, 20.0, 50.0, 0.01
 YOUNG, POISSON, PRESSURE = 30000.0, 0.2, 1.0
 THETA = 30.0

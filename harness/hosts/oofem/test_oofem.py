@@ -10,11 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
+from asperity.export.element import Element
+from asperity.hosts.oofem.kit import H, text
 from numpy.typing import NDArray
 
 pytest.importorskip("oofem", reason="asperity[oofem] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+import exported
 import paraview_check
 import paraview_files as paraview
 import pulled_block
@@ -23,7 +26,12 @@ Floats = NDArray[np.float64]
 
 HERE = Path(__file__).parent
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-PRESSURE, THICKNESS, PRELOAD_STEPS = 1.0, 1.0e-3, 10
+PRESSURE, THICKNESS, PRELOAD_STEPS = 1.0, H, 10
+PATH = f"""&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 2, theta = 30.0 /
+&step t_N = {-PRESSURE}, increments = {PRELOAD_STEPS} /
+&step slip = 0.6, increments = 240 /
+"""
 AT = [2, 4, 3]
 """Positions of N, Tx, Ty among 33, 13, 23 in OOFEM's order 11, 22, 33, 23, 13, 12."""
 
@@ -46,11 +54,10 @@ class Run:
 
 
 def box(folder: Path, card: str) -> Run:
-    """Run shear_box.in with the material of a card."""
-    text = (HERE / "shear_box.in").read_text(encoding="utf-8")
-    head, tail = text.split("# begin: card\n# end: card\n")
-    (folder / "box.in").write_text(head + card + tail, encoding="utf-8")
-    command = [sys.executable, HERE / "oofem_run.py", "box.in", "box.npz"]
+    """Run the input of the kit with the material of a card."""
+    (folder / "box.nml").write_text(PATH, encoding="utf-8")
+    (folder / "box.in").write_text(text(Element.of_case(folder / "box.nml"), card), encoding="utf-8")
+    command = [sys.executable, HERE / "kit" / "oofem_run.py", "box.in", "box.npz"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     rows = np.load(folder / "box.npz")
     separation, traction = THICKNESS * rows["strain"][..., AT], rows["stress"][..., AT]
@@ -80,6 +87,17 @@ def test_shear_box(sides: int, tmp_path: Path) -> None:
     assert tilt <= THICKNESS and np.abs(separation[-1, 0] - driver.separation[-1, 0]) <= 1e-5 * MATERIAL.s_f
     assert rise <= tilt + CONVERGED * MATERIAL.s_f
     assert shear <= MATERIAL.K * tilt + CONVERGED * MATERIAL.sigma0
+
+
+def test_exported_element(tmp_path: Path) -> None:
+    """The input of `asperity export oofem` gives the rows of the README, though a step has not converged."""
+    one, steps = exported.element("oofem", tmp_path / "kit")
+    script = [sys.executable, "oofem_run.py", "single.in", "single.npz"]
+    subprocess.run(script, cwd=tmp_path / "kit", capture_output=True, check=False)
+    found = np.load(tmp_path / "kit" / "single.npz")
+    moved = found["displacement"][steps, 4:].mean(axis=1)[:, [0, 2]]
+    columns = moved, found["stress"][steps, :, 4].mean(axis=1), found["state"][steps, :, 0].mean(axis=1)
+    exported.assert_same(one, np.column_stack(columns), 1e-6)
 
 
 def test_rejected_call(tmp_path: Path) -> None:

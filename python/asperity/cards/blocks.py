@@ -224,14 +224,14 @@ def _oofem(block: Block) -> str:
 
 
 def _akantu(block: Block) -> str:
-    """Akantu: the section of a material that `asperity.hosts.akantu` reads."""
+    """Akantu: the section of a material that asperity_akantu.py of `asperity export akantu` reads."""
     if block.prop("m") < 0:
         raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for akantu, not listed planes")
     _only("akantu, whose cohesive elements pass separations", "h", block.thickness(), 1.0)
     _only("akantu, whose axes are those of register(tx=...)", "map", block.prop("map"), 0.0)
     _only("akantu, whose steps are those of the script", "dalpha", block.prop("dalpha"), 0.0)
     comments = [
-        *_remarks(block, "in Python before aka.parseInput: joints = asperity.hosts.akantu.register()"),
+        *_remarks(block, "in Python before aka.parseInput: joints = asperity_akantu.register()"),
         "at the end of every step: joints[0].commit()",
     ]
     constants = (row.name for row in contract.owned("law", "pattern"))

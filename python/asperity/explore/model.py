@@ -115,12 +115,12 @@ class Answer:
     @property
     def slip(self) -> Floats:
         """Slip along the direction of the test."""
-        return self.history.separation[:, 1:] @ self.e
+        return self.history.slip_along(self.choice.values["direction"])
 
     @property
     def tau(self) -> Floats:
-        """Traction along the slip."""
-        return self.history.traction[:, 1:] @ self.e
+        """Traction along this direction."""
+        return self.history.tau_along(self.choice.values["direction"])
 
     @property
     def e(self) -> Floats:

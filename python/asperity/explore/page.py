@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import time
 from collections.abc import Mapping
 
 import numpy as np
@@ -82,7 +81,6 @@ class Page:
             "button_click", CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
         )
         self.message = Div(name="message", width=1450)
-        self.status = Div(name="status", width=300)
         names = ("slip", "tau", "s_N", "damage")
         self.curves, self.here = _source("curves", *names), _source("here", *names)
         self.planes = _source("planes", "xs", "ys", "alpha")
@@ -115,7 +113,6 @@ class Page:
     def redraw(self) -> None:
         """Compute the choice and show it, or the message of the library."""
         self.waiting = False
-        start = time.perf_counter()
         self.document.hold("combine")
         choice = self.choice
         try:
@@ -124,18 +121,13 @@ class Page:
             self.found = None
             self._say("error", [str(error)])
             _clear(self.curves, self.here, self.planes, self.touching, self.section, self.arrow)
-            self.text.text = self.status.text = ""
+            self.text.text = ""
         else:
             found = self.found
-            computed = time.perf_counter() - start
             self._say("lost" if found.lost else "remark", [*filter(None, [found.lost]), *found.remarks])
             self.curves.data = _rows(found, slice(None))
             self._show_place()
             self._show_text()
-            whole = time.perf_counter() - start
-            self.status.text = (
-                f"{len(found.history)} rows: model {1e3 * computed:.1f} ms, with figures {1e3 * whole:.1f} ms"
-            )
         self.document.unhold()
 
     def _moved(self, attr: str, old: object, new: object) -> None:
@@ -186,7 +178,7 @@ class Page:
         left = []
         for heading, names in GROUPS.items():
             left += [Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
-        left += [self.cycle, self.status]
+        left.append(self.cycle)
         figures = [
             self._curve("tau", "traction along the slip [MPa]"),
             self._curve("s_N", "dilation s_N [mm]"),

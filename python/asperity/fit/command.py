@@ -12,7 +12,7 @@ from ..options import add_options, assigned, command_line
 from ..remarks import doubts, shown_warnings
 from .model import SIDES
 from .outcome import Fit
-from .records import read_records
+from .records import read_tests
 from .search import Search, add_search, check_search, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Change, outliers, propose, refusals
@@ -71,7 +71,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     searching = Search(options, strict=True)
     target = DEFAULT if options.units is None else check_target(options.units.split(","))
     with shown_warnings():
-        tests = read_records(
+        tests = read_tests(
             options.records,
             options.k_N,
             options.compression_positive,

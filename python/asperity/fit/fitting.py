@@ -1,4 +1,4 @@
-"""Parameters of the law from shear-box records: least squares on the forward model."""
+"""Parameters of the law from shear-box tests: least squares on the forward model."""
 
 from __future__ import annotations
 
@@ -70,18 +70,54 @@ def fit(
 ) -> Fit:
     """Least-squares parameters of measured tests.
 
-    free, fixed: names and values of SCALES, theta in degrees.  Without `free` DEFAULT_FREE are free as far as
-    they are not fixed; a parameter that neither of them has takes its value in DEFAULT_FIXED.  With ks in one
-    of them the joint has no bond, and neither may have a parameter of BOND.
-    start: additional start besides the best points of a Latin hypercube; `starts` is the number of all
-    starts, `seed` that of the hypercube; if fewer than AGREEING of them reach the smallest sum of squares,
-    up to MORE_STARTS times as many are tried.  bounds: (low, high) by name.  increments: smallest number
-    along a test at first; they are refined until the parameters converge.  tick: called after each start
-    and each refinement.  model_error: accepted scatter, as a fraction of the range, of a model that differs
-    from the record by more than noise; the intervals are then wider.  executor: as in
-    `parallel.map_in_order`; it takes the starts and the columns of derivatives, and the result is the same
-    with any.  Raises ValueError for inadmissible names and values and for fewer data than the free
-    parameters need.
+    Parameters
+    ----------
+    tests
+        As `read_tests` returns them from files, or made of arrays.
+    free, fixed
+        Names, and values by name; theta in degrees. Without `free` every parameter of a bonded joint is free
+        that is not fixed. Others have their default. With ks in one of them the joint has no bond.
+    start, bounds
+        An additional start, and (low, high), by name.
+    sides, direction
+        Inclined planes of the pattern, and the direction of the slip, degrees.
+    increments
+        Smallest number along a test at first; they are refined until the parameters converge.
+    starts, seed
+        Number of starts, and seed of their Latin hypercube.
+    confidence
+        Of the intervals.
+    tick
+        Called after each start and each refinement.
+    model_error
+        Accepted scatter, as a fraction of the range, of a model that differs from the tests by more than
+        noise; the intervals are then wider.
+    executor
+        As in `parallel.map_in_order`; the result is the same with any.
+
+    Returns
+    -------
+    Fit
+        `estimates` (value, low, high by name), `interface`, and measures of the quality. Whether it is a
+        result: `asperity.fit.verdict.refusals(found)` is then empty.
+
+    Raises
+    ------
+    ValueError
+        For inadmissible names and values and for fewer data than the free parameters need.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from asperity import Interface, Material, Pattern
+    >>> from asperity.fit import ShearTest, fit
+    >>> joint = Interface(Material(1.5, 0.15, 0.9, 0.5, kc=20.0), Pattern.regular(2, 20.0))
+    >>> box = joint.confined_slip(0.0, np.linspace(0.0, 0.6, 31), sigma_N=-1.0)
+    >>> test = ShearTest("box", box.slip_along()[1:], box.tau[1:], (box.dilation - box.dilation[0])[1:], -1.0)
+    >>> known = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "kc": 20.0, "flat": 1 / 3}
+    >>> found = fit([test], free=["mu", "theta"], fixed=known, sides=2, starts=2)
+    >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
+    {'mu': 0.5, 'theta': 20.0}
     """
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
         if not 1 <= value <= most:

@@ -15,7 +15,7 @@ from ..contract import Floats
 from ..interface import Interface, slip_path
 from ..material import Material
 from ..parallel import map_in_order
-from ..pattern import Pattern, direction_vector
+from ..pattern import Pattern
 from .shear_test import ShearTest
 
 SIDES = 8
@@ -245,5 +245,5 @@ def slip_curve(
         return np.zeros(n), np.zeros(n), 0
     # rows without equilibrium repeat the last one
     place = np.minimum(np.arange(n), done - 1)
-    tau = history.traction[:, 1:] @ direction_vector(direction)
+    tau = history.tau_along(direction)
     return tau[place], (history.dilation - history.dilation[0])[place], done

@@ -13,7 +13,7 @@ from ..interface import Interface
 from .model import SCALES, STEP, Problem, Scale, material_of
 
 DEPENDENT = 0.3
-"""Correlation of neighbouring residuals above which the model differs from the record by more than noise."""
+"""Correlation of neighbouring residuals above which the model differs from the tests by more than noise."""
 
 DEVIATIONS = 3.0
 """Standard deviations of the correlation of independent residuals, 1/sqrt(n), that count as none."""

@@ -71,8 +71,8 @@ class _Rows:
             )
 
 
-def read_records(
-    paths: Iterable[Path],
+def read_tests(
+    paths: Iterable[str | Path] | str | Path,
     k_N: float | None = None,
     compression_positive: bool = False,
     target: tuple[str, str] = units.DEFAULT,
@@ -102,7 +102,7 @@ def read_records(
     tests: list[ShearTest] = []
     bad: list[str] = []
     seen: list[Path] = []
-    for path in paths:
+    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
         if path.resolve() in seen:
             raise ValueError(f"{path}: given twice: expected each file once")
         seen.append(path.resolve())

@@ -103,6 +103,9 @@ def write(
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
             print(path)
+        beside = file_of(options.output)
+        if beside not in files and beside.is_file():
+            print(f"warning: {beside} is of an earlier fit: stale, remove it")
 
 
 class Search:

@@ -1,4 +1,4 @@
-"""Units in the headers of records: their spellings and their conversion to one consistent set."""
+"""Units in the headers of test data: their spellings and their conversion to one consistent set."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ ALIASES = {
 
 KINDS = {"slip": "length", "dilation": "length", "tau": "stress", "sigma_N": "stress", "k_N": "stiffness"}
 KINDS |= {"peak": "stress", "residual": "stress"}
-"""What each column of a record measures."""
+"""What each column of test data measures."""
 
 DEFAULT = ("mm", "MPa")
-"""Units of length and stress to which records with units are converted."""
+"""Units of length and stress to which test data with units are converted."""
 
 
 NONE = ("length", "stress")
-"""Labels of records without units."""
+"""Labels of test data without units."""
 
 
 def standard(text: str) -> str:

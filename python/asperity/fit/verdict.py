@@ -205,7 +205,7 @@ def _value(found: Fit, change: Change) -> Change | None:
 
 
 def _acceptance(found: Fit, change: Change) -> Change | None:
-    """Change that accepts the scatter of a model that differs from the record by more than noise."""
+    """Change that accepts the scatter of a model that differs from the tests by more than noise."""
     scatter = float(np.nanmax(found.scatter))
     if not found.dependent or scatter <= change.model_error or scatter > LARGEST_ERROR:
         return None

@@ -67,18 +67,18 @@ def _action(options: argparse.Namespace) -> int:
 
 def select(numbers: Sequence[str]) -> tuple[Entry, ...]:
     """Return entries by their numbers; "4" means 4a and 4b. Raises ValueError for an unknown number."""
-    wanted = [number.lower().replace(" ", "") for number in numbers]
-    known = {entry: _names(entry) for entry in ENTRIES}
-    for number, name in zip(numbers, wanted, strict=True):
-        if not any(name in names for names in known.values()):
+    known = {entry: entry.number.lower().replace(" ", "") for entry in ENTRIES}
+    found: set[Entry] = set()
+    for number in numbers:
+        given = number.lower().replace(" ", "")
+        matching = {
+            entry for entry, name in known.items() if given in (name, re.sub(r"(?<=\d)[ab]$", "", name))
+        }
+        if not matching:
             expected = ", ".join(entry.number for entry in ENTRIES)
             raise ValueError(f"--figure {number}: expected one of {expected}")
-    return tuple(entry for entry, names in known.items() if names.intersection(wanted))
-
-
-def _names(entry: Entry) -> set[str]:
-    name = entry.number.lower().replace(" ", "")
-    return {name, re.sub(r"(?<=\d)[ab]$", "", name)}
+        found |= matching
+    return tuple(entry for entry in ENTRIES if entry in found)
 
 
 def write(

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
-from ..case_files import SlipTest, read_case, slip_tests
+from ..case_files import SlipTest, drive, read_case, slip_tests
 from ..contract import Floats
 from ..curve_pictures import SLIP, TRACTION, curves, merged
+from ..history import History
 from ..installed import named_case
-from ..pattern import Pattern, direction_vector
-from ..results import Rows, drive
+from ..pattern import Pattern
 from ..steps import turns_of
 from ..style import ONE, new_figure
 from .fracture_energy import Energies
@@ -28,19 +29,34 @@ MOST_ROWS = 101
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Computed slip test from s_L = 0 on; lost: whether it ends because no equilibrium is left.
-
-    traction (T, 3), MPa; s_L, s_N (T,), mm; tau_L along and tau_across left of the direction; damage (T,).
-    """
+    """Rows of a slip test, mm and MPa; the curve begins at s_L = 0, with the preload if there is one."""
 
     test: SlipTest
-    traction: Floats
-    s_L: Floats
-    s_N: Floats
-    tau_L: Floats
-    tau_across: Floats
-    damage: Floats
-    lost: bool
+    history: History
+
+    @property
+    def lost(self) -> bool:
+        """Whether it ends because no equilibrium is left."""
+        return self.history.lost
+
+    def of(self, column: Floats) -> Floats:
+        """Rows of the curve of a column of the history."""
+        return column[self.test.preload - 1 :] if self.test.preload else np.append(0.0, column)
+
+    @cached_property
+    def s_L(self) -> Floats:
+        """Slip along the direction."""
+        return self.of(self.history.slip_along(self.test.direction))
+
+    @cached_property
+    def s_N(self) -> Floats:
+        """Opening."""
+        return self.of(self.history.dilation)
+
+    @cached_property
+    def tau_L(self) -> Floats:
+        """Traction along the direction."""
+        return self.of(self.history.tau_along(self.test.direction))
 
     @property
     def energy(self) -> float:
@@ -91,28 +107,15 @@ class Entry:
         return f"figure{int(digits):02d}{self.number[len(digits) :]}"
 
     def run(self) -> Outcome:
-        """Run the cases by the driver, compute and draw."""
+        """Run the cases, compute and draw."""
         return self.make(*(run_case(stem) for stem in self.cases))
 
 
 def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
     path = named_case(stem)
-    results = drive(path)
-    case = read_case(path)
-    return Case(case.title, case.sweep, tuple(_curve(test, results[test.value]) for test in slip_tests(case)))
-
-
-def _curve(test: SlipTest, rows: Rows) -> Curve:
-    """Curve of a test from the end of its preload on; without a preload it starts at the virgin point."""
-    columns = (rows.separation, rows.traction, rows.damage)
-    s, t, damage = (column[max(test.preload - 1, 0) :] for column in columns)
-    if test.preload == 0:
-        s, t, damage = np.pad(s, ((1, 0), (0, 0))), np.pad(t, ((1, 0), (0, 0))), np.pad(damage, (1, 0))
-    e = direction_vector(test.direction)
-    across = np.array([-e[1], e[0]])
-    lost = "lost" in rows.events[-1]
-    return Curve(test, t, s[:, 1:] @ e, s[:, 0], t[:, 1:] @ e, t[:, 1:] @ across, damage, lost)
+    results, case = drive(path), read_case(path)
+    return Case(case.title, case.sweep, tuple(Curve(one, results[one.value]) for one in slip_tests(case)))
 
 
 ROUNDING = 1.0e-12
@@ -139,11 +142,11 @@ def _thinned(curve: Curve) -> range:
 
 def curves_csv(parts: Sequence[tuple[Sequence[float], Curve]], names: str) -> tuple[str, tuple[str, ...]]:
     """Header and lines of curves, each with the values that identify the curve."""
-    lines = [
-        numbers(*values, *(column[i] for column in (c.s_L, c.tau_L, c.tau_across, c.s_N, c.damage)))
-        for values, c in parts
-        for i in _thinned(c)
-    ]
+    lines = []
+    for values, c in parts:
+        across = c.of(c.history.tau_along(c.test.direction + 90.0))
+        columns = c.s_L, c.tau_L, across, c.s_N, c.of(c.history.damage)
+        lines += [numbers(*values, *(column[i] for column in columns)) for i in _thinned(c)]
     return f"{names},s_L,tau_L,tau_across,s_N,damage", tuple(lines)
 
 

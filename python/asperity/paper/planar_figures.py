@@ -26,7 +26,7 @@ def figure_2(case: Case) -> Outcome:
     (curve,) = case.curves
     m = curve.test.material
     s_f, s_0 = m.s_f, m.s_0
-    s, t = curve.s_N, curve.traction[:, 0]
+    s, t = curve.s_N, curve.of(curve.history.traction[:, 0])
     triangle = np.interp(s, [0.0, s_0, s_f, s[-1]], [0.0, m.sigma0, 0.0, 0.0])
     area = float(trapezoid(t, s))
     figure, (ax,) = new_figure(ONE, 2.3)

@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(
         parser.add_argument_group("planes"),
         ("--regular", "the nearest regular pattern, not listed planes"),
-        ("--sides M", "sides of the regular pattern (default: best)", int),
+        ("--sides M", "inclined planes of the regular pattern (default: best)", int),
         ("--directions D", "sectors of azimuth of the listed planes (default: 8)", int),
         ("--bins B", "classes of inclination in each (default: 3)", int),
         ("--planes N", "largest number of listed planes; it sets the bins", int),
@@ -156,7 +156,7 @@ def _check(options: argparse.Namespace) -> None:
             "--regular: expected without --bins, --directions, --flat-below and --planes, which list planes"
         )
     if options.sides is not None and not options.regular:
-        raise ValueError("--sides: expected with --regular, listed planes have no number of sides")
+        raise ValueError("--sides: expected with --regular, listed planes have no such number")
     if options.bins is not None and options.planes is not None:
         raise ValueError("--bins, --planes: expected one of them")
     if options.sides is not None and not 2 <= options.sides <= contract.MAX_INCLINED:
@@ -191,7 +191,7 @@ def _shown(error: float) -> str:
 def _scales(
     scan: Scan, lengths: Floats, regular: Pattern, direction: float, tick: slopes.Tick
 ) -> Iterator[tuple[float, ...]]:
-    """Sampling length, mean and rms slope, theta and flat weight of the regular pattern of the same sides."""
+    """Sampling length, mean and rms slope, theta and flat weight of the regular pattern of as many planes."""
     for length in lengths:
         found = slopes.facets(scan.sampled(length), direction)
         pattern = slopes.nearest_regular(found, None, regular.m or 2, direction)

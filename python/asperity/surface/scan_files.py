@@ -11,9 +11,10 @@ import numpy as np
 
 from ..contract import Floats
 from ..fit.units import LENGTHS, standard
+from ..pattern import Pattern
 from ..tables import read_table
 from .scan import EVEN, LEAST_POINTS, Scan, even
-from .slopes import FLATNESS
+from .slopes import FLATNESS, Slips, bin_facets, directions_of, facets, nearest_regular
 
 MESHES = (".stl", ".ply", ".obj", ".vtk", ".vtu", ".msh")
 """Endings of the files of triangles that meshio reads."""
@@ -65,6 +66,58 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
     factors = [LENGTHS[given] / LENGTHS[unit] for given in units]
     data = dict(zip(names, (table.numbers(places, names) * factors).T, strict=True))
     return (_profile if len(names) == 2 else _map)(path, data, table.lines, unit)
+
+
+def planes_from_scan(
+    scan: Scan | str | Path,
+    directions: int = 8,
+    bins: int = 3,
+    flat_below: float = 0.0,
+    smooth: float | None = None,
+    sampling: float | None = None,
+    direction: float = 0.0,
+    regular: bool = False,
+) -> Pattern:
+    """Pattern of a scanned surface: listed planes, or the nearest regular pattern.
+
+    Parameters
+    ----------
+    scan
+        Heights, or a file that `asperity surface` reads.
+    directions, bins, flat_below
+        Sectors of azimuth (2 for a profile), classes of inclination in each, and the angle in degrees up to
+        which facets form the flat plane.
+    smooth, sampling
+        Cut-off length of a Gaussian filter and length of the facets, in the unit of the scan.
+    direction
+        Of a profile, or of the first sector, degrees from Tx towards Ty.
+    regular
+        Whether the pattern is regular.
+
+    Raises
+    ------
+    ValueError
+        For a file or a length that cannot be used.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from asperity.surface import Scan, planes_from_scan
+    >>> x = np.linspace(0.0, 8.0, 81)
+    >>> ridges = Scan(x, None, 0.5 * np.abs(x % 2.0 - 1.0)[None])
+    >>> planes_from_scan(ridges).weights.round(6).tolist()
+    [0.5, 0.5]
+    >>> round(planes_from_scan(ridges, regular=True).theta, 6)
+    26.565051
+    """
+    one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
+    one = one if smooth is None else one.smoothed(smooth)
+    found = facets(one if sampling is None else one.sampled(sampling), direction)
+    if not regular:
+        sectors = 2 if found.profile else directions
+        return bin_facets(found, sectors, bins, direction, flat_below)[0]
+    slips = Slips.of(found, directions_of(found, direction), mu=0.0)
+    return nearest_regular(found, slips, 0, direction)
 
 
 def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:

@@ -25,19 +25,15 @@ from ..options import (
     workers,
 )
 from ..remarks import shown_warnings
-from .distribution import CONSTANTS, Distribution, check_name, of_deviations, of_fit
-from .paths import CURVES, load_paths
-from .spread import BATCH, RESULTS, Spread, spread
+from .distribution import CONSTANTS, Distribution, distribution_of
+from .paths import CURVES
+from .spread import BATCH, RESULTS, Spread, spreads
 
 MOST_SAMPLES = 1_000_000
 """A sample takes up to 3 kB of memory."""
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
-
-DIGITS = 1.0e-4
-"""Largest relative difference between a constant of a case and of its fit, which has more digits."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
@@ -78,17 +74,15 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs(options.force, read, ("-o", options.output, table), ("--plot", options.plot))
     with shown_warnings():
         case = read_case(options.case)
-    paths = load_paths(case)
-    distribution, source = _distribution(options, case)
-    samples = distribution.draw(options.samples, options.seed)
-    found = []
+    deviations = {name: one for name, (one,) in numbers("--sd", options.sd, 1).items()}
+    correlations = _correlations(options.correlation)
+    distribution, source = distribution_of(case, options.fit, deviations, correlations)
+    given = distribution, options.samples, options.seed, levels
     with (
         workers(options, os.cpu_count()) as executor,
-        progress_bar(options.samples * len(paths), "sample") as bar,
+        progress_bar(options.samples * len(case.runs), "sample") as bar,
     ):
-        for path in paths:
-            tick = lambda: bar.update(min(BATCH, bar.total - bar.n))  # noqa: E731
-            found.append(spread(path, distribution.names, samples, levels, executor, tick))
+        found = spreads(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
     print(report(case, distribution, source, options.samples, options.seed, found))
     if options.output is not None:
         write_curves(options.output, case.sweep, found)
@@ -118,12 +112,10 @@ def _levels(text: str) -> list[float]:
     return levels
 
 
-def _distribution(options: argparse.Namespace, case: Case) -> tuple[Distribution, str]:
-    """Distribution of the constants of a case, and where it comes from."""
-    props = np.array(case.runs[0].props)
-    deviations = {name: one for name, (one,) in numbers("--sd", options.sd, 1).items()}
-    correlations = {}
-    for name, (value,) in numbers("--correlation", options.correlation, 1).items():
+def _correlations(texts: Sequence[str]) -> dict[tuple[str, str], float]:
+    """Correlations by the pair of names."""
+    correlations: dict[tuple[str, str], float] = {}
+    for name, (value,) in numbers("--correlation", texts, 1).items():
         first, comma, second = name.partition(",")
         if not comma:
             raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
@@ -131,53 +123,7 @@ def _distribution(options: argparse.Namespace, case: Case) -> tuple[Distribution
         if pair[::-1] in correlations:
             raise ValueError(f"--correlation {name}={value:g}: given twice: expected one value")
         correlations[pair] = value
-    if deviations:
-        if options.fit is not None:
-            raise ValueError(f"--fit {options.fit}: expected without --sd")
-        for name in deviations:
-            check_name(name)
-        values = {name: float(props[contract.index(name)]) for name in deviations}
-        found, source = of_deviations(values, deviations, correlations), "--sd"
-    else:
-        if correlations:
-            raise ValueError("--correlation: expected with --sd; a fit has its own")
-        path = options.fit or covariance.file_of(options.case)
-        if not path.is_file():
-            raise ValueError(
-                f"{path}: expected the file that asperity fit -o {options.case} writes, --fit with its name, "
-                "or --sd NAME=VALUE"
-            )
-        known = covariance.read(path)
-        for name in known.names:
-            if name not in CONSTANTS:
-                raise ValueError(
-                    f"{path}: {name} is no constant of PROPS: expected --sd with {', '.join(CONSTANTS)}"
-                )
-        for name, value in zip(known.names, known.values, strict=True):
-            of_case = props[contract.index(name)]
-            if abs(of_case - value) > DIGITS * abs(value):
-                raise ValueError(
-                    f"{path}: {name} = {value:g}, but {options.case} has {of_case:g}: expected a case "
-                    "with the constants of the fit"
-                )
-        found, source = of_fit(known), str(path)
-    _check_runs(options.case, case, found.names)
-    return found, source
-
-
-def _check_runs(path: Path, case: Case, names: Sequence[str]) -> None:
-    """Raise ValueError for constants that a case does not have, or that its sweep changes."""
-    first = np.array(case.runs[0].props)
-    inclined = [name for name in names if name in ("theta", "flat", "height", "W0")]
-    if inclined and case.runs[0].pattern.m == 0:
-        raise ValueError(f"{path}: {inclined[0]}: expected inclined planes, which sides = 0 does not have")
-    listed = [name for name in names if name in ("theta", "flat")]
-    if listed and case.runs[0].pattern.m < 0:
-        raise ValueError(f"{path}: {listed[0]}: expected a regular pattern, not listed planes")
-    for run in case.runs:
-        for name in names:
-            if run.props[contract.index(name)] != first[contract.index(name)]:
-                raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
+    return correlations
 
 
 def report(

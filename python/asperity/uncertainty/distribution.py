@@ -3,59 +3,77 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from .. import contract
+from ..case_files import Case
 from ..contract import Floats
-from ..fit.covariance import Covariance
-from ..fit.model import SCALES, TIMELESS
+from ..fit.covariance import Distribution, file_of, read
+from ..fit.model import TIMELESS
 
 CONSTANTS = tuple(row.name for row in TIMELESS)
 """Constants that may be uncertain."""
 
-LEAST_EIGENVALUE = -1.0e-9
-"""Smallest eigenvalue of a matrix of correlations that counts as a rounding error of zero."""
+DIGITS = 1.0e-4
+"""Largest relative difference between a constant of a case and of its fit, which has more digits."""
 
-
-@dataclass(frozen=True, eq=False)
-class Distribution:
-    """Normal distribution of constants, or of their logarithms and logits where they come from a fit.
-
-    names (p); mean (p,) and covariance (p, p): of the constants, or of the transformed ones.
-    """
-
-    names: tuple[str, ...]
-    mean: Floats
-    covariance: Floats
-    transformed: bool
-
-    def draw(self, samples: int, seed: int) -> Floats:
-        """Values of the constants, (samples, p); the same for the same seed."""
-        deviations = np.sqrt(np.diag(self.covariance))
-        scales = np.where(deviations > 0.0, deviations, 1.0)
-        # The eigenvalues are those of the correlations, which have no units: beside the variance of a
-        # strength in Pa that of a friction coefficient would be a rounding error.
-        sizes, vectors = np.linalg.eigh(self.covariance / np.outer(scales, scales))
-        if sizes[0] < LEAST_EIGENVALUE:
+def distribution_of(
+    case: Case,
+    fit: Path | None = None,
+    deviations: Mapping[str, float] | None = None,
+    correlations: Mapping[tuple[str, str], float] | None = None,
+) -> tuple[Distribution, str]:
+    """Distribution of the constants of a case, and where it comes from; arguments of `uncertainty`."""
+    props = np.array(case.runs[0].props)
+    if deviations:
+        if fit is not None:
+            raise ValueError(f"--fit {fit}: expected without --sd")
+        for name in deviations:
+            check_name(name)
+        values = {name: float(props[contract.index(name)]) for name in deviations}
+        found, source = of_deviations(values, deviations, correlations or {}), "--sd"
+    else:
+        if correlations:
+            raise ValueError("--correlation: expected with --sd; a fit has its own")
+        path = fit or file_of(case.path)
+        if not path.is_file():
             raise ValueError(
-                f"the correlations of {', '.join(self.names)} contradict each other: expected a covariance "
-                "without negative eigenvalues"
+                f"{path}: expected the file that asperity fit -o {case.path} writes, --fit with its name, "
+                "or --sd NAME=VALUE"
             )
-        root = vectors * np.sqrt(np.maximum(sizes, 0.0)) @ vectors.T
-        normal = np.random.default_rng(seed).standard_normal((samples, len(self.names)))
-        x = self.mean + scales * (normal @ root)
-        if not self.transformed:
-            return x
-        return np.column_stack([SCALES[name].back(one) for name, one in zip(self.names, x.T, strict=True)])
+        known = read(path)
+        for name in known.names:
+            if name not in CONSTANTS:
+                raise ValueError(
+                    f"{path}: {name} is no constant of PROPS: expected --sd with {', '.join(CONSTANTS)}"
+                )
+        for name, value in zip(known.names, known.values, strict=True):
+            of_case = props[contract.index(name)]
+            if abs(of_case - value) > DIGITS * abs(value):
+                raise ValueError(
+                    f"{path} is stale: {name} = {value:g}, but {case.path} has {of_case:g}: expected a case "
+                    "with the constants of the fit"
+                )
+        found, source = known, str(path)
+    _check_runs(case, found.names)
+    return found, source
 
 
-def of_fit(found: Covariance) -> Distribution:
-    """Distribution of the constants of a fit."""
-    pairs = zip(found.names, found.values, strict=True)
-    mean = np.array([SCALES[name].to(value) for name, value in pairs])
-    return Distribution(found.names, mean, found.covariance, True)
+def _check_runs(case: Case, names: Sequence[str]) -> None:
+    """Raise ValueError for constants that a case does not have, or that its sweep changes."""
+    path, first = case.path, np.array(case.runs[0].props)
+    inclined = [name for name in names if name in ("theta", "flat", "height", "W0")]
+    if inclined and case.runs[0].pattern.m == 0:
+        raise ValueError(f"{path}: {inclined[0]}: expected inclined planes, which sides = 0 does not have")
+    listed = [name for name in names if name in ("theta", "flat")]
+    if listed and case.runs[0].pattern.m < 0:
+        raise ValueError(f"{path}: {listed[0]}: expected a regular pattern, not listed planes")
+    for run in case.runs:
+        for name in names:
+            if run.props[contract.index(name)] != first[contract.index(name)]:
+                raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
 
 
 def of_deviations(

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from .. import contract
+from ..case_files import Case, read_case
 from ..contract import Floats
 from ..parallel import map_in_order
 from ..steps import thinned
-from .distribution import bad_constant
-from .paths import CURVES, LoadPath
+from .distribution import Distribution, bad_constant, distribution_of
+from .paths import CURVES, LoadPath, load_paths
 
 BATCH = 250
 """Samples of a task, whatever the number of workers."""
@@ -80,6 +82,71 @@ def spread(
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
     own = (case[0], _results(path.x, *case))
     return Spread(path, points, np.array(levels), quantiles, results, refused, lost, own)
+
+
+def spreads(
+    case: Case,
+    distribution: Distribution,
+    samples: int,
+    seed: int,
+    levels: Sequence[float],
+    executor: Executor | None = None,
+    tick: Callable[[], object] = lambda: None,
+) -> list[Spread]:
+    """Quantiles of each run of a case, all for the same samples."""
+    paths, drawn = load_paths(case), distribution.draw(samples, seed)
+    return [spread(path, distribution.names, drawn, levels, executor, tick) for path in paths]
+
+
+def uncertainty(
+    case: Case | str | Path,
+    sd: Mapping[str, float] | None = None,
+    correlations: Mapping[tuple[str, str], float] | None = None,
+    fit: str | Path | None = None,
+    samples: int = 10_000,
+    seed: int = 0,
+    levels: Sequence[float] = (0.05, 0.5, 0.95),
+    executor: Executor | None = None,
+) -> list[Spread]:
+    """Quantiles of the load path of a case whose constants are uncertain.
+
+    Parameters
+    ----------
+    case
+        Case with a prescribed slip or opening, or its file.
+    sd, correlations
+        Standard deviations by name, about the values of the case, and correlations of pairs of names.
+    fit
+        File of `asperity fit -o` with the covariance; None: that beside the case, unless sd is given.
+    samples, seed
+        Number of samples, and seed of the random numbers.
+    levels
+        Of the quantiles, increasing.
+    executor
+        As in `parallel.map_in_order`; the result is the same with any.
+
+    Returns
+    -------
+    list of Spread
+        For each value of the sweep, or one: `curves` (quantiles of traction, dilation and damage at
+        `points` of the path), `results` of each sample in the order of RESULTS, and `left_out`.
+
+    Raises
+    ------
+    ValueError
+        For a case or a distribution that does not fit, and where no sample has the whole path.
+
+    Examples
+    --------
+    >>> from asperity.installed import named_case
+    >>> from asperity.uncertainty import uncertainty
+    >>> [found] = uncertainty(named_case("figure05b"), sd={"mu": 0.05}, samples=50)
+    >>> found.curves.shape[0], len(found.results), found.left_out
+    (3, 50, 0.0)
+    """
+    one = case if isinstance(case, Case) else read_case(case)
+    distribution, _ = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
+    return spreads(one, distribution, samples, seed, levels, executor)
 
 
 def _batch(

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from .. import contract
-from ..interface import Interface
-from ..material import Material
-from ..pattern import Pattern
+from asperity import Interface, Material, Pattern, contract
+from asperity.export.element import ROWS, Element
+
 from .deck_lines import (
     SOLID_DENSITY,
     card,
@@ -24,71 +23,54 @@ from .mesh import Layer, Mesh, spaced, stack
 
 THETA = 30.0
 ROUGH = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=10.0)
-"""Joint of the single elements and the shear boxes (mm, N, MPa)."""
-
-SLIP, PRESS_INCREMENTS, SLIP_INCREMENTS, ROWS = 0.25, 10, 100, 5
-"""Load path of the single element: slip at the end, increments of pressure and of slip, printed rows."""
+"""Joint of the shear boxes (mm, N, MPa)."""
 
 BOX_SLIP = 0.6
 """Slip of the shear boxes at the end."""
 
-CASE = f"""! The single element of single_standard.inp and single_explicit.inp as a material point: a
-! pressure of 1 MPa, then a slip of {SLIP} mm. At the end all planes are fully damaged, and the joint
-! slides up one of them: t_Tx = (mu + tan(theta))/(1 - mu tan(theta)) 1 MPa. Run it by: rie_driver joint.nml
-&case title = 'one joint element' /
-&material sigma0 = {ROUGH.sigma0}, Gc = {ROUGH.Gc}, eta = {ROUGH.eta}, mu = {ROUGH.mu}, kc = {ROUGH.kc} /
-&pattern sides = 2, theta = {THETA} /
-&step t_N = -1.0, increments = {PRESS_INCREMENTS} /
-&step slip = {SLIP}, increments = {SLIP_INCREMENTS} /
-"""
-"""The same as a case of the driver."""
+UNITS = "Units are those of the case; the element has the area 1. SDV1 is the damage."
 
 
-def single_standard() -> str:
+def single_standard(one: Element) -> str:
     """One element, Abaqus/Standard."""
+    stress = one.sigma_N or None
     return deck(
-        f"One joint element, Abaqus/Standard: pressed by 1 MPa, then pulled along x by {SLIP} mm",
-        [
-            "Units: mm, N, MPa. The README has the five rows that the .dat file must show.",
-            slides(ROUGH, THETA, 1.0) + " SDV1 (damage) is 1.",
-        ],
+        f"One joint element, Abaqus/Standard: normal traction {one.sigma_N:g}, then a slip of {one.slip:g}",
+        [UNITS, "The README has the five rows that the .dat file must show."],
         "single_standard",
         single(),
-        card(Interface(ROUGH, Pattern.regular(2, THETA)), stress=-1.0),
+        card(one.interface, stress=stress),
         "*Boundary",
         "BOTTOM, 1, 3",
         "TOP, 1, 2",
-        "** Increments are fixed, so that every twentieth is a row.",
-        *static("PRESS", "0.1, 1.", direct=True),
+        "** Increments are fixed, so that five of them are the rows.",
+        *static("PRESS", f"{1.0 / one.press!r}, 1.", direct=True),
         "** A tighter equilibrium than Abaqus' default, so that the digits of the README can be compared.",
         "*Controls, parameters=field, field=displacement",
         "1e-6, 1e-3",
         "*Cload",
-        "TOP, 3, -0.25",
+        f"TOP, 3, {one.sigma_N / 4.0!r}",
         "*End Step",
-        *static("PULL", f"{1.0 / SLIP_INCREMENTS}, 1.", direct=True),
+        *static("PULL", f"{1.0 / one.slide!r}, 1.", direct=True),
         "*Boundary",
-        f"TOP, 1, 1, {SLIP}",
-        f"*Node Print, nset=TOP, frequency={SLIP_INCREMENTS // ROWS}, totals=YES",
+        f"TOP, 1, 1, {one.slip!r}",
+        f"*Node Print, nset=TOP, frequency={one.slide // ROWS}, totals=YES",
         "U1, U3, RF1",
-        f"*El Print, elset=JOINT, frequency={SLIP_INCREMENTS // ROWS}",
+        f"*El Print, elset=JOINT, frequency={one.slide // ROWS}",
         "SDV1",
         *output("JOINT"),
         "*End Step",
     )
 
 
-def single_explicit() -> str:
-    """One element, Abaqus/Explicit."""
+def single_explicit(one: Element) -> str:
+    """One element, Abaqus/Explicit; its density and durations suit mm, N, MPa, t, s."""
     return deck(
-        f"One joint element, Abaqus/Explicit: pressed by 1 MPa, then pulled along x by {SLIP} mm",
-        [
-            "Units: mm, N, MPa, t, s. RF1 and U3 over U1 follow the rows of the README with oscillations.",
-            slides(ROUGH, THETA, 1.0) + " SDV1 (damage) is 1.",
-        ],
+        f"One joint element, Abaqus/Explicit: normal traction {one.sigma_N:g}, then a slip of {one.slip:g}",
+        [UNITS, "RF1 and U3 over U1 follow the rows of the README with oscillations."],
         "single_explicit",
         single(),
-        card(Interface(ROUGH, Pattern.regular(2, THETA)), stress=-1.0, explicit=True),
+        card(one.interface, stress=one.sigma_N, explicit=True),
         *smooth("PRESSING", 0.01),
         *smooth("PULLING", 0.05),
         "*Boundary",
@@ -98,11 +80,11 @@ def single_explicit() -> str:
         "*Boundary",
         "TOP, 1, 1",
         "*Cload, amplitude=PRESSING",
-        "TOP, 3, -0.25",
+        f"TOP, 3, {one.sigma_N / 4.0!r}",
         "*End Step",
         *dynamic("PULL", 0.05),
         "*Boundary, amplitude=PULLING",
-        f"TOP, 1, 1, {SLIP}",
+        f"TOP, 1, 1, {one.slip!r}",
         *explicit_output(),
     )
 
@@ -293,13 +275,5 @@ def wallette() -> str:
     )
 
 
-DECKS = {
-    "single_standard.inp": single_standard,
-    "single_explicit.inp": single_explicit,
-    "shear_box_2d.inp": shear_box_2d,
-    "shear_box_3d.inp": shear_box_3d,
-    "shear_box_explicit.inp": shear_box_explicit,
-    "dcb.inp": dcb,
-    "wallette.inp": wallette,
-}
-"""Decks by file name."""
+EXAMPLES = (shear_box_2d, shear_box_3d, shear_box_explicit, dcb, wallette)
+"""Decks of larger models."""

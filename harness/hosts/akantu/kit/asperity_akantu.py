@@ -1,4 +1,4 @@
-"""Material of Akantu's cohesive elements with the law; needs `asperity[akantu]`."""
+"""Material of Akantu's cohesive elements with the law of asperity, from `asperity export akantu`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,9 @@ from dataclasses import dataclass
 
 import akantu as aka
 import numpy as np
+from asperity import Interface, Material, Pattern, contract
+from asperity.contract import Floats
 from scipy.spatial import KDTree
-
-from .. import contract
-from ..contract import Floats
-from ..interface import Interface
-from ..material import Material
-from ..pattern import Pattern
 
 FACETS = {
     aka._cohesive_2d_4: aka._segment_2, aka._cohesive_2d_6: aka._segment_3,
@@ -56,7 +52,7 @@ class Joint(aka.MaterialCohesive):
     its tension, root of the sum of squares) exceeds `insertion` times sigma0.  A new element carries this
     traction at separation zero, as after `Interface.initial`.
 
-    Without an interface the constants are those of the input file (`asperity card --host akantu`).
+    Without an interface the constants are those of the input file (`asperity card akantu`).
     """
 
     interface: Interface

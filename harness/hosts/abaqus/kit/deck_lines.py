@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from asperity import Interface, Material, contract
 
-from .. import contract
-from ..interface import Interface
-from ..material import Material
 from .mesh import Mesh
 
 JOINT_DENSITY, SOLID_DENSITY = 1.0e-8, 2.0e-9

@@ -1,0 +1,21 @@
+"""The kit for Abaqus: sources, decks, environment file, and a README with what a first run must show."""
+
+from __future__ import annotations
+
+from asperity import installed
+from asperity.export.element import Element
+
+from .decks import EXAMPLES, single_explicit, single_standard
+
+
+def files(element: Element, examples: bool = True) -> dict[str, str | bytes]:
+    """Contents of the kit by file name; examples: with the decks of an explicit element and larger models."""
+    decks = {"single_standard.inp": single_standard(element)}
+    if examples:
+        decks["single_explicit.inp"] = single_explicit(element)
+        decks |= {f"{write.__name__}.inp": write() for write in EXAMPLES}
+    listed = "\n".join(f"| `{name}` | {text.splitlines()[1]} |" for name, text in decks.items())
+    environment = (installed.kit("abaqus") / "abaqus_v6.env").read_text(encoding="ascii")
+    texts = {"README.md": element.readme("abaqus", decks=listed), "abaqus_v6.env": environment}
+    sources = {path.name: path.read_bytes() for path in sorted(installed.abaqus().glob("*.f90"))}
+    return texts | {"joint.nml": element.text} | decks | sources

@@ -1,0 +1,138 @@
+"""One element of a joint as a model of a host: its load path, and the rows that the host must show."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from string import Template
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from .. import contract, installed
+from ..case_files import read_run, slip_test
+from ..history import History
+from ..interface import Interface
+from ..steps import Step, turns_of
+
+ROWS = 5
+"""Rows that are printed: so many equal parts of the slip."""
+
+SAME = 1.0e-6
+"""Largest difference of a host from the material point, over s_f and sigma0."""
+
+CASE = """! One element as a material point: a pressure of 1 MPa, then a slip of 0.25 mm. At the end all
+! planes are fully damaged, and the joint slides up one: t_Tx = (mu + tan(theta))/(1 - mu tan(theta)) 1 MPa.
+&case title = 'one joint element' /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /
+&pattern sides = 2, theta = 30.0 /
+&step t_N = -1.0, increments = 10 /
+&step slip = 0.25, increments = 100 /
+"""
+"""Case of the element where no other one is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """Square element of area 1: a normal traction sigma_N in `press` increments, then a slip along Tx.
+
+    text, value: of the case and its sweep.  slide: increments of the slip.  history: rows of the slip of
+    the material point.
+    """
+
+    text: str
+    interface: Interface
+    sigma_N: float
+    slip: float
+    press: int
+    slide: int
+    history: History
+    value: str | None
+
+    @property
+    def every(self) -> int:
+        """Increments of the slip between two rows."""
+        return self.slide // ROWS
+
+    @classmethod
+    def of_case(cls, path: Path | None = None, value: str | None = None) -> Element:
+        """Element with the joint of a case, up to the first reversal of its slip.
+
+        Raises ValueError for a case without a slip along Tx under a constant t_N, with viscous damage, or
+        whose path ends or jumps, which no static model can follow.
+        """
+        if path is None:
+            with TemporaryDirectory() as folder:
+                path = Path(folder, "joint.nml")
+                path.write_text(CASE, encoding="ascii")
+                return cls.of_case(path)
+        run = read_run(path, value)
+        test = slip_test(path, run)
+        if not len(test.slips) or test.sigma_N > 0.0:
+            raise ValueError(f"{path}: expected &step with t_N <= 0, then slip under it, for one element")
+        if test.direction != 0.0:
+            raise ValueError(f"{path}: direction = {test.direction:g}: expected 0; turn the pattern instead")
+        if run.material.tau_v > 0.0:
+            raise ValueError(f"{path}: tau_v = {run.material.tau_v:g}: expected 0, an element has no rate")
+        stroke = int(turns_of(np.array([0.0, *test.slips]))[1])
+        slip, press, slide = float(test.slips[stroke - 1]), max(test.preload, 1), -(-stroke // ROWS) * ROWS
+        steps = Step(t_N=test.sigma_N, increments=press), Step(slip=slip, direction=0.0, increments=slide)
+        history, lost = run.interface.rows(steps)
+        if lost or history.snaps:
+            at = history.snaps[0].before[1] if history.snaps else max(history.separation[:, 1], default=0.0)
+            what = "jumps" if history.snaps else "has no equilibrium"
+            raise ValueError(
+                f"{path}: the joint {what} beyond s_Tx = {at:.6g}: expected a stable path, which a static "
+                "model can follow"
+            )
+        text = path.read_text(encoding="utf-8")
+        return cls(text, run.interface, test.sigma_N, slip, press, slide, history.after_step(1), value)
+
+    @property
+    def rows(self) -> list[list[float]]:
+        """Slip, opening, shear traction and damage at equal parts of the slip."""
+        h, places = self.history, [k * self.every - 1 for k in range(1, ROWS + 1)]
+        columns = h.separation[:, 1], h.dilation, h.traction[:, 1], h.damage
+        return [[float(column[i]) for column in columns] for i in places]
+
+    def table(self) -> str:
+        """Rows in Markdown."""
+        lines = [f"| {u:.6g} | {w:.7f} | {force:.7f} | {d:.7f} |" for u, w, force, d in self.rows]
+        return "\n".join(["| U1 | U3 | RF1 | SDV1 |", "|---|---|---|---|", *lines])
+
+    def numbers(self) -> dict[str, float]:
+        """Numbers of the load path by name, for templates."""
+        names = ("sigma_N", "slip", "press", "slide")
+        more = {"every": self.every, "last": self.press + self.slide, "quarter": 0.25 * self.sigma_N}
+        steps = {"press_step": 1.0 / self.press, "slide_step": 1.0 / self.slide}
+        return {name: getattr(self, name) for name in names} | more | steps
+
+    def filled(self, host: str, name: str, **texts: str) -> str:
+        """Text of a template of a host."""
+        text = (installed.kit(host) / name).read_text(encoding="utf-8")
+        return Template(text).substitute(self.numbers(), **texts)
+
+    def readme(self, host: str, **texts: str) -> str:
+        """README of a kit."""
+        version = contract.library_version()
+        return self.filled(host, "README.md", table=self.table(), version=version, **texts)
+
+    def scripts(self, host: str, *names: str) -> dict[str, str]:
+        """README, case and these files of a kit, which read the case."""
+        texts = {name: (installed.kit(host) / name).read_text(encoding="utf-8") for name in names}
+        value = {"model.json": json.dumps({"value": self.value}) + "\n"} if "single.py" in names else {}
+        return {"README.md": self.readme(host), "joint.nml": self.text} | value | texts
+
+    def compare(self, found: Sequence[Sequence[float]]) -> None:
+        """Print slip, opening and force of a host and the expected ones; SystemExit if they differ."""
+        print(f"{'U1':>12}{'U3':>14}{'expected':>14}{'RF1':>14}{'expected':>14}")
+        for row, (u, w, force, _) in zip(found, self.rows, strict=True):
+            print(f"{u:>12.6g}{row[1]:>14.7f}{w:>14.7f}{row[2]:>14.7f}{force:>14.7f}")
+        material = self.interface.material
+        sizes = np.array([material.s_f, material.s_f, material.sigma0])
+        worst = np.abs((np.array(found) - np.array(self.rows)[:, :3]) / sizes).max()
+        if not worst <= SAME:
+            sys.exit(f"the rows differ by {worst:.1e} of s_f or sigma0: expected at most {SAME:g}")

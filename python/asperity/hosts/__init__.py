@@ -1,1 +1,0 @@
-"""Classes that put the law into programs with a Python interface."""
