@@ -4,7 +4,9 @@ module point_work
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use host_routines, only: umat
+  use asperity_control_point, only: new_point
   use asperity_load_path, only: start_run, next_row, row_type, run_type
+  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: complete_steps, step_table, step_type
   use start_states, only: new_start_states
   use textbook, only: textbook_numerical_tangent, textbook_update
@@ -142,7 +144,7 @@ contains
       end select
     end do
     call complete_steps(steps, "", message)
-    call start_run(work%joint, steps, run)
+    call start_run(work%joint, steps, run, new_point(new_rie_law(work%joint)))
     n_done = 0
     do
       call next_row(run, row, found)

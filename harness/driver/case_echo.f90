@@ -37,9 +37,10 @@ contains
     character(len=:), allocatable :: start, value
     integer :: file, i, j
     json%room = repeat(" ", 4096)
-    associate (pattern => text%groups(group_index(text, "pattern")))
+    associate (pattern => text%groups(max(1, group_index(text, "pattern"))))
       call put(json, "{""title"": " // quoted(cases(1)%title) // ", ""sweep"": " // quoted(sweep) // &
-        ", ""pattern"": [" // integer_text(pattern%from) // ", " // integer_text(pattern%to) // "], ""runs"": [")
+        ", ""pattern"": [" // integer_text(pattern%from) // ", " // integer_text(pattern%to) // "], ""umat"": " // &
+        trim(merge("true ", "false", cases(1)%umat%given)) // ", ""runs"": [")
     end associate
     do i = 1, size(cases)
       value = "null"

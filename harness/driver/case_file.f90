@@ -12,22 +12,26 @@ module case_file
   use asperity_text, only: append, integer_text, to_text
   use case_initial, only: carry_initial, initial_type, read_initial
   use case_material, only: prop_entries, read_props
-  use case_state, only: check_state, read_state, state_type
+  use case_state, only: check_state, check_umat_state, read_state, state_type
   use case_steps, only: read_steps
   use case_text, only: entry_where, group_index, group_where, listed, name_index, name_length, text_type, &
     token_text, unknown_name
+  use case_umat, only: read_umat
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
+  use asperity_point_law, only: point_law
+  use asperity_rie_law, only: new_rie_law
+  use foreign_umat, only: foreign_law
   use recorded_strains, only: read_strains, strains_type
   use text_file, only: lower
   implicit none
   private
-  public :: interpret_case, print_format, read_sweep
+  public :: interpret_case, get_law, print_format, read_sweep
 
-  character(len=*), parameter :: group_names(9) = [character(len=8) :: "case", "material", "pattern", "step", &
-    "expect", "sweep", "replay", "state", "initial"]
+  character(len=*), parameter :: group_names(10) = [character(len=8) :: "case", "material", "pattern", "step", &
+    "expect", "sweep", "replay", "state", "initial", "umat"]
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter :: case_format(43) = [character(len=104) :: &
+  character(len=*), parameter :: case_format(46) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
@@ -36,6 +40,9 @@ module case_file
     "             kn, ks instead of sigma0, Gc, eta and kc: a joint without bond", &
     "  &pattern   sides, {pattern}", &
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
+    "  &umat      instead of both: library = 'file', symbol = 'umat_', props = ..., nstatv = 0,", &
+    "             length, stiffness (separation at the strength, elastic stiffness), order = 'N,Tx,Ty',", &
+    "             thickness = 1, state = ... (STATEV at the start), damage = 0 (STATEV for this column)", &
     "  &step      one or more; each starts from the end of the last one", &
     "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   target separation or traction: one value or a list", &
     "               (a shorter list repeats its last value); without an entry a component keeps its last", &
@@ -103,7 +110,8 @@ module case_file
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
-    type(interface_type) :: joint
+    type(interface_type) :: joint                 !! with &umat: scales only
+    type(foreign_law) :: umat                     !! law of &umat, if it is given
     type(initial_type) :: initial                 !! planes and traction at the start
     type(state_type) :: state                     !! state at the start of the steps
     type(step_type), allocatable :: steps(:)      !! size 0: a replay
@@ -113,6 +121,17 @@ module case_file
   end type case_type
 
 contains
+
+  !> Law of a case.
+  subroutine get_law(case, law)
+    type(case_type), intent(in) :: case                   !! the case
+    class(point_law), allocatable, intent(out) :: law     !! that of &umat, or of the interface
+    if (case%umat%given) then
+      allocate (law, source=case%umat)
+    else
+      allocate (law, source=new_rie_law(case%joint))
+    end if
+  end subroutine get_law
 
   !> Print the format of a case file on standard output.
   subroutine print_format()
@@ -196,7 +215,8 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_props(text, case%props, message)
+    call read_umat(text, case%umat, case%props, case%joint, message)
+    if (.not. case%umat%given) call read_props(text, case%props, message)
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
     call read_steps(text, case%steps, message)
@@ -206,6 +226,11 @@ contains
     call read_expect(text, sweep_values, case%expect, message)
     call read_replay(text, case%replay, message)
     if (len(message) > earlier) return
+    if (case%umat%given) then
+      call check_umat_state(text, case%umat, case%state, message)
+      call check_steps(case%joint, case%steps, text%path // ": ", message)
+      return
+    end if
     call new_interface(case%props, case%joint, status)
     if (status /= status_ok) then
       allocate (character(len=0) :: complaint)
@@ -249,9 +274,16 @@ contains
       if (n(i) == 2 .and. all(group_names(i) /= ["step  ", "expect"])) call append(message, group_where(text, g) // &
         "given twice, first in line " // integer_text(text%groups(group_index(text, trim(group_names(i))))%line))
     end do
-    do i = 2, 3
-      if (n(i) == 0) call append(message, text%path // ": no group &" // trim(group_names(i)))
-    end do
+    if (n(name_index("umat", group_names)) > 0) then
+      do i = 1, text%n_groups
+        if (any(text%groups(i)%name == ["material", "pattern ", "initial ", "replay  "])) call append(message, &
+          group_where(text, i) // "does not go with &umat: expected the one or the other")
+      end do
+    else
+      do i = 2, 3
+        if (n(i) == 0) call append(message, text%path // ": no group &" // trim(group_names(i)))
+      end do
+    end if
     i = name_index("step", group_names)
     g = name_index("replay", group_names)
     if ((n(i) > 0) .eqv. (n(g) > 0)) call append(message, text%path // ": " // integer_text(n(i)) // &

@@ -40,7 +40,7 @@ contains
     measures = 0.0_wp
     allocate (character(len=0) :: failure)
     code = exit_input
-    call open_history(table, output, case%joint, planes .or. case%planes)
+    call open_history(table, output, case%joint, case%umat, planes .or. case%planes)
     if (table%good) then
       call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
@@ -60,7 +60,7 @@ contains
       call close_history(table)
     end if
     if (.not. table%good) return
-    measures = measures_of_case(case, -table%least_traction, table%largest_slip)
+    if (.not. case%umat%given) measures = measures_of_case(case, -table%least_traction, table%largest_slip)
 
     code = exit_ok
     text = last_row(table)
@@ -92,6 +92,7 @@ contains
       trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
       table%last%report%ended /= ended_rejected)) // " " // text // &
       ", written to " // output)
+    if (case%umat%given) return
     text = trim(increment_text(case%joint, max(0.0_wp, -table%least_traction), table%largest_slip))
     if (len(text) > 0) call say(label // ": " // text)
   end subroutine run_case
@@ -127,7 +128,7 @@ contains
     character(len=:), allocatable :: path
     logical :: written
     path = failed_file(output)
-    call write_failed_case(path, case%props, run, row, written)
+    call write_failed_case(path, case%props, case%umat, run, row, written)
     if (written) call say(label // ": the failed increment was written to " // path)
   end subroutine keep_failed
 

@@ -7,9 +7,10 @@ module case_state
   use asperity_text, only: append, integer_text
   use case_text, only: group_index, group_where, text_type, unknown_name
   use case_values, only: get_real, get_reals
+  use foreign_umat, only: foreign_law, u_time
   implicit none
   private
-  public :: read_state, check_state
+  public :: read_state, check_state, check_umat_state
 
   !> State at the start of a run.
   type, public :: state_type
@@ -74,5 +75,22 @@ contains
       call append(message, group_where(text, group_index(text, "state")) // reasons)
     end if
   end subroutine check_state
+
+  !> Check the state of a UMAT, or set that of a virgin point.
+  subroutine check_umat_state(text, law, state, message)
+    type(text_type), intent(in) :: text                       !! the file
+    type(foreign_law), intent(inout) :: law                   !! the UMAT, whose time goes on
+    type(state_type), intent(inout) :: state                  !! state at the start
+    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    if (state%given) then
+      if (.not. law%admissible(state%statev)) call append(message, group_where(text, group_index(text, "state")) // &
+        integer_text(size(state%statev)) // " values of statev: expected " // integer_text(law%n_state) // &
+        ", the energies (6), STRESS and STATEV of the UMAT")
+    else
+      state%given = .true.
+      state%statev = law%virgin()
+    end if
+    if (size(state%statev) >= u_time) law%origin = state%statev(u_time)
+  end subroutine check_umat_state
 
 end module case_state

@@ -6,6 +6,7 @@ module failed_case
   use asperity_load_path, only: row_type, run_type
   use asperity_steps, only: component_names
   use case_material, only: in_group
+  use foreign_umat, only: foreign_law
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -17,9 +18,10 @@ module failed_case
 contains
 
   !> Write the file; numbers read back exactly.
-  subroutine write_failed_case(path, props, run, row, written)
+  subroutine write_failed_case(path, props, umat, run, row, written)
     character(len=*), intent(in) :: path       !! file, replaced if it exists
     real(wp), intent(in) :: props(:)           !! PROPS
+    type(foreign_law), intent(in) :: umat      !! the law instead, if it is given
     type(run_type), intent(in) :: run          !! a run, after this increment
     type(row_type), intent(in) :: row          !! its row
     logical, intent(out) :: written            !! false: the reason is on standard error
@@ -30,17 +32,27 @@ contains
     if (.not. written) return
     call write_line(fd, path, failed_title // integer_text(row%increment) // &
       " of step " // integer_text(row%step) // "' /", written)
-    if (written) call write_line(fd, path, "&material" // entries("material") // " /", written)
-    if (props(p_m) < 0.0_wp) then
-      text = ""
-      k = nint(-props(p_m))
-      associate (planes => reshape(props(n_fixed_props + 1:n_fixed_props + n_listed_values*k), [n_listed_values, k]))
-        text = entry("normals", reshape(planes(1:3, :), [3*k])) // entry("weights", planes(4, :))
-      end associate
+    if (umat%given) then
+      text = "&umat library = '" // umat%library // "', symbol = '" // umat%symbol // "', nstatv = " // &
+        integer_text(umat%nstatv) // "," // new_line("a") // " "
+      if (size(umat%props) > 0) text = text // entry("props", umat%props)
+      text = text // entry("length", [umat%length]) // entry("stiffness", [umat%stiffness]) // &
+        entry("thickness", [umat%h]) // " order = '" // umat%order // "'"
+      if (umat%damage > 0) text = text // " damage = " // integer_text(umat%damage)
+      if (written) call write_line(fd, path, text // " /", written)
     else
-      text = entry("sides", props(p_m:p_m)) // entries("pattern")
+      if (written) call write_line(fd, path, "&material" // entries("material") // " /", written)
+      if (props(p_m) < 0.0_wp) then
+        text = ""
+        k = nint(-props(p_m))
+        associate (planes => reshape(props(n_fixed_props + 1:n_fixed_props + n_listed_values*k), [n_listed_values, k]))
+          text = entry("normals", reshape(planes(1:3, :), [3*k])) // entry("weights", planes(4, :))
+        end associate
+      else
+        text = entry("sides", props(p_m:p_m)) // entries("pattern")
+      end if
+      if (written) call write_line(fd, path, "&pattern" // text // " /", written)
     end if
-    if (written) call write_line(fd, path, "&pattern" // text // " /", written)
     if (written) call write_line(fd, path, "&state" // entry("separation", run%before%s) // &
       entry("statev", run%before%state) // entry("work", [run%before%work]) // " /", written)
     text = ""
@@ -55,7 +67,7 @@ contains
         text = text // entry("s_" // trim(component_names(i)), run%given(i:i))
       end if
     end do
-    if (props(p_tau_v) > 0.0_wp) text = text // entry("time", [run%control%dt])
+    if (props(p_tau_v) > 0.0_wp .or. umat%given) text = text // entry("time", [run%control%dt])
     if (run%steps(row%step)%arc > 0.0_wp) then
       text = text // " follow = 'branch'" // entry("arc", [run%steps(row%step)%arc])
     else

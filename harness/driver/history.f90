@@ -9,7 +9,7 @@
 !>   cut       the UMAT requested a smaller increment in a replay
 !>   lost      no equilibrium was found beyond this row
 module history
-  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, statev_row, &
+  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, statev_row, &
     statev_table, v_damage, v_friction, v_rupture, v_stored
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -17,6 +17,7 @@ module history
   use asperity_control_point, only: point_type
   use asperity_events, only: event_length, find_events, planes_type, put_at_rest
   use asperity_load_path, only: name_events, row_type
+  use foreign_umat, only: foreign_law, state_name, u_work
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -40,18 +41,19 @@ module history
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     integer, private :: file = 0           !! descriptor
     character(len=:), allocatable, private :: path
-    integer, private :: n_planes = 0       !! number of planes with columns
+    integer, private :: first = huge(1)    !! first number of the state that has a column
     type(planes_type), private :: planes   !! regime of the planes at the last row
   end type history_type
 
 contains
 
   !> Open the file ("-": standard output) and write the header.
-  subroutine open_history(table, path, joint, planes)
+  subroutine open_history(table, path, joint, umat, planes)
     type(history_type), intent(out) :: table        !! the file, without rows
     character(len=*), intent(in) :: path            !! file, replaced if it exists
     type(interface_type), intent(in) :: joint       !! the interface
-    logical, intent(in) :: planes                   !! whether planes have columns
+    type(foreign_law), intent(in) :: umat           !! the law instead, if it is given
+    logical, intent(in) :: planes                   !! whether planes, or the numbers of a UMAT, have columns
     character(len=:), allocatable :: header
     integer :: i, j, k, n
 
@@ -63,8 +65,13 @@ contains
     call create_file(path, table%file, table%good)
     if (.not. table%good) return
     header = point_columns
-    if (planes) then
-      table%n_planes = n
+    if (planes .and. umat%given) then
+      table%first = u_work
+      do i = table%first, umat%n_state
+        header = header // "," // state_name(umat, i)
+      end do
+    else if (planes) then
+      table%first = n_point_statev + 1
       do k = 1, n
         do j = n_point_statev + 1, n_point_statev + n_plane_statev
           header = header // "," // trim(statev_table(j)%name) // "_" // integer_text(k)
@@ -105,7 +112,7 @@ contains
     type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
-    integer :: i, k
+    integer :: i
 
     line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)
     do i = 1, 3
@@ -117,16 +124,9 @@ contains
     line = line // "," // number(row%state(v_damage)) // "," // number(row%state(v_stored)) // "," // &
       number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%work) // &
       "," // integer_text(row%report%iterations) // "," // trim(row%events)
-    do k = 1, table%n_planes
-      do i = plane_statev(k), plane_statev(k) + n_plane_statev - 1
-        line = line // "," // number(row%state(i))
-      end do
+    do i = table%first, size(row%state)
+      line = line // "," // number(row%state(i))
     end do
-    if (table%n_planes > 0) then
-      do i = n_statev(table%n_planes) + 1, size(row%state)
-        line = line // "," // number(row%state(i))
-      end do
-    end if
     call write_line(table%file, table%path, line, table%good)
     if (.not. table%good) return
     table%last = row

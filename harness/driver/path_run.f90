@@ -4,9 +4,9 @@ module path_run
   use asperity_kinds, only: wp
   use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_refine, only: refine_path
-  use asperity_rie_law, only: new_rie_law
+  use asperity_point_law, only: point_law
   use asperity_text, only: integer_text, short
-  use case_file, only: case_type
+  use case_file, only: case_type, get_law
   use driver_messages, only: tell
   use history, only: add_row, history_type, start_from
   use progress_line, only: progress_type, show_progress
@@ -25,18 +25,27 @@ contains
     type(run_type), intent(out) :: run               !! at its end
     character(len=:), allocatable, intent(inout) :: failure   !! a line is appended if the tolerance is not reached
     type(point_type) :: start
+    class(point_law), allocatable :: law
     type(row_type) :: row
     type(row_type), allocatable :: rows(:)
+    character(len=:), allocatable :: reason
+    real(wp) :: share
     integer :: i
     logical :: found
-    start = new_point(new_rie_law(case%joint))
-    if (case%state%given) start = new_point(new_rie_law(case%joint), case%state%statev, case%state%s)
+    call get_law(case, law)
+    start = new_point(law)
+    if (case%state%given) start = new_point(law, case%state%statev, case%state%s)
+    call law%ask(share, reason)
+    if (share <= 0.0_wp) then
+      failure = reason
+      return
+    end if
     if (case%state%has_work) start%work = case%state%work
     if (case%state%given) call start_from(table, case%joint, start)
     if (case%refines) then
-      call refine_path(case%joint, case%steps, start, case%tolerance, rows, run, failure)
+      call refine_path(case%joint, case%steps, start, case%tolerance, rows, run, failure, law)
     else
-      call start_run(case%joint, case%steps, run, start)
+      call start_run(case%joint, case%steps, run, start, law)
     end if
     i = 0
     do

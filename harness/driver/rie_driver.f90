@@ -9,6 +9,7 @@ program rie_driver
   use case_file, only: case_type, interpret_case, print_format, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
+  use check_umat, only: check_case
   use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
   use failed_case, only: failed_title
@@ -17,20 +18,21 @@ program rie_driver
   use text_file, only: lower
   implicit none
 
-  character(len=*), parameter :: usage(11) = [character(len=96) :: &
-    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--only N] [--force]", &
+  character(len=*), parameter :: usage(12) = [character(len=96) :: &
+    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--check] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
     "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane, worn_k with W0", &
     "  --quiet     no progress line, no summary", &
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
+    "  --check     check the UMAT along the load path: a table instead of the file", &
     "  --only N    of the values of &sweep only the one with number N, from 1", &
     "  --force     replace files that rie_driver did not write", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input, 2 equilibrium lost or another", &
     "end than expected (the file has every row that converged)"]
   character(len=:), allocatable :: path, output, message
-  logical :: echo, force, planes, quiet
+  logical :: check, echo, force, planes, quiet
   integer :: only   !! number of the only value of the sweep to run, 0: all
 
   call read_command_line()
@@ -46,6 +48,7 @@ contains
     output = ""
     planes = .false.
     quiet = .false.
+    check = .false.
     echo = .false.
     force = .false.
     only = 0
@@ -67,6 +70,8 @@ contains
         quiet = .true.
       case ("--echo")
         echo = .true.
+      case ("--check")
+        check = .true.
       case ("--force")
         force = .true.
       case ("--only")
@@ -113,7 +118,7 @@ contains
   subroutine run()
     type(text_type) :: text
     type(case_type), allocatable :: cases(:)
-    character(len=:), allocatable :: variable, stem
+    character(len=:), allocatable :: stem, text_of_value, variable
     real(wp), allocatable :: values(:)
     real(wp) :: largest(n_measures), measures(n_measures)
     integer :: code, first, i, last, worst
@@ -143,7 +148,7 @@ contains
     else
       stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
     end if
-    do i = 1, size(cases)
+    do i = 1, merge(0, size(cases), check)
       call check_replaced(result_file(stem, values, i), path, "the case file", point_columns)
       call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title)
       if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
@@ -156,7 +161,7 @@ contains
     last = merge(only, size(cases), only > 0)
     largest = 0.0_wp
     do i = first, last
-      largest = max(largest, measures_of_case(cases(i)))
+      if (.not. cases(i)%umat%given) largest = max(largest, measures_of_case(cases(i)))
     end do
     call warn_of(path, largest)
 
@@ -164,7 +169,12 @@ contains
     worst = exit_ok
     largest = 0.0_wp
     do i = first, last
-      if (size(values) > 0) then
+      if (check) then
+        measures = 0.0_wp
+        text_of_value = ""
+        if (size(values) > 0) text_of_value = " (" // variable // " = " // to_text(values(i)) // ")"
+        call check_case(cases(i), path // text_of_value, code)
+      else if (size(values) > 0) then
         call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
           result_file(stem, values, i), planes, quiet, measures, code)
       else
@@ -172,7 +182,7 @@ contains
       end if
       worst = max(worst, code)
       largest = max(largest, measures)
-      if (code == exit_input) exit
+      if (code == exit_input .and. .not. check) exit
     end do
     call warn_of(path, largest)
     call finish(worst)

@@ -75,9 +75,9 @@ contains
     found = complete
     call start_scene(scene, law, point, from, good)
     if (.not. good) return
-    branch = new_branch(law, scene%arc)
+    branch = new_branch(law, scene%control, from, scene%target, scene%arc)
     do rows = 1, most_rows
-      call branch_step(law, scene%control, from, scene%target, branch, point, report)
+      call branch_step(law, branch, point, report)
       if (report%ended /= ended_complete .or. branch%factor >= 1.0_wp) exit
     end do
     if (rows > most_rows) then

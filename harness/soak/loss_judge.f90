@@ -5,12 +5,12 @@
 !> the residual is computed on a grid, and Newton's method starts from the best grid points. Every trial is one
 !> increment from the state of the point, without time and wear.
 module loss_judge
-  use asperity_control_point, only: control_type, equations_type, evaluate, farthest_equilibrium, free_part, &
-    new_equations, point_type, unstable
+  use asperity_control_point, only: control_type, equations_type, evaluate, farthest_equilibrium, new_equations, &
+    point_type, unstable
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_snap, only: snap
+  use asperity_mixed_control, only: snap
   implicit none
   private
   public :: examine_loss
@@ -52,10 +52,10 @@ contains
     logical :: found
     at_once = control
     at_once%dt = 0.0_wp
-    call new_equations(law, at_once, given, given, equations)
-    equations%old = point
-    scan%n = equations%n
-    scan%free = equations%free(1)
+    call new_equations(at_once, given, given, point, equations)
+    equations%moved = 0.0_wp
+    scan%n = count(control%traction)
+    scan%free = findloc(control%traction, .true., 1)
     reach = around*(law%reach + law%magnitude(point%s, point%state)/law%stiffness + &
       maxval(merge(abs(given)/law%softest, abs(given), control%traction)))
     reach = min(reach, farthest_equilibrium(law, equations, share))
@@ -69,8 +69,8 @@ contains
     kind = merge(loss_elsewhere, loss_none_found, scan%found)
     place = scan%place
     if (.not. law%jumps) return
-    call new_equations(law, at_once, given, given, equations)
-    equations%old = point
+    call new_equations(at_once, given, given, point, equations)
+    equations%moved = 0.0_wp
     call snap(law, equations, found)
     if (found) return
     if (discontinuity(law, at_once, given, equations%old) > 0.0_wp) kind = loss_discontinuous
@@ -133,11 +133,10 @@ contains
       real(wp), intent(in) :: s               !! free separation, length
       type(point_type), intent(inout) :: at   !! -> the point there
       real(wp), intent(out) :: surplus        !! stress
-      real(wp) :: r(3), scale
-      logical :: good
-      call evaluate(law, equations, [s, 0.0_wp, 0.0_wp], 0.0_wp, at, r, scale, good)
+      real(wp) :: error, r(3)
+      call evaluate(law, equations, [s, s, s], 0.0_wp, at, r, error)
       surplus = -huge(surplus)
-      if (good) surplus = sense*r(1)
+      if (error < huge(error)) surplus = sense*r(scan%free)
     end subroutine look
 
   end subroutine scan_line
@@ -154,24 +153,24 @@ contains
     type(newton_type) :: result
     !> A candidate counts only if its residual is below this fraction of the residual at the last point.
     real(wp), parameter :: closer = 0.1_wp
-    real(wp) :: best(starts), here, r(3), scale, seeds(3, starts), size_of, x(3)
+    real(wp) :: best(starts), error, here, r(3), seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
-    logical :: good
 
-    n = equations%n
+    n = scan%n
     best = huge(best)
     seeds = 0.0_wp
-    x = free_part(equations, point%s)
-    call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
+    x = point%s
+    call evaluate(law, equations, x, 0.0_wp, at, r, error)
     here = maxval(abs(r))
     do i = 0, points(n)**n - 1
       k = i
-      do j = 1, n
+      do j = 1, size(x)
+        if (.not. equations%control%traction(j)) cycle
         x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, points(n)), wp)/real(points(n) - 1, wp)
         k = k/points(n)
       end do
-      call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
-      if (.not. good) cycle
+      call evaluate(law, equations, x, 0.0_wp, at, r, error)
+      if (error >= huge(error)) cycle
       size_of = maxval(abs(r))
       k = maxloc(best, 1)
       if (size_of < best(k)) then
@@ -181,17 +180,15 @@ contains
     end do
     scan%samples = points(n)**n
     scan%extreme = minval(best)
-    scan%place = equations%target
-    scan%place(equations%free(:n)) = seeds(:n, minloc(best, 1))
+    scan%place = merge(seeds(:, minloc(best, 1)), equations%target, equations%control%traction)
     do i = 1, starts
       if (.not. best(i) < huge(best)) cycle
-      at%s = equations%target
-      at%s(equations%free(:n)) = seeds(:n, i)
+      at%s = seeds(:, i)
       call newton_solve(law, equations, 0.0_wp, huge(1.0_wp), at, result)
-      x = free_part(equations, at%s)
-      if (.not. result%converged .or. maxval(abs(x)) > scan%upper) cycle
-      if (unstable(n, result%last, law%stiffness)) cycle
-      call evaluate(law, equations, x, 0.0_wp, at, r, scale, good)
+      x = at%s
+      if (.not. result%converged .or. maxval(abs(x), mask=equations%control%traction) > scan%upper) cycle
+      if (unstable(result%last, law%stiffness)) cycle
+      call evaluate(law, equations, x, 0.0_wp, at, r, error)
       if (maxval(abs(r)) > closer*here) cycle
       scan%found = .true.
       scan%place = at%s
@@ -213,23 +210,22 @@ contains
     real(wp), parameter :: distances(2) = [1.0e-9_wp, 1.0e-7_wp], steepest = 100.0_wp
     type(equations_type) :: equations
     type(point_type) :: at
-    real(wp) :: ahead(3), back(3), scale, step(3)
+    real(wp) :: ahead(3), back(3), errors(2), step(3)
     integer :: i, j
-    logical :: good
     leap = 0.0_wp
-    call new_equations(law, control, given, given, equations)
-    equations%old = point
-    call evaluate(law, equations, free_part(equations, point%s), 0.0_wp, at, ahead, scale, good)
-    if (good) leap = maxval(abs(at%traction - point%traction), mask=control%traction)
+    call new_equations(control, given, given, point, equations)
+    call evaluate(law, equations, point%s, 0.0_wp, at, ahead, errors(1))
+    if (errors(1) < huge(errors)) leap = maxval(abs(at%traction - point%traction), mask=control%traction)
     if (leap <= least(distances(1))) leap = 0.0_wp
     do j = 1, size(distances)
       if (leap > 0.0_wp) exit
-      do i = 1, equations%n
+      do i = 1, size(step)
+        if (.not. control%traction(i)) cycle
         step = 0.0_wp
         step(i) = distances(j)*law%length
-        call evaluate(law, equations, free_part(equations, point%s) + step, 0.0_wp, at, ahead, scale, good)
-        if (good) call evaluate(law, equations, free_part(equations, point%s) - step, 0.0_wp, at, back, scale, good)
-        if (good) leap = max(leap, maxval(abs(ahead - back)))
+        call evaluate(law, equations, point%s + step, 0.0_wp, at, ahead, errors(1))
+        call evaluate(law, equations, point%s - step, 0.0_wp, at, back, errors(2))
+        if (all(errors < huge(errors))) leap = max(leap, maxval(abs(ahead - back)))
       end do
       if (leap <= least(distances(j))) leap = 0.0_wp
     end do

@@ -8,10 +8,11 @@ module solver_sample
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_control_point, only: control_type, new_point, point_type
+  use asperity_control_point, only: control_type, new_point, point_type, ramp
   use asperity_mixed_control, only: advance, ended_limit, ended_lost, report_type
   use asperity_pattern, only: direction_vector
   use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_tolerances, only: smallest_share
   use loss_judge, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found
   use solver_judge, only: judge_row, verdict_type
   use random_numbers, only: draw, pick, seed_of, uniform
@@ -334,7 +335,9 @@ contains
         " updates of the law"
       return
     end if
-    call examine_loss(sample%law, control, report%beyond, point, kind, place)
+    ! just beyond the fold
+    values = ramp(start, target, reached + 2.0_wp*smallest_share)
+    call examine_loss(sample%law, control, values, point, kind, place)
     outcome%none_found = kind == loss_none_found   ! also if the limit of updates was reached
     outcome%stopped = kind == loss_discontinuous
     outcome%explained = kind /= loss_elsewhere

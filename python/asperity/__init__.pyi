@@ -6,6 +6,7 @@ from . import fit as fit
 from . import surface as surface
 from . import uncertainty as uncertainty
 from .case_files import read_case as read_case
+from .foreign import ForeignUmat as ForeignUmat
 from .history import History as History
 from .history import Snap as Snap
 from .history import Update as Update

@@ -60,7 +60,7 @@ class Case:
     """Content of a case file.
 
     sweep: name of the swept value, empty without a sweep. before, after: text of the file before and after
-    the group &pattern.
+    the group &pattern. umat: whether the law is that of &umat; the runs then have a stand-in for it.
     """
 
     path: Path
@@ -69,6 +69,7 @@ class Case:
     runs: tuple[Run, ...]
     before: bytes
     after: bytes
+    umat: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,13 +89,15 @@ class SlipTest:
     slips: Floats
 
 
-def read_case(path: str | Path) -> Case:
+def read_case(path: str | Path, any_law: bool = False) -> Case:
     """Read a case file, defaults included.
 
     Parameters
     ----------
     path
         Case file of the driver.
+    any_law
+        Whether the case may have `&umat` instead of material and pattern.
 
     Returns
     -------
@@ -122,9 +125,12 @@ def read_case(path: str | Path) -> Case:
     if done.returncode != 0:
         raise ValueError(done.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
     echo = json.loads(done.stdout.decode("utf-8", "replace"))
+    if echo["umat"] and not any_law:
+        raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), echo["pattern"]
     runs = tuple(map(_run, echo["runs"]))
-    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, source[: first - 1], source[last:])
+    rest = source[: first - 1], source[last:], echo["umat"]
+    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, *rest)
 
 
 def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:

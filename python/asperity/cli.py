@@ -121,10 +121,22 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
     run.set_defaults(action=_run)
 
 
+def _check_arguments(check: argparse.ArgumentParser) -> None:
+    check.description = (
+        "Check the UMAT of a case, or that of asperity for its material, and print a table; exit code 1: "
+        "a check failed."
+    )
+    add_options(check, ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", str))
+    check.set_defaults(
+        action=lambda options: subprocess.run([driver(), _case(options), "--check"], check=False).returncode
+    )
+
+
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "new": ("write a case file to start from", _imported("starters", "new_arguments")),
     "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
     "run": ("run a case by the driver and draw it", _run_arguments),
+    "check-umat": ("check a UMAT along the load path of a case", _check_arguments),
     "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
     "masonry": ("find the constants of a mortar joint", _imported("masonry")),
     "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
@@ -143,14 +155,18 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
 """Summary of each subcommand, and the function that adds its arguments."""
 
 
+def _case(options: argparse.Namespace) -> Path:
+    path = Path(options.case)
+    return path if path.is_file() or path.suffix else named_case(options.case)
+
+
 def _run(options: argparse.Namespace) -> int:
     """Run the driver, draw its result, return its exit code; after code 2 the converged rows are drawn."""
     labels = options.label_units
     if labels is not None and options.plot is None:
         raise ValueError(f"--label-units {labels}: expected with --plot, whose labels have units")
     units = units_of(labels or "mm,MPa")
-    path = Path(options.case)
-    path = path if path.is_file() or path.suffix else named_case(options.case)
+    path = _case(options)
     output = options.output or Path(path.stem + ".csv")
     png = output.with_suffix(".png") if options.plot == Path() else options.plot
     check_outputs(options.force, [path], ("--plot", png))
@@ -170,8 +186,8 @@ def _run(options: argparse.Namespace) -> int:
         from .style import save
 
         results = {value: History.from_csv(path) for value, path in written.items()}
-        case = read_case(path)
-        joints = {(run.material, run.pattern): run.interface for run in case.runs}
+        case = read_case(path, any_law=True)
+        joints = {(run.material, run.pattern): run.interface for run in case.runs if not case.umat}
         joint = next(iter(joints.values())) if len(joints) == 1 else None
         save(figure_of(results, case.title, case.sweep, *units, joint), png)
         print(png)

@@ -1,6 +1,7 @@
 !> The door between a law and the solver: all that the solver knows of a law at a material point.
 module asperity_point_law
   use asperity_kinds, only: wp
+  use asperity_text, only: set_text
   implicit none
   private
 
@@ -20,7 +21,12 @@ module asperity_point_law
     logical :: relaxes = .false.         !! whether the duration of an increment matters
     logical :: wears = .false.           !! whether the state at the start of an increment wears the joint in it
     logical :: jumps = .false.           !! whether the traction may be a discontinuous function of the separation
+    integer :: step = 0, increment = 0   !! of the load path, for routines of a host
+    integer :: attempt = 0               !! at an increment or a part of it, counted along the path
+    real(wp) :: began = 0.0_wp           !! time at which the step of the load path began
+    real(wp) :: asked = 1.0_wp           !! share of an increment that every law asks for which does not override `ask`
   contains
+    procedure :: ask
     procedure(update_procedure), deferred :: update
     procedure(energies_procedure), deferred, nopass :: energies
     procedure(state_test), deferred :: cannot_soften
@@ -85,5 +91,17 @@ module asperity_point_law
     end function opening_procedure
 
   end interface
+
+contains
+
+  !> Share of the increment that the law asks for, after an attempt at it: 1 if it is content, less if the increment is
+  !> to be divided, 0 if the law has failed.
+  pure subroutine ask(law, share, reason)
+    class(point_law), intent(in) :: law                         !! the law
+    real(wp), intent(out) :: share                              !! 0 to 1
+    character(len=:), allocatable, intent(inout) :: reason      !! set if the law has failed
+    share = law%asked
+    if (share <= 0.0_wp) call set_text(reason, "the law has failed")
+  end subroutine ask
 
 end module asperity_point_law

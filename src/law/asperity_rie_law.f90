@@ -53,6 +53,7 @@ contains
     law%joint%material%tau_v = 0.0_wp
     law%joint%material%inv_w0 = 0.0_wp
     law%relaxes = .false.
+    law%wears = .false.
   end function timeless_law
 
   !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8), length.

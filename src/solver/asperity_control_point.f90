@@ -1,24 +1,32 @@
 !> A point under mixed control and its equations: the prescribed value of each component, and the residual of the
 !> prescribed tractions at a share of an increment.
+!>
+!> The unknowns are the free separations, those of prescribed tractions. Vectors and matrices have all three components;
+!> those of prescribed separations are decoupled: their residual and their change are zero.
 module asperity_control_point
   use asperity_checks, only: all_bounded
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, longest_step
+  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, rounding_scale
   implicit none
   private
-  public :: control_type, point_type, equations_type, new_point, move_point, new_equations, values_at, evaluate, &
-    free_part, free_matrix, predict, unstable, is_unstiff, farthest_equilibrium, work_between
+  public :: new_point, new_equations, ramp, evaluate, free_matrix, predict, unstable, is_unstiff, &
+    largest_move, farthest_equilibrium, work_between
+
+  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
+  !> branch (module asperity_branch): without end.
+  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3, &
+    ended_endless = 4
 
   !> Which value of each component (N, Tx, Ty) is prescribed, and the duration of an increment.
-  type :: control_type
+  type, public :: control_type
     logical :: traction(3) = .false.   !! true: traction + spring*separation is prescribed, false: the separation is
     real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
     real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage only), >= 0, time
   end type control_type
 
   !> A point: separation, traction, tangent, state.
-  type :: point_type
+  type, public :: point_type
     real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
     real(wp) :: traction(3) = 0.0_wp      !! stress
     real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
@@ -26,23 +34,27 @@ module asperity_control_point
     real(wp), allocatable :: state(:)     !! STATEV
   end type point_type
 
+  !> Report of an increment.
+  type, public :: report_type
+    integer :: ended = ended_complete
+    integer :: iterations = 0            !! tangent solves
+    integer :: updates = 0               !! of the law
+    integer :: parts = 0                 !! updates that were committed, 1 without snaps
+    integer :: snaps = 0                 !! jumps from one branch to another
+    real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
+    real(wp) :: after(3) = 0.0_wp        !! separation after it, length
+    real(wp) :: released = 0.0_wp        !! energy released by all of them, stress*length
+  end type report_type
+
   !> Equations of an increment at any share of it: one update of the law from the state at a share that was reached.
-  type :: equations_type
+  type, public :: equations_type
     type(control_type) :: control
     real(wp) :: start(3) = 0.0_wp, target(3) = 0.0_wp   !! prescribed values at the shares 0 and 1
     type(point_type) :: old            !! the point at the share `done`
     real(wp) :: done = 0.0_wp          !! share of the increment that was reached
     real(wp) :: moved = 0.0_wp         !! largest separation at the start of the increment, length
-    integer :: n = 0                   !! number of free separations
-    integer :: free(3) = 0             !! their components, in the first n
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the point at `done`, stress/length
-    logical :: wears = .true.          !! whether the wear of the increment grows with the share
-    real(wp) :: finest = 0.0_wp        !! smallest traction scale, stress
-    real(wp) :: coarsest = 0.0_wp      !! largest traction scale due to free separations, as a multiple of strength plus
-                                       !! prescribed tractions
-    real(wp) :: longest = 0.0_wp       !! longest step if the derivative is singular, as a multiple of the elastic step
-    integer :: updates = 0             !! of the law so far
-    integer :: iterations = 0          !! tangent solves so far
+    type(report_type) :: report        !! so far
   end type equations_type
 
 contains
@@ -63,133 +75,89 @@ contains
     point%work = sum(law%energies(point%state))
   end function new_point
 
-  !> Move a point to another by exchanging their arrays of state variables: no array is copied.
-  pure subroutine move_point(from, to)
-    type(point_type), intent(inout) :: from   !! the point -> undefined
-    type(point_type), intent(inout) :: to     !! any -> the point
-    real(wp), allocatable :: room(:), state(:)
-    call move_alloc(to%state, room)
-    call move_alloc(from%state, state)
-    to = from
-    call move_alloc(state, to%state)
-    call move_alloc(room, from%state)
-  end subroutine move_point
-
-  !> Equations of an increment; their point at the start is set by the caller.
-  pure subroutine new_equations(law, control, start, target, equations)
-    class(point_law), intent(in) :: law               !! the law
+  !> Equations of an increment.
+  pure subroutine new_equations(control, start, target, point, equations)
     type(control_type), intent(in) :: control         !! what is prescribed
     real(wp), intent(in) :: start(3), target(3)       !! values at both ends
-    type(equations_type), intent(inout) :: equations  !! the equations
-    real(wp) :: given
-    integer :: i
+    type(point_type), intent(in) :: point             !! the point at the start
+    type(equations_type), intent(out) :: equations    !! the equations
     equations%control = control
     equations%start = start
     equations%target = target
-    equations%done = 0.0_wp
-    equations%moved = 0.0_wp
-    equations%n = 0
-    do i = 1, 3
-      if (.not. control%traction(i)) cycle
-      equations%n = equations%n + 1
-      equations%free(equations%n) = i
-    end do
-    equations%damping = 0.0_wp
-    equations%wears = .true.
-    equations%finest = finest_scale*law%stress
-    ! the strength of a joint without bond is a number in name only
-    given = maxval(max(abs(start), abs(target)), mask=control%traction)
-    if (given > 0.0_wp) equations%finest = min(equations%finest, given)
-    equations%coarsest = coarsest_scale
-    equations%longest = longest_step
-    equations%updates = 0
-    equations%iterations = 0
+    equations%moved = maxval(abs(point%s))
+    equations%old = point
   end subroutine new_equations
 
-  !> Prescribed values at a share of an increment.
-  pure function values_at(equations, share) result(values)
-    type(equations_type), intent(in) :: equations   !! the increment
-    real(wp), intent(in) :: share                   !! 0 to 1
-    real(wp) :: values(3)
-    values = equations%start + share*(equations%target - equations%start)
-    if (share >= 1.0_wp) values = equations%target
-  end function values_at
+  !> Linear interpolation, exact at both ends.
+  pure elemental function ramp(from, to, share) result(value)
+    real(wp), intent(in) :: from, to   !! values at the shares 0 and 1
+    real(wp), intent(in) :: share      !! 0 to 1
+    real(wp) :: value
+    value = from + share*(to - from)
+    if (share >= 1.0_wp) value = to
+  end function ramp
 
   !> Update the point for free separations x at a share of the increment, and compute the residual of the prescribed
   !> tractions. Time and wear grow with the share.
-  pure subroutine evaluate(law, equations, x, share, point, residual, scale, good)
+  pure subroutine evaluate(law, equations, x, share, point, residual, error)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; the update is counted
-    real(wp), intent(in) :: x(3)                        !! free separations in the first n, length
+    real(wp), intent(in) :: x(3)                        !! separations, of which the free ones are used, length
     real(wp), intent(in) :: share                       !! of the increment, from `done` to 1
     type(point_type), intent(inout) :: point            !! -> the point with these separations
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
-    real(wp), intent(out) :: scale                      !! traction scale of `residual_tolerance`, > 0, stress
-    logical, intent(out) :: good                        !! false: the separation is out of range, no result
-    real(wp) :: given, largest, part, values(3), worn
-    integer :: i, k
+    real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
+                                                        !! `residual_tolerance`; huge: x is out of range, no result
+    real(wp) :: finest, given, known, part, scale, values(3), worn
 
     residual = 0.0_wp
-    scale = 1.0_wp
-    values = values_at(equations, share)
-    point%s = values
-    do i = 1, equations%n
-      point%s(equations%free(i)) = x(i)
-    end do
-    good = all_bounded(size(point%s), point%s, law%bound)
-    if (.not. good) return
-    if (.not. allocated(point%state)) allocate (point%state(law%n_state))
-    equations%updates = equations%updates + 1
-    part = share - equations%done
-    worn = 0.0_wp
-    if (equations%wears .and. equations%done < 1.0_wp) worn = part/(1.0_wp - equations%done)
-    call law%update(equations%old%s, point%s, equations%old%state, point%state, point%traction, point%tangent, &
-      part*equations%control%dt, worn)
-    point%work = equations%old%work + work_between(equations%old%s, equations%old%traction, point%s, &
-      point%traction)
-    given = 0.0_wp
-    do i = 1, equations%n
-      k = equations%free(i)
-      residual(i) = point%traction(k) + equations%control%spring(k)*x(i) - values(k) + &
-        equations%damping*(x(i) - equations%old%s(k))
-      given = max(given, abs(values(k)))
-    end do
-    scale = law%magnitude(point%s, point%state) + given
-    ! an open joint that is fully damaged carries nothing, without rounding errors
-    if (is_unstiff(point) .and. .not. equations%damping > 0.0_wp) scale = given
-    ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
-    largest = equations%coarsest*(law%stress + given)
-    if (scale > largest) scale = min(scale, largest + law%magnitude(merge(0.0_wp, point%s, &
-      equations%control%traction), 0.0_wp*point%state))
-    ! rounding errors of the separation in the damping force
-    scale = max(tiny(scale), equations%finest, scale) + equations%damping*maxval(abs(x))
+    error = huge(error)
+    values = ramp(equations%start, equations%target, share)
+    associate (control => equations%control, old => equations%old)
+      point%s = merge(x, values, control%traction)
+      if (.not. all_bounded(size(point%s), point%s, law%bound)) return
+      if (.not. allocated(point%state)) allocate (point%state(law%n_state))
+      equations%report%updates = equations%report%updates + 1
+      part = share - equations%done
+      worn = part/max(1.0_wp - equations%done, tiny(part))
+      call law%update(old%s, point%s, old%state, point%state, point%traction, point%tangent, part*control%dt, worn)
+      point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
+      residual = merge(point%traction + control%spring*x - values + equations%damping*(x - old%s), 0.0_wp, &
+        control%traction)
+      given = max(0.0_wp, maxval(abs(values), mask=control%traction))
+      scale = law%magnitude(point%s, point%state) + given
+      ! an open joint that is fully damaged carries nothing, without rounding errors
+      if (is_unstiff(point) .and. .not. equations%damping > 0.0_wp) scale = given
+      ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
+      known = max(equations%moved, maxval(abs(values), mask=.not. control%traction))
+      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*law%stiffest*known))
+      ! the strength of a joint without bond is a number in name only
+      finest = finest_scale*law%stress
+      given = maxval(max(abs(equations%start), abs(equations%target)), mask=control%traction)
+      if (given > 0.0_wp) finest = min(finest, given)
+      ! rounding errors of the separation in the damping force
+      scale = max(tiny(scale), finest, scale) + equations%damping*maxval(abs(x), mask=control%traction)
+    end associate
+    error = maxval(abs(residual))/scale
   end subroutine evaluate
 
-  !> The free components of a vector in the first n, the others zero.
-  pure function free_part(equations, v) result(x)
-    type(equations_type), intent(in) :: equations   !! the equations
-    real(wp), intent(in) :: v(3)                    !! (N, Tx, Ty)
-    real(wp) :: x(3)
-    integer :: i
-    x = 0.0_wp
-    do i = 1, equations%n
-      x(i) = v(equations%free(i))
-    end do
-  end function free_part
-
-  !> Derivative of the residual with respect to the free separations, in the upper left n x n, zero elsewhere,
-  !> stress/length.
-  pure function free_matrix(equations, point) result(a)
+  !> Derivative of the residual with respect to the separations, stress/length.
+  pure function free_matrix(law, equations, point) result(a)
+    class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
     type(point_type), intent(in) :: point           !! the point, its tangent
     real(wp) :: a(3, 3)
-    integer :: i, j
-    a = 0.0_wp
-    do j = 1, equations%n
-      do i = 1, equations%n
-        a(i, j) = point%tangent(equations%free(i), equations%free(j))
-      end do
-      a(j, j) = a(j, j) + equations%control%spring(equations%free(j)) + equations%damping
+    integer :: i
+    a = point%tangent
+    do i = 1, 3
+      if (equations%control%traction(i)) then
+        a(i, i) = a(i, i) + equations%control%spring(i) + equations%damping
+      else
+        a(i, :) = 0.0_wp
+        a(:, i) = 0.0_wp
+        ! an eigenvalue that is no ratio of stiffnesses
+        a(i, i) = acos(-1.0_wp)*law%stiffness
+      end if
     end do
   end function free_matrix
 
@@ -200,24 +168,27 @@ contains
     type(point_type), intent(in) :: point           !! the point, its tangent
     real(wp), intent(in) :: change(3)               !! of the prescribed values
     real(wp) :: b(3)
-    b = free_part(equations, change - matmul(point%tangent, merge(0.0_wp, change, equations%control%traction)))
+    b = change - matmul(point%tangent, merge(0.0_wp, change, equations%control%traction))
+    b = merge(b, 0.0_wp, equations%control%traction)
   end function predict
+
+  !> Largest change of a free separation between two points, length.
+  pure function largest_move(equations, from, to) result(move)
+    type(equations_type), intent(in) :: equations   !! the equations
+    type(point_type), intent(in) :: from, to        !! the points
+    real(wp) :: move
+    move = max(0.0_wp, maxval(abs(to%s - from%s), mask=equations%control%traction))
+  end function largest_move
 
   !> Whether an equilibrium with this derivative of the residual is unstable: an eigenvalue has a negative real part
   !> (criterion of Routh and Hurwitz). A zero eigenvalue is admitted: an open interface that is fully damaged has no
   !> stiffness.
-  pure function unstable(n, a, scale) result(yes)
-    integer, intent(in) :: n               !! 0 to 3
-    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual, zero beyond
+  pure function unstable(a, scale) result(yes)
+    real(wp), intent(in) :: a(3, 3)        !! derivative of the residual
     real(wp), intent(in) :: scale          !! elastic stiffness, stress/length
     logical :: yes
     real(wp) :: b(3, 3), first, second, third
-    integer :: i
-    ! missing unknowns add eigenvalues that are no ratio of stiffnesses
     b = a/scale
-    do i = n + 1, 3
-      b(i, i) = acos(-1.0_wp)
-    end do
     first = b(1, 1) + b(2, 2) + b(3, 3)
     second = b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1) + b(1, 1)*b(3, 3) - b(1, 3)*b(3, 1) + b(2, 2)*b(3, 3) - &
       b(2, 3)*b(3, 2)
@@ -243,15 +214,10 @@ contains
     real(wp), intent(in) :: share                   !! of `farthest`
     real(wp) :: far
     real(wp) :: elastic, values(3)
-    far = huge(far)
-    if (equations%n == 0) return
     values = max(abs(equations%start), abs(equations%target))
     elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
-    far = share*farthest*(law%reach + elastic)
-    associate (moved => equations%moved)
-      far = max(far, merge(share*moved, moved + 2.0_wp*elastic, law%relaxes))
-    end associate
-    far = min(far, 0.5_wp*law%bound)
+    far = merge(share*equations%moved, equations%moved + 2.0_wp*elastic, law%relaxes)
+    far = min(max(far, share*farthest*(law%reach + elastic)), 0.5_wp*law%bound)
   end function farthest_equilibrium
 
   !> Work of the traction on the separation between two points, by the trapezoidal rule, stress*length.

@@ -6,14 +6,13 @@ module asperity_initial
   use asperity_checks, only: bounded
   use asperity_contract, only: n_statev, plane_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
-  use asperity_control_point, only: control_type, equations_type, new_equations, new_point
+  use asperity_control_point, only: ramp
   use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance_equations, ended_lost, report_type
+  use asperity_mixed_control, only: advance, control_type, ended_lost, new_point, point_type, report_type
   use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
   use asperity_text, only: append, integer_text, set_text, to_text
-  use asperity_tolerances, only: coarsest_initial_scale, finest_initial_scale, initial_increments, &
-    longest_initial_step, residual_tolerance
+  use asperity_tolerances, only: initial_increments, residual_tolerance
   implicit none
   private
   public :: first_traction, carry_traction, explain_initial
@@ -51,94 +50,52 @@ contains
     !> Largest number of times that damage which the guard prevented on the load path may grow at its end.
     integer, parameter :: most_repeats = 100
     type(rie_law) :: law
-    type(control_type) :: control
-    type(equations_type) :: equations
+    type(point_type) :: point
     type(report_type) :: report
-    real(wp) :: old(joint%n_statev), s(3), start(3)
-    integer :: i, repeats
+    real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), told(3)
+    integer :: damage(joint%pattern%n), i, repeats
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
+    law = timeless_law(joint)
     status = state_status(joint, state)
     if (status /= status_ok) return
-    if (any(prescribed .and. .not. bounded(target, largest_traction(joint)))) status = status_initial
+    if (any(prescribed .and. .not. bounded(target, law%stiffness*law%bound))) status = status_initial
     if (status /= status_ok) return
-    law = timeless_law(joint)
+    ! a rounding error of the host is no tension; the strength of a joint without bond is a number in name only
+    told = target
+    if (start_damage(joint, 0.0_wp) < 1.0_wp) told = merge(0.0_wp, target, abs(target) <= residual_tolerance*law%stress)
+    damage = [(plane_statev(i), i=1, size(damage))]
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, prescribed)
     old(v_offset:v_offset + 2) = 0.0_wp
-    control%traction = prescribed
-    equations%old = new_point(law, old, s)
-    repeats = 0
-    load: do
-      start = equations%old%traction
+    point = new_point(law, old, s)
+    do repeats = 0, most_repeats
+      start = point%traction
       do i = 1, initial_increments
-        call set_increment(law, control, start, target, i, equations)
-        call advance_equations(law, equations, report)
-        if (equations%done < 1.0_wp) exit load
+        first = merge(ramp(start, told, real(i - 1, wp)/real(initial_increments, wp)), point%s, prescribed)
+        last = merge(ramp(start, told, real(i, wp)/real(initial_increments, wp)), point%s, prescribed)
+        call advance(law, control_type(prescribed), first, last, point, reached, report)
+        if (reached < 1.0_wp) exit
       end do
+      if (reached < 1.0_wp) exit
       ! damage that the guard prevented on the load path may grow at its end: solve once more from there
-      old = equations%old%state
-      equations%old = new_point(law, old, equations%old%s)
-      repeats = repeats + 1
-      if (.not. joint%material%guard .or. repeats > most_repeats) exit load
-      if (.not. any(grown(joint, old, equations%old%state))) exit load
-    end do load
-    if (present(carried)) carried = start + (real(min(i, initial_increments) - 1, wp) + equations%done)/ &
-      real(initial_increments, wp)*(target - start)
+      old = point%state
+      point = new_point(law, old, point%s)
+      if (.not. joint%material%guard .or. all(point%state(damage) <= old(damage))) exit
+    end do
+    if (present(carried)) carried = merge(ramp(first, last, reached), target, prescribed)
     if (present(endless)) endless = report%ended == ended_lost
-    if (equations%done < 1.0_wp) then
+    if (reached < 1.0_wp) then
       status = status_initial
       return
     end if
-    equations%old%state(v_offset:v_offset + 2) = equations%old%s
-    equations%old%state([v_rupture, v_friction, v_status]) = state([v_rupture, v_friction, v_status])
-    equations%old%state(n_statev(joint%pattern%n) + 1:) = state(n_statev(joint%pattern%n) + 1:joint%n_statev)
-    state(:joint%n_statev) = equations%old%state
-
+    point%state(v_offset:v_offset + 2) = point%s
+    point%state([v_rupture, v_friction, v_status]) = state([v_rupture, v_friction, v_status])
+    point%state(n_statev(joint%pattern%n) + 1:) = state(n_statev(joint%pattern%n) + 1:joint%n_statev)
+    state(:joint%n_statev) = point%state
   end subroutine carry_traction
-
-  !> Equations of an increment of the traction; their residual is smaller than that of a load path.
-  pure subroutine set_increment(law, control, start, target, number, equations)
-    type(rie_law), intent(in) :: law                    !! the law
-    type(control_type), intent(in) :: control           !! which tractions are prescribed
-    real(wp), intent(in) :: start(3), target(3)         !! traction at both ends of the load path, stress
-    integer, intent(in) :: number                       !! of the increment, 1 to initial_increments
-    type(equations_type), intent(inout) :: equations    !! the point at the start; the equations are set
-    real(wp) :: from(3), to(3)
-    from = start + real(number - 1, wp)/real(initial_increments, wp)*(target - start)
-    to = start + real(number, wp)/real(initial_increments, wp)*(target - start)
-    if (number == initial_increments) to = target
-    from = merge(from, equations%old%s, control%traction)
-    to = merge(to, equations%old%s, control%traction)
-    call new_equations(law, control, from, to, equations)
-    equations%wears = .false.
-    equations%finest = max(finest_initial_scale*law%stress, &
-      16.0_wp*epsilon(1.0_wp)/residual_tolerance*law%magnitude(equations%old%s, equations%old%state))
-    equations%coarsest = coarsest_initial_scale
-    equations%longest = longest_initial_step
-  end subroutine set_increment
-
-  !> Whether the damage of a plane has grown.
-  pure function grown(joint, old, new) result(yes)
-    type(interface_type), intent(in) :: joint   !! the interface
-    real(wp), intent(in) :: old(:), new(:)      !! STATEV before and after
-    logical :: yes(joint%pattern%n)
-    integer :: k
-    do k = 1, joint%pattern%n
-      yes(k) = new(plane_statev(k)) > start_damage(joint, old(plane_statev(k)))
-    end do
-  end function grown
-
-  !> Largest admissible traction: that of an elastic plane at the largest separation, stress.
-  pure function largest_traction(joint) result(largest)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp) :: largest
-    type(rie_law) :: law
-    law = new_rie_law(joint)
-    largest = law%stiffness*law%bound
-  end function largest_traction
 
   !> Append why a state cannot carry a traction and what it carries; nothing is appended if it can carry the traction.
   pure subroutine explain_initial(joint, target, prescribed, state, message)
@@ -149,18 +106,19 @@ contains
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
-    real(wp), dimension(joint%n_statev) :: pressed
-    real(wp) :: carried(3), in_proportion(3), most
+    type(rie_law) :: law
+    real(wp) :: carried(3), in_proportion(3), most, pressed(joint%n_statev)
     integer :: dead, i, status
-    logical :: endless, excessive(3)
+    logical :: endless
 
-    most = largest_traction(joint)
-    excessive = prescribed .and. .not. bounded(target, most)
+    law = new_rie_law(joint)
+    most = law%stiffness*law%bound
     do i = 1, 3
-      if (excessive(i)) call append(message, "initial " // trim(names(i)) // " = " // to_text(target(i)) // &
-        ": expected a finite traction of magnitude up to " // to_text(most))
+      if (prescribed(i) .and. .not. bounded(target(i), most)) call append(message, "initial " // &
+        trim(names(i)) // " = " // to_text(target(i)) // ": expected a finite traction of magnitude up to " // &
+        to_text(most))
     end do
-    if (any(excessive)) return
+    if (any(prescribed .and. .not. bounded(target, most))) return
     pressed = state(:joint%n_statev)
     call carry_traction(joint, target, prescribed, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
@@ -187,11 +145,11 @@ contains
     if (status == status_ok) then
       call append(message, "initial t_N, t_Tx, t_Ty = " // triple(target) // &
         ": no equilibrium where it grows in proportion; it carries " // triple(in_proportion))
-      return
+    else
+      call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
+        reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
+        to_text(carried(3)))
     end if
-    call append(message, "initial t_Tx, t_Ty = " // to_text(target(2)) // ", " // to_text(target(3)) // ": " // &
-      reason // "; with t_N = " // to_text(target(1)) // " it carries " // to_text(carried(2)) // ", " // &
-      to_text(carried(3)))
 
   contains
 

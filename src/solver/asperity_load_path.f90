@@ -1,29 +1,27 @@
 !> Run of a load path: every call gives the row of the next increment.
 module asperity_load_path
-  use asperity_branch, only: branch_step, branch_type, explain_end, new_branch
-  use asperity_control_point, only: control_type, new_point, point_type
+  use asperity_asked_increment, only: advance_as_asked
+  use asperity_branch, only: branch_step, branch_type, new_branch
+  use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_rejected, &
+    point_type, ramp, report_type
   use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, ended_complete, ended_limit, ended_rejected, report_type
-  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_point_law, only: point_law
+  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: component_names, step_type
   use asperity_strength, only: beyond_strength
   use asperity_text, only: append, integer_text, short, to_text
-  use asperity_tolerances, only: farthest, most_updates
+  use asperity_tolerances, only: endless, farthest, largest_arc, most_branch_steps, most_updates
   implicit none
   private
   public :: start_run, next_row, name_events, explain_loss
 
   !> A row: the point at the end of an increment.
-  type, public :: row_type
+  type, extends(point_type), public :: row_type
     integer :: step = 0, increment = 0               !! from 1; the increment counts in its step
     real(wp) :: position = 0.0_wp                    !! targets that were reached before, and the share of the next one
     real(wp) :: time = 0.0_wp
-    real(wp) :: s(3) = 0.0_wp                        !! separation (N, Tx, Ty), length
-    real(wp) :: traction(3) = 0.0_wp                 !! (N, Tx, Ty), stress
-    real(wp), allocatable :: state(:)                !! STATEV
-    real(wp) :: work = 0.0_wp                        !! of the traction so far, stress*length
     type(report_type) :: report                      !! of the increment
     logical :: turn = .false.                        !! the prescribed values turn back, or forward again
     logical :: cut = .false.                         !! a UMAT asked for a smaller increment
@@ -33,47 +31,49 @@ module asperity_load_path
 
   !> A run.
   type, public :: run_type
-    type(rie_law) :: law                             !! of the interface
+    type(interface_type) :: joint                    !! for events and closed forms of the strength
+    class(point_law), allocatable :: law             !! that of the interface, or another
     type(step_type), allocatable :: steps(:)         !! checked
     type(point_type) :: before, point                !! at the start and at the end of the last increment
     type(control_type) :: control                    !! of the last increment
     real(wp) :: given(3) = 0.0_wp                    !! prescribed values at its end: separation, or traction +
                                                      !! spring*separation
     integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), of all steps
-    integer, private :: step = 0, target = 0         !! where the run is
-    integer, private :: n = 0                        !! increments to this target so far
-    integer, private :: passed = 0                   !! targets that were reached before
-    integer, private :: earlier = 0                  !! increments of all targets before
+    integer, private :: step = 0, target = 0, n = 0  !! where the run is: increment n to this target of this step
+    integer, private :: passed = 0, earlier = 0      !! targets that were reached before, and their increments
     real(wp), private :: share = 1.0_wp              !! of the way to the target
     real(wp), private :: time = 0.0_wp               !! when the way to the target began
     real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at both ends of this way
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
-    type(branch_type), private :: branch                   !! progress along the branch
+    type(branch_type), private :: branch             !! progress along the branch
     type(planes_type), private :: planes             !! for the events
+    character(len=:), allocatable, private :: reason !! why the law has failed
   end type run_type
 
 contains
 
-  !> Begin a run.
-  pure subroutine start_run(joint, steps, run, start)
+  !> Begin a run (not pure, as the law may be of any type).
+  subroutine start_run(joint, steps, run, start, law)
     type(interface_type), intent(in) :: joint             !! the interface
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet
-    type(point_type), intent(in), optional :: start       !! the point at its start; absent: virgin
+    type(point_type), intent(in) :: start                 !! the point at its start
+    class(point_law), intent(in), optional :: law         !! absent: that of the interface
     character(len=event_length) :: ignored
     integer :: i
-    run%law = new_rie_law(joint)
+    run%joint = joint
+    if (present(law)) then
+      allocate (run%law, source=law)
+    else
+      allocate (run%law, source=new_rie_law(joint))
+    end if
     run%steps = steps
     do i = 1, size(steps)
       run%total = run%total + sum(steps(i)%increments)
     end do
+    run%point = start
     call put_at_rest(joint, run%planes)
-    if (present(start)) then
-      run%point = start
-      call find_events(joint, start%s, start%state, start%state, run%planes, ignored)
-    else
-      run%point = new_point(run%law)
-    end if
+    call find_events(joint, start%s, start%state, start%state, run%planes, ignored)
     run%given = run%point%s
   end subroutine start_run
 
@@ -82,32 +82,48 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
     logical, intent(out) :: found           !! false: the path has ended
-    real(wp) :: duration
+    real(wp) :: asked, reached, start(3)
     found = .not. row%lost .and. run%step <= size(run%steps)
     if (found .and. .not. run%share < 1.0_wp) call next_target(run, row, found)
     if (.not. found) return
     run%before = run%point
-    associate (step => run%steps(run%step))
-      duration = step%durations(run%target)
-      run%n = run%n + 1
+    run%n = run%n + 1
+    run%law%step = run%step
+    run%law%increment = row%increment + 1
+    associate (step => run%steps(run%step), parts => run%steps(run%step)%increments(run%target), &
+      duration => run%steps(run%step)%durations(run%target))
       if (step%arc > 0.0_wp) then
-        call solve_branch_step(run, row)
-        run%done = run%earlier + int(run%share*real(step%increments(run%target), wp))
+        run%given = run%to
+        run%law%attempt = run%law%attempt + 1
+        call branch_step(run%law, run%branch, run%point, row%report)
+        call run%law%ask(asked, run%reason)
+        if (asked < 1.0_wp) then
+          if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: expected " // &
+            "a smaller arc"
+          run%point = run%before
+          row%report%ended = ended_rejected
+        end if
+        ! the largest load factor so far, so that time never decreases
+        run%share = max(run%share, run%branch%factor)
       else
-        call solve_increment(run, duration, row)
-        run%done = run%earlier + min(run%n, step%increments(run%target))
+        start = run%given
+        run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
+        if (run%n == parts) run%given = run%to
+        run%control%dt = duration/real(parts, wp)
+        call advance_as_asked(run%law, run%control, start, run%given, run%before, run%point, reached, row%report, &
+          row%cut, run%reason)
+        run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
       end if
-      row%step = run%step
-      row%increment = row%increment + 1
-      row%position = real(run%passed - 1, wp) + run%share
+      run%done = run%earlier + nint(run%share*real(parts, wp))
       row%time = ramp(run%time, run%time + duration, run%share)
+      row%turn = step%arc > 0.0_wp .and. run%branch%turned
     end associate
-    row%s = run%point%s
-    row%traction = run%point%traction
-    row%work = run%point%work
-    call name_events(run%law%joint, run%before%state, run%point%state, run%planes, row)
-    if (.not. allocated(row%state)) allocate (row%state(run%law%n_state))
-    row%state(:) = run%point%state
+    row%point_type = run%point
+    row%step = run%step
+    row%increment = row%increment + 1
+    row%position = real(run%passed - 1, wp) + run%share
+    row%lost = row%report%ended /= ended_complete
+    call name_events(run%joint, run%before%state, run%point%state, run%planes, row)
   end subroutine next_row
 
   !> Begin the way to the next target, if there is one.
@@ -138,55 +154,16 @@ contains
     associate (step => run%steps(run%step))
       run%control = step%control
       if (begins) then
+        run%law%began = run%time
         ! the force of the spring is zero at the start of the step
         run%offset = merge(step%control%spring*run%point%s, 0.0_wp, step%control%traction)
         where (step%changed) run%given = merge(run%point%traction + run%offset, run%point%s, step%control%traction)
       end if
       run%from = run%given
       run%to = merge(step%targets(:, run%target) + run%offset, run%given, step%has_target)
-      if (step%arc > 0.0_wp) run%branch = new_branch(run%law, step%arc)
+      if (step%arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, step%arc)
     end associate
   end subroutine next_target
-
-  !> Take an increment along the stable path.
-  pure subroutine solve_increment(run, duration, row)
-    type(run_type), intent(inout) :: run    !! the run
-    real(wp), intent(in) :: duration        !! of the way to the target
-    type(row_type), intent(inout) :: row    !! its report and whether equilibrium was lost are set
-    real(wp) :: first, reached, share, start(3)
-    integer :: parts
-    start = run%given
-    first = run%share
-    parts = run%steps(run%step)%increments(run%target)
-    share = real(run%n, wp)/real(parts, wp)
-    run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
-    if (run%n == parts) run%given = run%to
-    run%control%dt = duration/real(parts, wp)
-    call advance(run%law, run%control, start, run%given, run%point, reached, row%report)
-    row%turn = .false.
-    row%lost = reached < 1.0_wp
-    run%share = ramp(first, share, reached)
-  end subroutine solve_increment
-
-  !> Take a step along the branch. The share of the way is the largest load factor so far, so that time never decreases.
-  pure subroutine solve_branch_step(run, row)
-    type(run_type), intent(inout) :: run    !! the run
-    type(row_type), intent(inout) :: row    !! its report, whether it turns and whether the branch ends are set
-    run%given = run%to
-    call branch_step(run%law, run%control, run%from, run%to, run%branch, run%point, row%report)
-    row%turn = run%branch%turned
-    row%lost = row%report%ended /= ended_complete
-    run%share = max(run%share, run%branch%factor)
-  end subroutine solve_branch_step
-
-  !> Linear interpolation, exact at both ends.
-  pure elemental function ramp(from, to, share) result(value)
-    real(wp), intent(in) :: from, to   !! values at the shares 0 and 1
-    real(wp), intent(in) :: share      !! 0 to 1
-    real(wp) :: value
-    value = from + share*(to - from)
-    if (share >= 1.0_wp) value = to
-  end function ramp
 
   !> Name what happened between two states, and what the row says.
   pure subroutine name_events(joint, old, new, planes, row)
@@ -208,59 +185,49 @@ contains
     type(row_type), intent(in) :: row                         !! its last row, lost
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     character(len=:), allocatable :: text
-    real(wp) :: direction(3), given(3), most
-    integer :: i
+    real(wp) :: asked, direction(3), most
     allocate (character(len=0) :: text)
+    if (allocated(run%reason)) then
+      call append(message, run%reason)
+      return
+    end if
     if (run%steps(row%step)%arc > 0.0_wp) then
-      call explain_end(row%report%ended, text)
+      text = "the branch ends: no equilibrium continues it near its last point"
+      if (row%report%ended == ended_endless) text = "the branch does not reach the prescribed values within a length " &
+        // "of " // to_text(endless) // " s_f: the separation grows without end, or farther than that"
+      if (row%report%ended == ended_rejected) text = "the prescribed values are more than " // &
+        to_text(most_branch_steps) // " steps of this length away: expected a larger arc, up to " // &
+        to_text(largest_arc) // ", or increments (follow = 'stable')"
     else if (row%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
     else
-      text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
-        to_text(farthest) // " s_f"
-      if (row%report%ended == ended_limit) text = "the increment needs more than the limit of " // &
-        integer_text(most_updates) // " updates of the law"
-      do i = 1, 2
-        given = merge(run%given, row%report%beyond, i == 1)
-        call beyond_strength(run%law%joint, run%control%traction, run%control%spring, given, run%control%dt, &
-          run%point%state, direction, most)
-        if (.not. any(abs(direction) > 0.0_wp)) cycle
-        text = "no equilibrium exists"
-        ! the end of the increment may have one
-        if (i == 2) text = text // " on the way to the end of the increment, just beyond the last one"
-        call append_capacity(direction, most, given, text)
-        exit
-      end do
+      call beyond_strength(run%joint, run%control%traction, run%control%spring, run%given, run%control%dt, &
+        run%point%state, direction, most)
+      if (any(abs(direction) > 0.0_wp)) then
+        asked = dot_product(direction, run%given)
+        text = "no equilibrium exists: in the direction (" // short(direction(1)) // ", " // short(direction(2)) // &
+          ", " // short(direction(3)) // ") the joint carries at most "
+        if (count(abs(direction) > 0.0_wp) == 1) then
+          text = "no equilibrium exists: the joint carries at most t_" // &
+            trim(component_names(maxloc(abs(direction), 1))) // " = "
+          asked = sum(direction)*asked
+          most = sum(direction)*most
+        end if
+        ! six digits, or all of them if six do not differ
+        if (short(most) == short(asked)) then
+          text = text // to_text(most) // ", the step asks for " // to_text(asked)
+        else
+          text = text // short(most) // ", the step asks for " // short(asked)
+        end if
+      else if (row%report%ended == ended_limit) then
+        text = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law"
+      else
+        text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
+          to_text(farthest) // " s_f"
+      end if
     end if
     if (run%control%traction(1) .and. run%given(1) > 0.0_wp) text = text // "; tension is positive"
     call append(message, text)
   end subroutine explain_loss
-
-  !> Append what an interface carries at most in a direction, and what the step asks for, to a text; six digits, or all
-  !> of them if six do not differ.
-  pure subroutine append_capacity(direction, most, given, text)
-    real(wp), intent(in) :: direction(3)                   !! unit vector (N, Tx, Ty)
-    real(wp), intent(in) :: most                           !! traction in this direction, stress
-    real(wp), intent(in) :: given(3)                       !! prescribed tractions
-    character(len=:), allocatable, intent(inout) :: text   !! the text
-    real(wp) :: asked, carried
-    integer :: i
-    i = maxloc(abs(direction), 1)
-    carried = most
-    asked = dot_product(direction, given)
-    if (count(abs(direction) > 0.0_wp) == 1) then
-      carried = sign(1.0_wp, direction(i))*most
-      asked = given(i)
-      text = text // ": the joint carries at most t_" // trim(component_names(i)) // " = "
-    else
-      text = text // ": in the direction (" // short(direction(1)) // ", " // short(direction(2)) // ", " // &
-        short(direction(3)) // ") the joint carries at most "
-    end if
-    if (short(carried) == short(asked)) then
-      text = text // to_text(carried) // ", the step asks for " // to_text(asked)
-    else
-      text = text // short(carried) // ", the step asks for " // short(asked)
-    end if
-  end subroutine append_capacity
 
 end module asperity_load_path

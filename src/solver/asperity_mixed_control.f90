@@ -4,34 +4,20 @@
 !> (docs/solver.md).
 module asperity_mixed_control
   use asperity_checks, only: all_bounded
-  use asperity_control_point, only: control_type, equations_type, evaluate, is_unstiff, move_point, new_equations, &
-    new_point, point_type, values_at
+  use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, &
+    ended_rejected, equations_type, evaluate, farthest_equilibrium, is_unstiff, largest_move, new_equations, &
+    new_point, point_type, ramp, report_type
   use asperity_follow, only: follow
   use asperity_kinds, only: wp
+  use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_snap, only: snap
-  use asperity_tolerances, only: largest_target, least_rupture, most_updates, smallest_share, snap_resolution
+  use asperity_tolerances, only: fast_growth, first_motion, largest_target, least_damping, least_rupture, &
+    less_damping, more_damping, most_tries, most_updates, shortest_motion, slow_growth, smallest_share, &
+    snap_resolution, unbalanced
   implicit none
   private
-  public :: control_type, point_type, new_point, advance, advance_equations
-
-  !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
-  !> branch (module asperity_branch): without end.
-  integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3, &
-    ended_endless = 4
-
-  !> Report of an increment.
-  type, public :: report_type
-    integer :: ended = ended_complete
-    integer :: iterations = 0            !! tangent solves
-    integer :: updates = 0               !! of the law
-    integer :: parts = 0                 !! updates that were committed, 1 without snaps
-    integer :: snaps = 0                 !! jumps from one branch to another
-    real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
-    real(wp) :: after(3) = 0.0_wp        !! separation after it, length
-    real(wp) :: released = 0.0_wp        !! energy released by all of them, stress*length
-    real(wp) :: beyond(3) = 0.0_wp       !! prescribed values for which no equilibrium was found
-  end type report_type
+  public :: control_type, point_type, report_type, new_point, advance, snap
+  public :: ended_complete, ended_endless, ended_limit, ended_lost, ended_rejected
 
 contains
 
@@ -49,72 +35,133 @@ contains
     real(wp), intent(out) :: reached                !! share of the increment that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
     type(equations_type) :: equations
+    type(point_type) :: before
+    real(wp) :: spent(2)
+    logical :: found
     reached = 0.0_wp
     if (.not. (all_bounded(size(target), target, largest_target) .and. law%admissible(point%state))) then
       report%ended = ended_rejected
       return
     end if
-    call new_equations(law, control, start, target, equations)
-    call move_point(point, equations%old)
-    call advance_equations(law, equations, report)
-    reached = equations%done
-    call move_point(equations%old, point)
-  end subroutine advance
-
-  !> The same for given equations; the point at `done` -> at the new `done`.
-  pure subroutine advance_equations(law, equations, report)
-    class(point_law), intent(in) :: law                 !! the law
-    type(equations_type), intent(inout) :: equations    !! the increment
-    type(report_type), intent(inout) :: report          !! report
-    type(point_type) :: before, here
-    real(wp) :: share, spent(2)
-    logical :: found
-    equations%moved = maxval(abs(equations%old%s))
-    do
-      here%s = equations%old%s
+    call new_equations(control, start, target, point, equations)
+    do while (reached < 1.0_wp)
       spent = law%energies(equations%old%state)
-      here%tangent = equations%old%tangent
-      call follow(law, equations, here, share)
-      if (share > equations%done) then
-        call move_point(here, equations%old)
-        equations%done = share
-        report%parts = report%parts + 1
-        call close_opening(law, equations, spent(2), report)
-      end if
-      if (equations%done >= 1.0_wp) exit
+      call follow(law, equations)
+      if (equations%done > reached) call close_opening(law, equations, spent(2))
+      reached = equations%done
+      if (reached >= 1.0_wp) exit
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
-      equations%done = min(1.0_wp, equations%done + 2.0_wp*smallest_share)
-      report%beyond = values_at(equations, equations%done)
-      found = equations%n > 0 .and. equations%updates < most_updates
+      equations%done = min(1.0_wp, reached + 2.0_wp*smallest_share)
+      found = any(control%traction) .and. equations%report%updates < most_updates
       if (found) call snap(law, equations, found)
       if (.not. found) then
-        report%ended = merge(ended_limit, ended_lost, equations%updates >= most_updates)
-        call move_point(before, equations%old)
-        equations%done = share
+        equations%report%ended = merge(ended_limit, ended_lost, equations%report%updates >= most_updates)
+        equations%old = before
         exit
       end if
-      report%parts = report%parts + 1
-      call note_snap(law, equations, before, report)
-      if (equations%done >= 1.0_wp) exit
+      equations%report%parts = equations%report%parts + 1
+      call note_snap(law, equations, before)
+      reached = equations%done
     end do
-    report%iterations = report%iterations + equations%iterations
-    report%updates = report%updates + equations%updates
-  end subroutine advance_equations
+    point = equations%old
+    report = equations%report
+  end subroutine advance
+
+  !> Move from the end of a curve of equilibria to the first stable equilibrium under constant prescribed values:
+  !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
+  !> time and wears nothing. The steps are at most s0/200, and grow. A motion that stops without an equilibrium has met
+  !> a discontinuity of the law.
+  pure subroutine snap(law, equations, found)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! prescribed values at the share `done`, the point at the end
+                                                        !! of the curve -> at the equilibrium, or where the motion ended
+    logical, intent(out) :: found                       !! whether there is an equilibrium
+    type(newton_type) :: result
+    type(point_type) :: trial
+    real(wp) :: anchor(3), damping, drift(3), error, far, limit, move, residual(3)
+    integer :: tries
+    logical :: good
+
+    limit = first_motion*law%length
+    damping = law%stiffness
+    drift = 0.0_wp
+    ! with viscous damage there are equilibria at every separation, as no time passes
+    far = farthest_equilibrium(law, equations, 0.5_wp)
+    found = .false.
+    ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
+    call evaluate(law, equations, equations%old%s, equations%done, trial, residual, error)
+    if (error < huge(error)) equations%old = trial
+    anchor = equations%old%s
+    tries = 0
+    do while (tries < most_tries .and. equations%report%updates < most_updates)
+      ! is there an equilibrium near the point?
+      equations%damping = 0.0_wp
+      trial%s = equations%old%s
+      call newton_solve(law, equations, equations%done, limit, trial, result)
+      move = largest_move(equations, equations%old, trial)
+      if (result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far) then
+        found = balances(law, equations%old, trial, move)
+        if (found) exit
+        limit = 0.5_wp*move
+      end if
+      ! start in the direction of the last step, so that the tangent of a sliding plane is that of sliding
+      equations%damping = damping
+      trial%s = equations%old%s + drift
+      call newton_solve(law, equations, equations%done, limit, trial, result)
+      move = largest_move(equations, equations%old, trial)
+      good = result%converged .and. result%stable .and. move <= limit
+      tries = tries + 1
+      if (good) good = balances(law, equations%old, trial, move)
+      if (.not. good) then
+        damping = more_damping*damping
+        drift = 0.0_wp
+        cycle
+      end if
+      drift = trial%s - equations%old%s
+      equations%old = trial
+      if (maxval(abs(equations%old%s - anchor)) > shortest_motion*law%length) then
+        anchor = equations%old%s
+        tries = 0
+      end if
+      damping = max(less_damping*damping, least_damping*law%stiffness)
+      limit = min(law%bound, limit*merge(fast_growth, slow_growth, law%cannot_soften(equations%old%state) .or. &
+        is_unstiff(equations%old)))
+      if (maxval(abs(equations%old%s)) > far) exit
+    end do
+    if (found) equations%old = trial
+    equations%damping = 0.0_wp
+  end subroutine snap
+
+  !> Whether the work of a step equals the energy that it stores and dissipates within `unbalanced`, so that the
+  !> energies of a row that contains a snap balance, or the step is very short. The error is that of the trapezoidal
+  !> rule.
+  pure function balances(law, old, new, length) result(yes)
+    class(point_law), intent(in) :: law        !! the law
+    type(point_type), intent(in) :: old, new   !! the point before and after the step
+    real(wp), intent(in) :: length             !! of the step
+    logical :: yes
+    real(wp) :: change(2), unit, work
+    change = law%energies(new%state) - law%energies(old%state)
+    work = new%work - old%work
+    unit = max(law%stress*law%length, abs(work) + sum(abs(change)))
+    yes = abs(work - sum(change)) <= unbalanced*min(1.0_wp, length/law%length)*unit .or. &
+      length <= shortest_motion*law%length
+  end function balances
 
   !> Report a motion if it was long enough to be a snap.
-  pure subroutine note_snap(law, equations, before, report)
-    class(point_law), intent(in) :: law             !! the law
-    type(equations_type), intent(in) :: equations   !! the point after the motion
-    type(point_type), intent(in) :: before          !! the point before it
-    type(report_type), intent(inout) :: report      !! report
+  pure subroutine note_snap(law, equations, before)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the point after the motion; the report is set
+    type(point_type), intent(in) :: before              !! the point before it
     real(wp) :: length, work(3)
-    associate (after => equations%old, control => equations%control)
-      length = maxval(abs(after%s - before%s), mask=control%traction)
-      if (length <= snap_resolution*law%length) return
+    length = largest_move(equations, before, equations%old)
+    if (length <= snap_resolution*law%length) return
+    associate (after => equations%old, control => equations%control, report => equations%report)
       report%snaps = report%snaps + 1
       ! work of the prescribed tractions less that on the springs and the energy stored and dissipated (docs/solver.md)
-      work = (values_at(equations, equations%done) - 0.5_wp*control%spring*(before%s + after%s))*(after%s - before%s)
+      work = (ramp(equations%start, equations%target, equations%done) - 0.5_wp*control%spring*(before%s + after%s))* &
+        (after%s - before%s)
       report%released = report%released + sum(work, mask=control%traction) - &
         sum(law%energies(after%state) - law%energies(before%state))
       if (length > maxval(abs(report%after - report%before))) then
@@ -126,35 +173,27 @@ contains
 
   !> If every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium, too.
   !> In that case move to the equilibrium with the smallest |s_N|. That is a snap if the joint has just broken.
-  pure subroutine close_opening(law, equations, spent, report)
+  pure subroutine close_opening(law, equations, spent)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the increment and its point
     real(wp), intent(in) :: spent                       !! energy dissipated before, stress*length
-    type(report_type), intent(inout) :: report          !! report
-    type(equations_type) :: still
     type(point_type) :: before, trial
-    real(wp) :: edge(3), energy(2), r(3), scale, step
-    logical :: good
-    if (equations%n /= 1 .or. .not. equations%control%traction(1)) return
+    real(wp) :: edge(3), energy(2), error, r(3), step
+    if (any(equations%control%traction .neqv. [.true., .false., .false.])) return
     if (equations%control%spring(1) > 0.0_wp .or. .not. is_unstiff(equations%old)) return
-    call new_equations(law, equations%control, equations%start, equations%target, still)
-    still%done = equations%done
-    still%old = equations%old
     edge = law%contact_opening(equations%old%s, equations%old%state)
     step = spacing(max(abs(edge(1)), law%length))
     do
-      call evaluate(law, still, edge, still%done, trial, r, scale, good)
-      equations%updates = equations%updates + 1
+      call evaluate(law, equations, edge, equations%done, trial, r, error)
       ! the comparison is exact, as every plane is fully damaged and open
-      if (.not. good .or. .not. abs(trial%traction(1)) > 0.0_wp) exit
+      if (.not. abs(trial%traction(1)) > 0.0_wp) exit
       edge(1) = edge(1) + step
       step = 2.0_wp*step
     end do
-    if (.not. good) return
     energy = law%energies(trial%state)
     before = equations%old
-    call move_point(trial, equations%old)
-    if (energy(2) > spent + least_rupture*law%stress*law%length) call note_snap(law, equations, before, report)
+    equations%old = trial
+    if (energy(2) > spent + least_rupture*law%stress*law%length) call note_snap(law, equations, before)
   end subroutine close_opening
 
 end module asperity_mixed_control

@@ -1,7 +1,7 @@
 !> Semismooth Newton method with a line search for the prescribed tractions. At a kink of the law the consistent tangent
 !> is the derivative of the side on which the iterate lies.
 module asperity_newton
-  use asperity_control_point, only: equations_type, evaluate, free_matrix, free_part, point_type, unstable
+  use asperity_control_point, only: equations_type, evaluate, free_matrix, point_type, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
@@ -30,38 +30,36 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates and iterations are counted
     real(wp), intent(in) :: share                       !! of the increment
-    real(wp), intent(in) :: reach                       !! distance from the guess beyond which no solution is wanted,
-                                                        !! length
+    real(wp), intent(in) :: reach                       !! length from the guess beyond which no solution is wanted
     type(point_type), intent(inout) :: point            !! guess -> the point at the end
     type(newton_type), intent(out) :: result            !! result
-    real(wp) :: error, length, next_error, r(3), scale, step(3), trial(3), x(3), x_0(3)
+    real(wp) :: error, length, next_error, r(3), step(3), trial(3), x(3), x_0(3)
     integer :: i
     logical :: good
 
-    x_0 = free_part(equations, point%s)
+    x_0 = point%s
     x = x_0
-    call evaluate(law, equations, x, share, point, r, scale, good)
-    if (.not. good) return
-    error = maxval(abs(r))/scale
+    call evaluate(law, equations, x, share, point, r, error)
+    if (error >= huge(error)) return
     do i = 0, most_iterations
-      result%last = free_matrix(equations, point)
+      result%last = free_matrix(law, equations, point)
       if (i == 0) result%first = result%last
-      if (result%stable) result%stable = .not. unstable(equations%n, result%last, law%stiffness)
+      if (result%stable) result%stable = .not. unstable(result%last, law%stiffness)
       result%converged = error <= residual_tolerance
       if (result%converged .or. i == most_iterations) return
       call newton_step(equations, law%stiffness, result%last, r, step, good)
       if (.not. good) return
       if (i == 0) result%step = step
-      if (0.25_wp*maxval(abs(x + step - x_0)) > reach) return
-      equations%iterations = equations%iterations + 1
+      if (0.25_wp*maxval(abs(x + step - x_0), mask=equations%control%traction) > reach) return
+      equations%report%iterations = equations%report%iterations + 1
       length = 1.0_wp
       do
         trial = x + length*step
         ! a facet starts to curve at its foot, which separations of zero must meet exactly
         where (abs(trial) <= epsilon(1.0_wp)*maxval(abs(point%s))) trial = 0.0_wp
-        call evaluate(law, equations, trial, share, point, r, scale, good)
-        next_error = maxval(abs(r))/scale
-        if (good .and. (i == 0 .or. next_error <= max(residual_tolerance, (1.0_wp - decrease*length)*error))) exit
+        call evaluate(law, equations, trial, share, point, r, next_error)
+        if (next_error <= max(residual_tolerance, (1.0_wp - decrease*length)*error)) exit
+        if (i == 0 .and. next_error < huge(next_error)) exit
         length = 0.5_wp*length
         if (length < shortest_step) return
       end do
@@ -75,24 +73,23 @@ contains
     type(equations_type), intent(in) :: equations   !! the equations
     real(wp), intent(in) :: stiffness               !! elastic stiffness, stress/length
     real(wp), intent(in) :: a(3, 3)                 !! derivative of the residual, stress/length
-    real(wp), intent(in) :: r(3)                    !! residual, zero beyond the unknowns, stress
+    real(wp), intent(in) :: r(3)                    !! residual, stress
     real(wp), intent(out) :: step(3)                !! length
     logical, intent(out) :: good                    !! false: there is no step
-    real(wp) :: b(3, 3), elastic
-    integer :: i
-    elastic = maxval(abs(r))/stiffness
+    real(wp) :: b(3, 3), longest
+    integer :: attempt, i
+    longest = worst_condition*(maxval(abs(r))/stiffness)
     b = a
-    step = -r
-    call eliminate(equations%n, b, step, good)
-    if (good .and. .not. equations%damping > 0.0_wp) good = maxval(abs(step)) <= worst_condition*elastic
-    if (good) return
-    b = a
-    do i = 1, equations%n
-      b(i, i) = b(i, i) + stiffness/worst_condition
+    do attempt = 1, 2
+      step = -r
+      call eliminate(3, b, step, good)
+      if (good) good = maxval(abs(step)) <= longest .or. (attempt == 1 .and. equations%damping > 0.0_wp)
+      if (good) return
+      b = a
+      do i = 1, 3
+        b(i, i) = b(i, i) + stiffness/worst_condition
+      end do
     end do
-    step = -r
-    call eliminate(equations%n, b, step, good)
-    if (good) good = maxval(abs(step)) <= equations%longest*elastic
   end subroutine newton_step
 
 end module asperity_newton

@@ -8,25 +8,22 @@ module asperity_tolerances
   !> Largest residual of an equilibrium, relative to the traction scale: some hundred rounding errors of the terms of
   !> the sum over the planes.
   real(wp), parameter, public :: residual_tolerance = 1.0e-13_wp
-  !> Smallest traction scale, relative to the strength: an unloaded equilibrium must not fail on rounding. For an
-  !> initial state it is the strength itself, so that a rounding error of the host does not count as a tension.
-  real(wp), parameter, public :: finest_scale = 1.0e-6_wp, finest_initial_scale = 1.0_wp
-  !> Largest traction scale, relative to strength and prescribed tractions: the residual never exceeds 1e-7 of them,
-  !> however large free separations grow. For an initial state it never exceeds 5e-11, half of the accuracy documented
-  !> in docs/reference/driver.md.
-  real(wp), parameter, public :: coarsest_scale = 1.0e6_wp, coarsest_initial_scale = 500.0_wp
+  !> Smallest traction scale, relative to the strength: an unloaded equilibrium must not fail on rounding.
+  real(wp), parameter, public :: finest_scale = 1.0e-6_wp
+  !> Largest traction scale, relative to strength and prescribed tractions: the residual never exceeds 5e-11 of them,
+  !> half of the accuracy of an initial state in docs/solver.md, or 16 rounding errors of the stiffness times the
+  !> separation at the start or a prescribed one, however large free separations grow.
+  real(wp), parameter, public :: coarsest_scale = 500.0_wp, &
+    rounding_scale = 16.0_wp*epsilon(1.0_wp)/residual_tolerance
 
   ! --- Newton's method -----------------------------------------------------------------------------------------------
   !> Largest number of iterations: quadratic convergence needs fewer than 10, and switches of planes add a few.
   integer, parameter, public :: most_iterations = 25
   !> Decrease of the residual that a step must bring, as a fraction of the step (Armijo), and shortest step.
   real(wp), parameter, public :: decrease = 1.0e-4_wp, shortest_step = 2.0_wp**(-8)
-  !> Condition number above which the derivative of the residual counts as singular.
+  !> Condition number above which the derivative of the residual counts as singular; longest step relative to that of an
+  !> elastic interface, as open planes may have to come into contact.
   real(wp), parameter, public :: worst_condition = 1.0e9_wp
-  !> Longest step if the derivative is singular, relative to that of an elastic interface: there is no step in a
-  !> direction without stiffness. For an initial state it is as long as the condition allows, as open planes have to
-  !> come into contact.
-  real(wp), parameter, public :: longest_step = 31622.8_wp, longest_initial_step = worst_condition
   !> Negative numbers of a smaller magnitude, relative to the elastic stiffness, count as zero in the stability
   !> criterion: they are rounding errors of sums over the planes and of products of three of these sums.
   real(wp), parameter, public :: instability = 1.0e-12_wp
@@ -77,6 +74,8 @@ module asperity_tolerances
   !> Length of a branch that counts as endless, relative to s_f, in addition to the change of the prescribed separations
   !> and to that of the springs without the interface.
   real(wp), parameter, public :: endless = 20.0_wp
+  !> Longest step relative to s0: default, smallest and largest admissible value.
+  real(wp), parameter, public :: default_arc = 0.05_wp, least_arc = 1.0e-5_wp, largest_arc = 1.0_wp
   !> Largest number of steps to the prescribed values on a straight line, without springs.
   real(wp), parameter, public :: most_branch_steps = 2.0e5_wp
   !> Shortest step that is tried, relative to the longest.

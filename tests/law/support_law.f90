@@ -7,10 +7,12 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
+  use asperity_control_point, only: new_point
   use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_mixed_control, only: report_type
   use asperity_pattern, only: direction_vector
   use random_numbers, only: draw
+  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: complete_steps, step_table, step_type
   implicit none
   private
@@ -148,7 +150,7 @@ contains
       steps(2)%control%spring(1) = spring
       steps(2)%changed(1) = .true.
     end if
-    call start_run(joint, steps, run)
+    call start_run(joint, steps, run, new_point(new_rie_law(joint)))
     do
       call next_row(run, row, found)
       if (.not. found .or. row%lost) exit

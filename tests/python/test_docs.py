@@ -189,7 +189,7 @@ def names_in_table(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "group", ["case", "material", "pattern", "step", "expect", "sweep", "replay", "initial", "state"]
+    "group", ["case", "material", "pattern", "step", "expect", "sweep", "replay", "initial", "state", "umat"]
 )
 def test_names_of_the_case_file(group: str, tmp_path: Path) -> None:
     """The driver lists the names of a group when it meets an unknown one; the page has just these."""

@@ -1,0 +1,47 @@
+"""Draw a UMAT of a bilinear law without friction and the law of this project on one path, for any-umat.md.
+
+The UMAT is that of the tests; gfortran builds it.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from asperity import ForeignUmat, Interface, Material, Pattern, Step
+from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
+from asperity.style import TWO, printed, save
+from matplotlib.figure import Figure
+
+SOURCE, PICTURE = Path("tests/python/planted_umat.f"), Path("docs/images/any-umat.png")
+PATH = [Step(t_N=-0.5, increments=20), Step(slip=[0.15, -0.05, 0.3], increments=[100, 150, 200])]
+LAW = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
+
+
+@printed()
+def draw(library: Path) -> Figure:
+    """Shear traction and dilation of both laws over the slip."""
+    s_f = 2.0 * LAW.Gc / LAW.sigma0
+    s_0 = (1.0 - LAW.eta) * s_f
+    bilinear = ForeignUmat(library, s_0, LAW.sigma0 / s_0, (LAW.sigma0 / s_0, s_0, s_f, 1.0, 0.0), nstatv=2)
+    laws = {
+        "bilinear UMAT": bilinear.run(PATH),
+        "asperity": Interface(LAW, Pattern.regular(2, 20.0)).run(PATH),
+    }
+    tests = {name: rows.after_step(1) for name, rows in laws.items()}
+    figure = Figure(figsize=(TWO, 2.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    lines = [(name, rows.separation[:, 1], rows.traction[:, 1], False) for name, rows in tests.items()]
+    curves(left, lines, SLIP, TRACTION, "law", inside=True)
+    lines = [(name, rows.separation[:, 1], rows.dilation, False) for name, rows in tests.items()]
+    curves(right, lines, SLIP, DILATION, "law", inside=True)
+    return figure
+
+
+if __name__ == "__main__":
+    with TemporaryDirectory() as folder:
+        library = Path(folder, "libbilinear.so")
+        command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", SOURCE, "-o", library]
+        subprocess.run(command, check=True)
+        save(draw(library), PICTURE)

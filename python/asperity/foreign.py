@@ -1,0 +1,161 @@
+"""A UMAT of others along a load path: the driver calls it, so that nothing it does can end this process."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import contract
+from .history import ENERGIES, EVENTS, SEPARATION, TRACTION, History, Snap
+from .installed import driver
+from .interface import EquilibriumLost
+from .steps import Point, Step
+
+_ENTRIES = ("damage", *ENERGIES[:3])
+"""Columns that begin a state; those from umat_work on are its rest."""
+
+_SNAP = re.compile(r"step (\d+) increment (\d+): snap from s = \((.*?)\) to \((.*?)\), (\S+) released")
+
+
+@dataclass(frozen=True)
+class ForeignUmat:
+    """UMAT in a shared library, called as Abaqus/Standard calls it (docs/how-to/any-umat.md).
+
+    Parameters
+    ----------
+    library
+        The shared library.
+    length, stiffness
+        Separation at which the strength is reached, length, and elastic stiffness of the bond, stress/length:
+        scales for the solver.
+    props, nstatv
+        PROPS, and the number of state variables.
+    symbol
+        Name of the routine in the library.
+    order
+        Names of the components in the order of the UMAT, "-" for another one; 2, 3 or 6 in all.
+    thickness
+        Length by which separations are divided.
+    state
+        STATEV (nstatv,) at the start; None is zero.
+    damage
+        Number, from 1, of the state variable that is the damage.
+    """
+
+    library: str | Path
+    length: float
+    stiffness: float
+    props: Sequence[float] = ()
+    nstatv: int = 0
+    symbol: str = "umat_"
+    order: str = "N,Tx,Ty"
+    thickness: float = 1.0
+    state: Sequence[float] | None = None
+    damage: int | None = None
+
+    def run(
+        self,
+        steps: Sequence[Step] | Step,
+        state: ArrayLike | Point | None = None,
+        tolerance: float | None = None,
+    ) -> History:
+        """Take one point along a load path, as `Interface.run`.
+
+        Parameters
+        ----------
+        steps
+            The load path.
+        state
+            Start: a `Point`, as `History.end` of an earlier run; None is a virgin point.
+        tolerance
+            1e-8 to 0.1: increments to a tolerance, as in `Interface.run`.
+
+        Returns
+        -------
+        History
+            The rows; a state has the energies, the work, the time, STRESS and STATEV. Damage is zero without
+            `damage`.
+
+        Raises
+        ------
+        ValueError
+            With the messages of the driver, for wrong input.
+        EquilibriumLost
+            Where no equilibrium is found or the UMAT fails, with the rows before and the reason.
+        """
+        path = [steps] if isinstance(steps, Step) else steps
+        start = state if state is None or isinstance(state, Point) else Point(contract.array("state", state))
+        groups = [("case", {} if tolerance is None else {"tolerance": tolerance}), ("umat", self._given())]
+        if start is not None:
+            groups += [("state", {"separation": start.separation, "statev": start.state, "work": start.work})]
+        groups += [("step", step.given()) for step in path]
+        with TemporaryDirectory() as folder:
+            case, output = Path(folder, "case.nml"), Path(folder, "out.csv")
+            case.write_text("".join(_group(name, given) for name, given in groups), encoding="utf-8")
+            done = subprocess.run(
+                [driver(), case, "-o", output, "--planes"], capture_output=True, text=True, check=False
+            )
+            text = done.stderr.replace(f"rie_driver: {case}: ", "").replace(f"{case}: ", "")
+            if done.returncode not in (0, 2) or not output.is_file():
+                raise ValueError(text.replace("rie_driver: ", "").strip())
+            history, lost = _history(output.read_text(encoding="utf-8"), text)
+        if done.returncode == 2:
+            lines = [line.replace("rie_driver: ", "") for line in text.splitlines()]
+            reason = next((line for line in lines if "beyond step" in line or "stopped at" in line), lines[0])
+            if not lost and len(history) > 0:
+                raise ValueError(reason)
+            raise EquilibriumLost(reason, history.ended(reason))
+        return history
+
+    def _given(self) -> dict[str, object]:
+        """Entries of &umat."""
+        given = {part.name: getattr(self, part.name) for part in fields(self)}
+        return given | {"library": str(Path(self.library).resolve())}
+
+
+def _group(name: str, given: dict[str, object]) -> str:
+    """Group of a case file, without the entries that are not given."""
+    entries = []
+    for entry, value in given.items():
+        if value is None or (not isinstance(value, str) and np.size(value) == 0):
+            continue
+        if isinstance(value, str):
+            text = "'" + value.replace("'", "''") + "'"
+        else:
+            text = ", ".join(f"{number:.17g}" for number in np.atleast_1d(value))
+        entries.append(f"  {entry} = {text}")
+    return "\n".join([f"&{name}", *entries, "/\n"])
+
+
+def _history(text: str, messages: str) -> tuple[History, bool]:
+    """History of the rows of the driver, without the row of a lost equilibrium, and whether there is one."""
+    header, *lines = (line.split(",") for line in text.splitlines())
+    lost = bool(lines) and "lost" in lines[-1][header.index("event")].split("+")
+    lines = lines[: len(lines) - lost]
+    cells = np.array(lines, dtype=object).reshape(len(lines), len(header))
+    column = {name: cells[:, i] for i, name in enumerate(header) if name != "event"}
+    number = {name: values.astype(float) for name, values in column.items()}
+    rest = header[header.index("umat_work") :]
+
+    def table(names: Sequence[str]) -> np.ndarray:
+        return np.stack([number[name] for name in names], axis=1)
+
+    places = {(int(a), int(b)): i for i, (a, b) in enumerate(table(("step", "increment")))}
+    snaps = []
+    for step, increment, before, after, released in _SNAP.findall(messages):
+        ends = (tuple(map(float, part.split(","))) for part in (before, after))
+        if (int(step), int(increment)) in places:
+            snaps.append(Snap(places[int(step), int(increment)], *ends, float(released)))
+    events = tuple((i, str(event)) for i, event in enumerate(cells[:, header.index("event")]) if event)
+    assert all(name in EVENTS for _, event in events for name in event.split("+"))
+    parts = table(SEPARATION), table(TRACTION), number["damage"], table((*_ENTRIES, *rest)), number["work"]
+    # the position between targets is not a column
+    more = number["step"].astype(int), np.full(len(lines), np.nan), number["time"]
+    return History(*parts, events, tuple(snaps), 0, *more, number["iterations"].astype(int)), lost

@@ -1,0 +1,83 @@
+!> An increment in the parts that the law asks for, as hosts divide increments for PNEWDT.
+module asperity_asked_increment
+  use asperity_control_point, only: control_type, point_type
+  use asperity_kinds, only: wp
+  use asperity_mixed_control, only: advance, ended_rejected, report_type
+  use asperity_point_law, only: point_law
+  use asperity_text, only: to_text
+  implicit none
+  private
+  public :: advance_as_asked
+
+  !> Smallest share of an attempt that a law obtains at once, and of an increment at all.
+  real(wp), parameter :: least_cut = 0.01_wp, smallest_part = 1.0e-6_wp
+
+contains
+
+  !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that has failed,
+  !> or asks for less than the smallest part, ends it.
+  pure subroutine advance_as_asked(law, control, start, target, before, point, reached, report, cut, reason)
+    class(point_law), intent(inout) :: law          !! the law; attempts are counted
+    type(control_type), intent(in) :: control       !! what is prescribed
+    real(wp), intent(in) :: start(3), target(3)     !! prescribed values at both ends
+    type(point_type), intent(in) :: before          !! the point at the start
+    type(point_type), intent(inout) :: point        !! the same -> at the end
+    real(wp), intent(out) :: reached                !! share of the increment that converged
+    type(report_type), intent(out) :: report        !! of all parts
+    logical, intent(out) :: cut                     !! whether there is more than one part
+    character(len=:), allocatable, intent(inout) :: reason   !! set if the law ends the increment
+    type(control_type) :: of_part
+    type(point_type) :: here
+    type(report_type) :: last
+    real(wp) :: asked, from(3), part, share, to(3)
+    law%attempt = law%attempt + 1
+    call advance(law, control, start, target, point, reached, report)
+    call law%ask(asked, reason)
+    cut = asked < 1.0_wp .and. asked > 0.0_wp
+    if (asked >= 1.0_wp) return
+    report = report_type(iterations=report%iterations, updates=report%updates)
+    point = before
+    reached = 0.0_wp
+    part = 1.0_wp
+    from = start
+    of_part = control
+    do while (reached < 1.0_wp .and. asked > 0.0_wp)
+      if (asked < 1.0_wp) part = max(least_cut, asked)*part
+      if (part < smallest_part) then
+        reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
+        exit
+      end if
+      part = min(part, 1.0_wp - reached)
+      to = start + (reached + part)*(target - start)
+      if (reached + part >= 1.0_wp) to = target
+      of_part%dt = part*control%dt
+      here = point
+      law%attempt = law%attempt + 1
+      call advance(law, of_part, from, to, point, share, last)
+      report%iterations = report%iterations + last%iterations
+      report%updates = report%updates + last%updates
+      call law%ask(asked, reason)
+      if (asked < 1.0_wp) then
+        point = here
+        cycle
+      end if
+      if (maxval(abs(last%after - last%before)) > maxval(abs(report%after - report%before))) then
+        report%before = last%before
+        report%after = last%after
+      end if
+      report%parts = report%parts + last%parts
+      report%snaps = report%snaps + last%snaps
+      report%released = report%released + last%released
+      report%ended = last%ended
+      if (share >= 1.0_wp .and. reached + part >= 1.0_wp) then
+        reached = 1.0_wp
+      else
+        reached = reached + share*part
+      end if
+      if (share < 1.0_wp) exit
+      from = to
+    end do
+    if (allocated(reason)) report%ended = ended_rejected
+  end subroutine advance_as_asked
+
+end module asperity_asked_increment

@@ -1,0 +1,253 @@
+"""UMATs in shared libraries: as the law of a case, in Python, and their checks.
+
+The law of planted_umat.f has faults on request.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import asperity
+import numpy as np
+import pytest
+from asperity import ForeignUmat, Interface, Material, Pattern, Step
+from asperity.cli import main
+from support_driver import FLAT, MATERIAL, RP_4, S_0, K, call
+
+pytestmark = pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran")
+
+STIFFNESS, ONSET, BROKEN, SHARE = 100.0, 0.01, 0.2, 0.5
+"""Constants of the planted law: stiffness, separations of onset and rupture, weight of the shears."""
+
+MIXED = """&step s_N = 0.05, s_Tx = 0.04, increments = 20 /
+&step s_N = -0.01, s_Tx = 0.01, increments = 20 /
+&step s_N = 0.02, s_Tx = -0.2, s_Ty = 0.02, increments = 40 /
+"""
+"""Path with mixed modes, unloading, closing and reloading."""
+
+HIDDEN = {"repeated", "cut", "alternating", "threads"}
+"""Checks that hidden state fails."""
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the path of the library of the planted UMAT."""
+    path = tmp_path_factory.mktemp("umat") / "libplanted.so"
+    source = Path(__file__).with_name("planted_umat.f")
+    command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", source, "-o", path]
+    subprocess.run(command, check=True, capture_output=True)
+    return path
+
+
+def planted(library: Path, fault: int = 0, nstatv: int = 7, more: str = "") -> str:
+    """Group &umat of the planted law."""
+    props = f"{STIFFNESS}, {ONSET}, {BROKEN}, {SHARE}, {fault}"
+    return (
+        f"&umat library = '{library}', props = {props}, nstatv = {nstatv}, damage = 1,\n"
+        f"  length = {ONSET}, stiffness = {STIFFNESS} {more} /\n"
+    )
+
+
+def of_python(library: Path, fault: int = 0) -> ForeignUmat:
+    """Return the planted law in Python."""
+    return ForeignUmat(library, ONSET, STIFFNESS, (STIFFNESS, ONSET, BROKEN, SHARE, fault), 7, damage=1)
+
+
+def verdicts(text: str) -> dict[str, str]:
+    """Return the verdict of each check in a table."""
+    rows = re.findall(r"^(passed|FAILED|stated|      )  (\w+)", text, re.MULTILINE)
+    return {name: verdict.strip() for verdict, name in rows}
+
+
+# --- load paths ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("law", "steps"),
+    [
+        (MATERIAL + FLAT, "&step t_N = -2, increments = 20 /\n&step slip = 0.3, increments = 30 /\n"),
+        (MATERIAL + RP_4, "&step t_N = -1, k_N = 5 /\n&step slip = 0.2, -0.2, cycles = 2 /\n"),
+        (MATERIAL + FLAT, "&step t_N = 2.9, 6, k_N = 40, increments = 30 /\n"),
+        (MATERIAL + FLAT, "&step t_N = 6, k_N = 40, follow = 'branch' /\n"),
+    ],
+    ids=["CNL", "CNS", "snap", "branch"],
+)
+def test_own_umat_is_the_own_law(run, law: str, steps: str) -> None:
+    """The UMAT of this project through its library gives what the law gives: rows, energies and snaps."""
+    pattern = Pattern.regular(4, 30.0) if law.endswith(RP_4) else Pattern.regular(0, 0.0)
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5), pattern)
+    own = run(law + steps)
+    props = ", ".join(f"{value:.17g}" for value in joint.props())
+    umat = f"&umat library = '{asperity.library()}', props = {props}, nstatv = {joint.nstatv},\n"
+    foreign = run(f"{umat}  damage = 1, length = {S_0:.17g}, stiffness = {K:.17g} /\n{steps}")
+    for name in ("s_N", "s_Tx", "t_N", "t_Tx", "damage", "stored", "rupture", "friction", "work"):
+        np.testing.assert_allclose(foreign[name][-1], own[name][-1], atol=1e-9)
+    assert [sum("snap" in events for events in rows.events) for rows in (own, foreign)] in ([0, 0], [1, 1])
+
+
+def test_sweep_springs_and_expected_values(run, library: Path) -> None:
+    """Mode I has peak and energy of the bilinear law; &expect, &sweep and springs are those of every case."""
+    energy = 0.5 * STIFFNESS * ONSET * BROKEN
+    steps = "&step s_N = x, increments = 200 /\n&step t_N = 0.1, k_N = 2.0 /\n"
+    expected = f"&expect rupture = {energy}, stored = 0, work = {energy}, tolerance = 2e-4, when = 0.25 /\n"
+    expected += "&expect end = 'complete', when = 0.1 /\n&sweep name = 'x', values = 0.1, 0.25 /\n"
+    run(planted(library) + steps.splitlines()[0] + "\n" + expected)
+    held = run(planted(library) + "&step t_N = 0.3, k_N = 40.0, increments = 5 /\n")
+    np.testing.assert_allclose(held["t_N"] + 40.0 * held["s_N"], [0.06, 0.12, 0.18, 0.24, 0.3], rtol=1e-12)
+    refined = run("&case tolerance = 1e-3 /\n" + planted(library) + "&step s_N = 0.25, increments = 10 /\n")
+    np.testing.assert_allclose([refined["work"][-1], refined["t_N"].max()], [energy, 1.0], rtol=2e-3)
+
+
+def test_requested_increments(run, library: Path) -> None:
+    """A smaller increment is taken where the UMAT asks for one; the result is that of small increments."""
+    path = "&step s_N = 0.02, s_Tx = 0.03, increments = 4 /\n"
+    cut, fine = run(planted(library, 7) + path), run(planted(library) + path.replace("= 4", "= 40"))
+    assert all("cut" in events for events in cut.events)
+    np.testing.assert_allclose(cut["t_N"][-1], fine["t_N"][-1], rtol=1e-9)
+    np.testing.assert_allclose(cut["rupture"][-1], fine["rupture"][-1], rtol=1e-2)
+
+
+def test_numbers_and_times_of_increments(run, library: Path) -> None:
+    """KSTEP, KINC, TIME and DTIME are those of Abaqus: times at the start of the increment."""
+    steps = "&step s_N = 0.001, increments = 2, time = 4 /\n&step s_N = 0.002, increments = 2 /\n"
+    rows = run(planted(library) + steps, "--planes")
+    found = np.stack([rows[f"statev_{i}"] for i in range(3, 8)], axis=1)
+    expected = [[1, 1, 0, 0, 2], [1, 2, 2, 2, 2], [2, 1, 0, 4, 0.5], [2, 2, 0.5, 4.5, 0.5]]
+    np.testing.assert_allclose(found, expected)
+
+
+def test_order_thickness_and_state(run, library: Path) -> None:
+    """Components in another order, strains instead of separations, and a damaged start."""
+    path = "&step s_N = 0.03, s_Tx = 0.02, increments = 7 /\n"
+    plain = run(planted(library) + path)
+    six = run(planted(library, more=", order = '-,-,N,-,Tx,Ty'") + path)
+    np.testing.assert_array_equal(six.vector("t"), plain.vector("t"))
+    other = "&step s_Tx = 0.03, s_N = 0.02, increments = 7 /\n"
+    turned = run(planted(library, more=", order = 'Tx,N,Ty'") + other)
+    np.testing.assert_array_equal(turned["t_Tx"], plain["t_N"])
+    case = planted(library, more=", thickness = 0.5").replace(
+        f"{STIFFNESS}, {ONSET}, {BROKEN}", "50, 0.02, 0.4"
+    )
+    np.testing.assert_allclose(run(case + path)["t_N"], plain["t_N"], rtol=1e-12)
+    damaged = run(planted(library, more=f", state = 0, {BROKEN}, 5*0") + path)
+    assert damaged["damage"].tolist() == [1.0] * 7 and not damaged["t_N"].any()
+
+
+@pytest.mark.parametrize(
+    ("fault", "nstatv", "said", "rows"),
+    [
+        (4, 2, r"wrote to STATEV\(3\), of 2: expected a larger nstatv", 0),
+        (5, 7, "called XIT", 4),
+        (6, 7, r"no finite number in STRESS\(1\)", 4),
+        (8, 7, "read more than the 5 values of PROPS", 0),
+        (9, 7, "called STDB_ABQERR: no more of this", 4),
+        (12, 7, "ended the program, as STOP does", 3),
+    ],
+)
+def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: str, rows: int) -> None:
+    """A failure is an error that names routine, library and reason; the rows before it are kept."""
+    result = run(planted(library, fault, nstatv) + "&step s_N = 0.025, increments = 8 /\n", code=2)
+    assert re.search(rf"umat_ of {library}: .*{said}", result.messages)
+    assert len(result.rows) == rows
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("libplanted", "libmissing", "libmissing.so: cannot open shared object file"),
+        ("damage = 1", "symbol = 'cohesive_'", "undefined symbol: cohesive_"),
+        ("damage = 1", "order = 'N,S'", "order = 'N,S': expected the names N, Tx, Ty"),
+        ("damage = 1", "state = 1, 2", "2 values of state: expected nstatv = 7"),
+        ("damage = 1", "damage = 8", "damage = 8: expected at most nstatv = 7"),
+        ("stiffness = 100.0", "", "expected library, length"),
+        ("&umat", "&pattern sides = 0 /\n&umat", "does not go with &umat"),
+    ],
+)
+def test_wrong_input(run, library: Path, old: str, new: str, said: str) -> None:
+    """Wrong entries are errors with exit code 1."""
+    assert said in run(planted(library).replace(old, new) + MIXED, code=1).messages
+
+
+# --- Python -------------------------------------------------------------------------------------------------
+
+
+def test_python_is_the_driver(run, library: Path) -> None:
+    """`ForeignUmat.run` gives the rows of the driver, also from a point on, and its reports."""
+    law = of_python(library)
+    steps = "&step t_N = -0.5, increments = 10 /\n&step s_Tx = 0.1, -0.1, k_N = 3, increments = 20 /\n"
+    rows = run(planted(library) + steps)
+    whole = law.run([Step(t_N=-0.5, increments=10), Step(s_Tx=[0.1, -0.1], k_N=3.0, increments=20)])
+    np.testing.assert_array_equal(whole.traction, rows.vector("t"))
+    np.testing.assert_array_equal(whole.rupture, rows["rupture"])
+    first, second = Step(s_N=0.03, increments=6), Step(s_N=0.06, increments=6)
+    one, two = law.run([first, second]).end, law.run(second, law.run(first).end).end
+    # the number of the step begins anew
+    np.testing.assert_allclose(one.state - two.state, np.eye(16)[11], atol=1e-15)
+    [snap] = law.run(Step(t_N=3.0, k_N=4.0)).snaps
+    np.testing.assert_allclose([snap.before[0], snap.after[0]], [ONSET, 0.26], rtol=1e-4)
+    with pytest.raises(
+        asperity.EquilibriumLost, match=r"beyond step 1 increment 9, .*tension is positive"
+    ) as lost:
+        law.run(Step(t_N=1.2, increments=10))
+    assert len(lost.value.history) == 8
+    with pytest.raises(asperity.EquilibriumLost, match="called XIT"):
+        of_python(library, 5).run(Step(s_N=0.1))
+    with pytest.raises(ValueError, match="cannot open shared object"):
+        of_python(library.with_name("nothing.so")).run(Step(s_N=0.1))
+
+
+def test_commands(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
+    """`asperity run --plot` draws a case with a UMAT, `check-umat` checks it."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.nml").write_text(planted(library) + "&step slip = 0.1 /\n", encoding="utf-8")
+    assert main(["run", "case.nml", "--plot", "--quiet"]) == 0 and Path("case.png").is_file()
+    assert main(["check-umat", "case.nml"]) == 0
+    assert set(verdicts(capfd.readouterr().out).values()) == {"passed", "stated"}
+    with pytest.raises(ValueError, match="&umat: expected &material and &pattern"):
+        asperity.read_case("case.nml")
+
+
+# --- checks -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", ["figure05b", "figure12", "bed_joint"])
+def test_own_umat_passes(driver: Path, case: str) -> None:
+    """The UMAT of this project passes every check, along cases of the paper and from an initial state."""
+    path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
+    done = call(driver, path, "--check", "--only", "1", folder=path.parent)
+    found = verdicts(done.stdout)
+    assert done.returncode == 0 and len(found) == 12
+    assert {name for name, verdict in found.items() if verdict != "passed"} == {"symmetry"}
+
+
+@pytest.mark.parametrize(
+    ("fault", "failed"),
+    [
+        (0, set()),
+        (1, {"tangent"}),
+        (2, {"cut", "alternating", "threads"}),
+        (3, {"dissipation"}),
+        (4, {"path"}),
+        (5, {"path"}),
+        (7, set()),
+        (10, {"arguments", "absent"}),
+        (11, {"absent"}),
+    ],
+    ids=["none", "symmetrised", "saved", "heals", "overruns", "XIT", "cuts", "writes", "reads"],
+)
+def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int, failed: set[str]) -> None:
+    """A fault fails in its row; hidden state leaves the later rows without a verdict."""
+    (tmp_path / "case.nml").write_text(planted(library, fault, 2) + MIXED, encoding="utf-8")
+    done = call(driver, "case.nml", "--check", folder=tmp_path)
+    found = verdicts(done.stdout)
+    assert {name for name, verdict in found.items() if verdict == "FAILED"} == failed
+    assert done.returncode == (1 if failed else 0)
+    if failed & HIDDEN:
+        assert found["tangent"] == found["energies"] == ""
+    if fault == 1:
+        assert "DDSDDE is symmetric" in done.stdout
+    if fault == 11:
+        assert "it uses COORDS" in done.stdout
