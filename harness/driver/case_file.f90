@@ -232,9 +232,10 @@ contains
       call check_umat_state(text, case%umat, case%state, message)
       call check_steps(case%joint, case%steps, text%path // ": ", message)
       do e = 1, merge(size(case%steps), 0, case%umat%position(3) == 0)
-        if (maxval(abs(case%steps(e)%targets(3, :))) > rounding*maxval(abs(case%steps(e)%targets))) &
+        if (maxval(abs(case%steps(e)%targets(3, :))) > rounding*maxval(abs(case%steps(e)%targets))) then
           call append(message, case%steps(e)%place // "Ty is not zero: expected an order with Ty, as order = '" // &
-          case%umat%order // "' has none")
+            case%umat%order // "' has none")
+        end if
       end do
       return
     end if

@@ -159,7 +159,7 @@ def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: st
 
 
 def test_failed_increment_runs_again(driver: Path, library: Path, tmp_path: Path) -> None:
-    """The file of the failed increment fails in the same way, whatever the folder of the library is called."""
+    """The file of the failed increment fails in the same way, with a quote in the path of the library."""
     folder = tmp_path / "it's"
     folder.mkdir()
     shutil.copy(library, folder)
