@@ -72,13 +72,17 @@ def verdicts(text: str) -> dict[str, str]:
         (MATERIAL + RP_4, "&step t_N = -1, k_N = 5 /\n&step slip = 0.2, -0.2, cycles = 2 /\n"),
         (MATERIAL + FLAT, "&step t_N = 2.9, 6, k_N = 40, increments = 30 /\n"),
         (MATERIAL + FLAT, "&step t_N = 6, k_N = 40, follow = 'branch' /\n"),
+        (
+            MATERIAL.replace(" /", ", tau_v = 0.5 /") + FLAT,
+            "&step t_N = 3.2 /\n&step t_N = 3.2, time = 8.6 /\n",
+        ),
     ],
-    ids=["CNL", "CNS", "snap", "branch"],
+    ids=["CNL", "CNS", "snap", "branch", "viscous"],
 )
 def test_own_umat_is_the_own_law(run, law: str, steps: str) -> None:
     """The UMAT of this project through its library gives what the law gives: rows, energies and snaps."""
     pattern = Pattern.regular(4, 30.0) if law.endswith(RP_4) else Pattern.regular(0, 0.0)
-    joint = Interface(Material(3.0, 0.3, 0.9, 0.5), pattern)
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, tau_v=0.5 * ("tau_v" in law)), pattern)
     own = run(law + steps)
     props = ", ".join(f"{value:.17g}" for value in joint.props())
     umat = f"&umat library = '{asperity.library()}', props = {props}, nstatv = {joint.nstatv},\n"
