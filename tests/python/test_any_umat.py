@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import asperity
@@ -215,6 +216,11 @@ def test_python_is_the_driver(run, library: Path) -> None:
     assert len(lost.value.history) == 8
     with pytest.raises(asperity.EquilibriumLost, match="called XIT"):
         of_python(library, 5).run(Step(s_N=0.1))
+    with pytest.raises(asperity.EquilibriumLost, match="ended the program, as STOP does") as stopped:
+        of_python(library, 12).run(Step(s_N=0.025, increments=8))
+    assert len(stopped.value.history) == 3
+    with pytest.raises(ValueError, match=r"^&umat: thickness = 0: expected > 0$"):
+        replace(of_python(library), thickness=0.0).run(Step(s_N=0.1))
     with pytest.raises(ValueError, match="cannot open shared object"):
         of_python(library.with_name("nothing.so")).run(Step(s_N=0.1))
 
