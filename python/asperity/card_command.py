@@ -41,6 +41,11 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
         ("--sigma-N SIGMA_N", "largest compression, < 0; checks the contact stiffness", float),
         ("--modulus E", "Young's modulus of the solid beside the joint", float),
         ("--size L", "length of the elements of this solid; checks snap-back and mesh", float),
+        (
+            "--direction DEG",
+            "of the slip in 3D, from Tx towards Ty; checks for planes that face across",
+            float,
+        ),
     )
     card.set_defaults(action=_card)
 
@@ -61,6 +66,7 @@ def _card(options: argparse.Namespace) -> int:
             stress=options.sigma_N,
             modulus=options.modulus,
             size=options.size,
+            direction=options.direction,
             **of_host | {name: value for name, value in given.items() if value is not None},
         )
     if options.host == "mtest":

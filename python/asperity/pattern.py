@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,9 @@ from . import _core, contract
 
 _ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
 """Admissible constants, with which the library can check a pattern alone."""
+
+ACROSS = 1.0
+"""A plane faces across a slip if its azimuth is within so many degrees of a right angle to it."""
 
 
 def direction_vector(direction: ArrayLike) -> contract.Floats:
@@ -94,6 +97,20 @@ class Pattern:
     def weights(self) -> contract.Floats:
         """Weights gamma of the planes, (Np,); read-only."""
         return self._planes[1]
+
+    def across(self, direction: float) -> list[int]:
+        """Numbers, from 1, of the planes that face across a slip along a direction in degrees from Tx."""
+        n_T = self.normals[:, 1:]
+        away = np.abs(n_T @ direction_vector(direction)) / np.maximum(np.hypot(*n_T.T), 1e-300)
+        inclined = np.hypot(*n_T.T) > 0.0
+        return (1 + np.flatnonzero(inclined & (away < np.sin(np.radians(ACROSS))))).tolist()
+
+    def turned_from(self, direction: float) -> Pattern:
+        """This regular pattern, turned so that the planes are farthest from facing across a slip."""
+        between = (
+            360.0 / self.m if self.m % 2 == 0 else 180.0 / self.m
+        )  # of the lines along which planes face
+        return replace(self, turn=(direction + 90.0 + between / 2.0) % between)
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the pattern, by name."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _core, contract
 from .material import Material, ModelWarning
-from .pattern import Pattern
+from .pattern import ACROSS, Pattern
 
 FEWEST_ELEMENTS = 3
 """Smallest number of elements in the cohesive zone that resolves the softening (Turon et al. 2007)."""
@@ -53,12 +53,13 @@ def remarks(
     stress: float | None = None,
     modulus: float | None = None,
     size: float | None = None,
+    direction: float | None = None,
 ) -> list[Remark]:
     """Remarks on an interface in a model.
 
     stress: largest compression of the interface, sigma_N < 0.  modulus: Young's modulus E of the solid beside
-    it, stress; size: length L of the elements of the solid.  modulus and size must be given together.  Raises
-    ValueError for values out of range.
+    it, stress; size: length L of the elements of the solid.  modulus and size must be given together.
+    direction: of the slip in 3D, degrees from Tx towards Ty.  Raises ValueError for values out of range.
     """
     if stress is not None and not (np.isfinite(stress) and stress < 0.0):
         raise ValueError(f"stress = {stress:g}: expected the normal traction in compression, < 0")
@@ -73,6 +74,8 @@ def remarks(
         found.append(Remark(increment, good=True))
     if modulus is not None and size is not None:
         found += _mesh(material, modulus, size)
+    if direction is not None:
+        found += _facing(pattern, direction)
     return found
 
 
@@ -84,6 +87,23 @@ def _sentences(
     lowest, highest = min(tractions, default=0.0), max(tractions, default=0.0)
     texts, increment = _core.interface_warnings(props, max(-lowest, 0.0), max(highest, 0.0), slip)
     return texts.decode("ascii").rstrip().splitlines(), increment.decode("ascii").rstrip()
+
+
+def _facing(pattern: Pattern, direction: float) -> list[Remark]:
+    """Planes that face across the slip, where the separation across is about zero."""
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction:g}: expected a finite angle")
+    planes = pattern.across(direction)
+    if not planes:
+        return [Remark(f"no plane faces across the slip along {direction:g} degrees", good=True)]
+    text = (
+        "Newton's method may stop in three dimensions, because planes of the pattern face within "
+        f"{ACROSS:g} degree across the slip along {direction:g} degrees from Tx: "
+        f"{', '.join(map(str, planes))}; expected another turn"
+    )
+    if pattern.m > 0:
+        text += f", best {pattern.turned_from(direction).turn:.4g} degrees"
+    return [Remark(text, good=False)]
 
 
 def _mesh(material: Material, modulus: float, size: float) -> list[Remark]:

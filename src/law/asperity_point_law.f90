@@ -1,6 +1,7 @@
 !> The door between a law and the solver: all that the solver knows of a law at a material point.
 module asperity_point_law
   use asperity_kinds, only: wp
+  use asperity_text, only: set_text
   implicit none
   private
 
@@ -100,7 +101,7 @@ contains
     real(wp), intent(out) :: share                              !! 0 to 1
     character(len=:), allocatable, intent(inout) :: reason      !! set if the law has failed
     share = law%asked
-    if (share <= 0.0_wp) reason = "the law has failed"
+    if (share <= 0.0_wp) call set_text(reason, "the law has failed")
   end subroutine ask
 
 end module asperity_point_law

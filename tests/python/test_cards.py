@@ -313,6 +313,37 @@ def test_locking_and_contact() -> None:
     assert not remarks.remarks(stiff, RT.pattern, stress=-10.0)
 
 
+@pytest.mark.parametrize(
+    ("sides", "turn", "direction", "planes", "better"),
+    [
+        (4, 0.0, 0.0, "3, 5", 45.0),
+        (4, 0.9, 0.0, "3, 5", 45.0),
+        (4, 1.1, 0.0, "", 0.0),
+        (6, 0.0, 0.0, "", 0.0),
+        (6, 30.0, 0.0, "3, 6", 0.0),
+        (3, 0.0, 30.0, "3", 30.0),
+        (2, 0.0, 90.0, "2, 3", 90.0),
+    ],
+)
+def test_planes_across_the_slip(
+    sides: int, turn: float, direction: float, planes: str, better: float
+) -> None:
+    """The remark names the planes that face across the slip, and a turn for which there are none."""
+    [found] = remarks.remarks(TABLE_2, Pattern.regular(sides, 10.0, turn=turn), direction=direction)
+    assert found.good is not bool(planes)
+    if planes:
+        assert found.text.endswith(f": {planes}; expected another turn, best {better:g} degrees")
+        [clear] = remarks.remarks(TABLE_2, Pattern.regular(sides, 10.0, turn=better), direction=direction)
+        assert clear.good
+
+
+def test_bad_direction() -> None:
+    """A direction that is no angle is an error; a flat joint has no plane that faces anywhere."""
+    with pytest.raises(ValueError, match="direction = nan: expected a finite angle"):
+        remarks.remarks(TABLE_2, RT.pattern, direction=np.nan)
+    assert remarks.remarks(TABLE_2, FLAT, direction=90.0)[0].good
+
+
 @pytest.mark.parametrize("eta", [0.5, 0.9, 0.99])
 def test_snap_back(eta: float) -> None:
     """The limit is the size at which element and joint in series snap back, computed with the law."""

@@ -124,6 +124,13 @@ def test_less_is_enough(case: LoadCase, why: str):
     assert answer.errors.worst < 1e-12
 
 
+@pytest.mark.parametrize(("direction", "turn"), [(0.0, 45.0), (30.0, 0.0)])
+def test_no_plane_faces_across_the_slip(direction: float, turn: float):
+    """RP-4 is turned where two of its planes would face across the direction of the case."""
+    answer = select(LoadCase(TABLE_2, 30.0, (-1.0,), (0.4,), direction=direction), 0.25)
+    assert (answer.name, answer.pattern.turn) == ("RP-4", turn)
+
+
 def test_planar_case_gets_three_planes():
     """The planar pattern is rotated to the slip, and is the surface itself."""
     case = LoadCase(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0)

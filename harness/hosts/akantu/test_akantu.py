@@ -52,6 +52,43 @@ def test_two_blocks(dimension: int, tmp_path: Path) -> None:
     paraview_check.places(tmp_path / "blocks.pvd", 2 ** (dimension - 1), up=dimension - 1)
 
 
+@pytest.mark.parametrize(("dimension", "about"), [(2, 0), (3, 0), (3, 1)])
+def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) -> None:
+    """A sheared joint that is turned rigidly by 90 and 120 degrees keeps its tractions, in axes that turn."""
+    joint = Interface(two_blocks.JOINT.material, Pattern.regular(2 * (dimension - 1), theta=30.0))
+    mesh, model, made = two_blocks.build(tmp_path, dimension, joint, 1, aka._explicit_lumped_mass, young=1e-9)
+    model.getBlockedDOFs()[:] = True
+    model.setTimeStep(1e-9)
+    x = np.array(mesh.getNodes())
+    cells = np.array(mesh.getConnectivity(two_blocks.SOLID[dimension]))
+    upper = np.unique(cells[x[cells][:, :, -1].mean(axis=1) > 1.0])
+    sheared = [0.08, 0.03, -0.01]
+    rows = []
+    for jump, angle in (
+        ([0.0, 0.0, -0.01], 0),
+        *((sheared, angle) for angle in (0, 45, 90, 120)),
+        ([0.02, 0.0, -0.01], 120),
+    ):
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        turn = np.roll(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), about, (0, 1))
+        turn = turn[-dimension:, -dimension:]
+        moved = x.copy()
+        moved[upper] += jump if dimension == 3 else jump[::2]
+        model.getDisplacement()[:] = moved @ turn.T - x
+        model.solveStep("explicit_lumped")
+        made[0].commit()
+        force = -np.array(model.getInternalForce())[upper].sum(axis=0) @ turn
+        points = made[0].points(two_blocks.CELL[dimension])
+        rows.append((points.separation[0], points.traction[0], force))
+    separation, traction, force = (np.array(column) for column in zip(*rows, strict=True))
+    expected = joint.replay(separation[[0, 1, 5]]).traction
+    assert separation[1:5] == pytest.approx(np.tile(separation[1], (4, 1)), abs=1e-14)
+    assert traction[[0, 1, 3, 4, 5]] == pytest.approx(expected[[0, 1, 1, 1, 2]], abs=1e-10)
+    assert abs(traction[5, 1]) < 0.5 * abs(traction[4, 1])  # the damage of the turned joint is that of before
+    assert np.linalg.norm(force, axis=1) == pytest.approx(np.linalg.norm(traction, axis=1), rel=1e-9)
+    assert force[1:5] == pytest.approx(np.tile(force[1], (4, 1)), abs=1e-9)
+
+
 def test_exported_element(tmp_path: Path) -> None:
     """The script of `asperity export akantu` shows the rows of the README."""
     exported.element("akantu", tmp_path / "kit")

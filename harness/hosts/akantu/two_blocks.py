@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
-from asperity_akantu import register
+from asperity_akantu import Joint, register
 
 Floats = NDArray[np.float64]
 
@@ -106,22 +106,7 @@ def run(
 
     of_card: the input file has the constants, by `asperity card`.
     """
-    name = f"asperity_{next(RUNS)}"  # a name can be registered once
-    made = register(None if of_card else interface, name)
-    wide = "[-1, 2], " * (dimension - 1)
-    text = INPUT.format(box=f"{wide}[0.9, 1.1]", young=YOUNG, poisson=POISSON, law=name)
-    if of_card:
-        card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
-        text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
-    (folder / "material.dat").write_text(text, encoding="utf-8")
-    axis = np.linspace(0.0, 1.0, n + 1)
-    write_mesh(folder / "blocks.msh", [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])])
-    aka.parseInput(str(folder / "material.dat"))
-    mesh = aka.Mesh(dimension)
-    mesh.read(str(folder / "blocks.msh"))
-    model = aka.SolidMechanicsModelCohesive(mesh)
-    model.initFull(_analysis_method=aka._static, _is_extrinsic=False)
-    (joint,) = made
+    mesh, model, (joint,) = build(folder, dimension, interface, n, aka._static, of_card)
     rows, iterations = [], []
     for k in range(1, PRELOAD_STEPS + STEPS + 1):
         pressure = PRESSURE * min(1.0, k / PRELOAD_STEPS)
@@ -144,6 +129,34 @@ def run(
         )
     columns = (np.array(column) for column in zip(*rows, strict=True))
     return Result(*columns, iterations, structure_of(mesh))
+
+
+def build(
+    folder: Path,
+    dimension: int,
+    interface: Interface,
+    n: int,
+    method: object,
+    of_card: bool = False,
+    young: float = YOUNG,
+) -> tuple[aka.Mesh, aka.SolidMechanicsModelCohesive, list[Joint]]:
+    """Mesh, which must live as long as the model, model of the blocks, and its joint in a list."""
+    name = f"asperity_{next(RUNS)}"  # a name can be registered once
+    made = register(None if of_card else interface, name)
+    wide = "[-1, 2], " * (dimension - 1)
+    text = INPUT.format(box=f"{wide}[0.9, 1.1]", young=young, poisson=POISSON, law=name)
+    if of_card:
+        card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
+        text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
+    (folder / "material.dat").write_text(text, encoding="utf-8")
+    axis = np.linspace(0.0, 1.0, n + 1)
+    write_mesh(folder / "blocks.msh", [axis] * (dimension - 1) + [np.array([0.0, 1.0, 2.0])])
+    aka.parseInput(str(folder / "material.dat"))
+    mesh = aka.Mesh(dimension)
+    mesh.read(str(folder / "blocks.msh"))
+    model = aka.SolidMechanicsModelCohesive(mesh)
+    model.initFull(_analysis_method=method, _is_extrinsic=False)
+    return mesh, model, made
 
 
 def structure_of(mesh: aka.Mesh) -> paraview.Structure:

@@ -72,10 +72,10 @@ class Structure:
             self.part.CreateNewNode(first + i, x, y, z)
         return np.arange(first, first + len(flat)).reshape(points.shape[:-1])
 
-    def elastic(self, young: float, poisson: float) -> Kratos.Properties:
-        """Return the properties of an elastic solid."""
+    def elastic(self, young: float, poisson: float, law: str = "") -> Kratos.Properties:
+        """Return the properties of an elastic solid; law: another one than SOLID has."""
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
-        properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(SOLID[self.dimension]))
+        properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(law or SOLID[self.dimension]))
         properties.SetValue(Kratos.YOUNG_MODULUS, young)
         properties.SetValue(Kratos.POISSON_RATIO, poisson)
         properties.SetValue(Kratos.DENSITY, 0.0)
@@ -148,7 +148,7 @@ class Structure:
 
     def initialise(self) -> None:
         """Create the laws of all points, as the first step does; the model has to be complete."""
-        self._solver()
+        self.solver()
 
     def stress_solids(self, stress: Sequence[float]) -> None:
         """Set the initial stress xx, yy, (zz,) xy, (yz, xz) of all solids; the model has to be complete."""
@@ -160,19 +160,21 @@ class Structure:
         stress_type = 1  # 0: strain
         process(solids, _vector(stress), stress_type).ExecuteInitializeSolutionStep()
 
-    def step(self, tolerance: float, again: bool = False) -> list[float]:
+    def step(self, tolerance: float, again: bool = False, time: float = 1.0) -> list[float]:
         """Solve a step to a norm of the residual force; return the norm after every iteration.
 
         The norm is that of Kratos, the root of the mean square over the free components.  It is 0 here if no
         component is free.  With `again` the last step is solved once more with the current prescribed values.
+        `time` is that of the step, for viscous damage.
 
         If the iterations do not converge, Lost is raised and the displacements are those of the last step.
         """
-        strategy = self._solver()
+        strategy = self.solver()
         information = self.part.ProcessInfo
         if not again:
-            self.part.CloneTimeStep(information[Kratos.TIME] + 1.0)
+            self.part.CloneTimeStep(information[Kratos.TIME] + time)
             information[Kratos.STEP] += 1
+        information[Kratos.DELTA_TIME] = time
         strategy.InitializeSolutionStep()
         strategy.Predict()
         free = any(
@@ -188,7 +190,8 @@ class Structure:
         strategy.FinalizeSolutionStep()
         return norms
 
-    def _solver(self) -> Kratos.ResidualBasedNewtonRaphsonStrategy:
+    def solver(self) -> Kratos.ResidualBasedNewtonRaphsonStrategy:
+        """Return the strategy of Kratos; the model has to be complete."""
         if self._strategy is None:
             utilities = Kratos.VariableUtils()
             for axis in range(3):
@@ -241,7 +244,7 @@ class Structure:
 
     def matrix_values(self) -> Floats:
         """Return the entries of the last system matrix."""
-        return np.array(self._solver().GetSystemMatrix().value_data())
+        return np.array(self.solver().GetSystemMatrix().value_data())
 
     def _output(self, variable: object) -> Floats:
         rows = [

@@ -139,6 +139,24 @@ def test_another_law_swaps_normal_and_shear() -> None:
     assert abs(traction[0, 0] - right[0]) > 0.1 * MATERIAL.sigma0
 
 
+def test_the_axes_do_not_turn() -> None:
+    """A sheared joint that is turned by 90 degrees opens for Kratos, even where the mesh moves."""
+    s = Structure(2)
+    lower, upper = s.add_nodes(CORNERS[:2, :2]), s.add_nodes(CORNERS[:2, :2])
+    s.add_interface(lower, upper, s.umat(Interface(MATERIAL, Pattern.regular(2, 30.0))))
+    s.fix([*lower, *upper], 0, 1)
+    s.solver().SetMoveMeshFlag(True)
+    slip = np.array([0.08, 0.0])
+    for turn in (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])):
+        for nodes, jump in ((lower, 0.0 * slip), (upper, slip)):
+            for node, place in zip(nodes, CORNERS[:2, :2], strict=True):
+                for axis, value in enumerate((turn @ (place + jump) - place).tolist()):
+                    s.move([node], axis, value)
+        s.step(0.0)
+        # N is y and Tx is x, before and after
+        assert s.points()[0] == pytest.approx(np.tile([*(turn @ slip)[::-1], 0.0], (2, 1)), abs=1e-12)
+
+
 @pytest.mark.parametrize("drainage", ["drained", "undrained", "fully_coupled", "constant_pw_field"])
 def test_rows_of_the_water_pressure(drainage: str) -> None:
     """Only a constant water pressure, which the card sets, leaves no 0/0 in the rows of the water pressure.

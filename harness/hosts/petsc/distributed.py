@@ -1,4 +1,4 @@
-"""A wall on the ranks of MPI: its mesh, forces, stiffness and linear solver, with PETSc."""
+"""A wall on the ranks of MPI: its forces, stiffness and linear solver, with PETSc."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface, Update
-from masonry import STIFFER, Joints, Masonry, cells, shares, stiffness
+from masonry import Joints, Masonry, Mesh
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -39,12 +39,8 @@ def largest(x: Floats) -> float:
     return COMM.allreduce(float(np.abs(x).max(initial=0.0)), MPI.MAX)
 
 
-class Wall:
-    """Half-bricks with meshes of their own, and joints between their nodes.
-
-    Half-bricks are numbered rank by rank, nodes half-brick by half-brick.  A rank has the points of the
-    joints whose minus side it owns.  Displacements and forces are arrays of the owned nodes, (own * d,).
-    """
+class Wall(Mesh):
+    """Part of a wall: displacements and forces are arrays of the owned nodes, (own * d,)."""
 
     def __init__(
         self,
@@ -53,76 +49,14 @@ class Wall:
         elements: Sequence[int],
         grid: Sequence[int],
     ) -> None:
-        """Build the mesh; elements: of a half-brick along 2 or 3 axes; grid: ranks along length, height."""
-        n = np.array(elements)
-        self.d = d = len(n)
-        keep = [0, 1, 2] if d == 3 else [0, 2]
-        length, thickness, _ = masonry.half_brick
-        heights, stiff = masonry.heights(), masonry.stiff()
-        nc, nr = masonry.columns, len(heights)
-        i, j = np.divmod(np.arange(nc * nr), nr)
-        owner = (i * grid[0] // nc) * grid[1] + j * grid[1] // nr
-        order = np.argsort(owner, kind="stable")
-        mine, place = order[owner[order] == COMM.rank], np.argsort(order)
-        numbers = np.arange(np.prod(n + 1)).reshape(n + 1)
-        self.nn, self.nb = nn, nb = numbers.size, len(mine)
-        self.lo, self.own = place[mine[0]] * nn, nb * nn
-        self.stiff = stiff[j[mine]]
-        self.K = [
-            stiffness(n, np.array((length, thickness, h))[keep], thickness if d == 2 else 1.0, E, masonry.nu)
-            for h, E in ((masonry.half_brick[2], masonry.E), (heights[0], STIFFER * masonry.E))
-        ]
-
-        # joints: which half-bricks, their neighbours, nodes of both faces, area of a face, axes N, Tx, Ty
-        x, y, z = np.eye(3)[:, keep]
-        across = shares(n[1]) if d == 3 else np.ones(1)
-        sides, above = mine[i[mine] + 1 < nc], mine[j[mine] + 1 < nr]
-        head = ((i[sides] + j[sides]) % 2 == 1) & ~stiff[j[sides]]
-        upright = numbers[-1], numbers[0], np.outer(across, shares(n[-1])).ravel(), (x, z, -y)
-        flat = numbers[..., -1], numbers[..., 0], np.outer(shares(n[0]), across).ravel() * length, (z, x, y)
-        pairs = []
-        for law, minus, step, (low, high, part, axes), depth in (
-            (laws[0], sides[head], nr, upright, heights[j[sides[head]]]),
-            (laws[1], sides[~head], nr, upright, heights[j[sides[~head]]]),
-            (laws[0], above, 1, flat, np.ones(len(above))),
-        ):
-            nodes = [
-                (place[b] * nn)[:, None] + face.ravel() for b, face in ((minus, low), (minus + step, high))
-            ]
-            area = np.outer(depth, part) * thickness
-            on_face = cells(np.arange(low.size).reshape(low.shape))
-            faces = (low.size * np.arange(len(minus))[:, None, None] + on_face).reshape(-1, 2 ** (d - 1))
-            pairs.append((law, nodes[0].ravel(), nodes[1].ravel(), area.ravel(), np.array(axes), faces))
-        used = np.unique(np.concatenate([pair[2] for pair in pairs]))
-        ghosts = used[(used < self.lo) | (used >= self.lo + self.own)]
-
-        def local(nodes: np.ndarray) -> np.ndarray:
-            inside = (nodes >= self.lo) & (nodes < self.lo + self.own)
-            return np.where(inside, nodes - self.lo, self.own + np.searchsorted(ghosts, nodes))
-
-        self.nodes = np.r_[self.lo + np.arange(self.own), ghosts]  # numbers of the owned nodes and the ghosts
-        self.joints = [Joints(law, local(a), local(b), *rest) for law, a, b, *rest in pairs]
-        base = np.r_[0.0, np.cumsum(heights)]
-        brick, inside = order[self.nodes // nn], np.stack(np.unravel_index(self.nodes % nn, n + 1), 1) / n
-        corner = np.stack([i[brick] * length, 0.0 * brick, base[j[brick]]], 1)[:, keep]
-        size = np.stack([0.0 * brick + length, 0.0 * brick + thickness, heights[j[brick]]], 1)[:, keep]
-        self.X = corner + inside * size
-        self.bottom, self.top = self.X[:, -1] < 1e-6, self.X[:, -1] > base[-1] - 1e-6
-        at = masonry.beam + masonry.level if masonry.beam else base[-1]
-        self.pushed = (j[brick] == nr - 1) & (np.abs(self.X[:, -1] - at) < 1e-6)
+        """Build the part of this rank; grid: ranks along length, height."""
+        super().__init__(masonry, laws, elements, grid, COMM.rank)
         if not COMM.allreduce(bool(self.pushed.any()), MPI.LOR):
             raise ValueError(
                 f"elements = {tuple(elements)}: expected nodes of the beam at the level {masonry.level:g} mm"
             )
-        face = np.zeros(n + 1)
-        face[..., -1] = flat[2].reshape(face[..., -1].shape) * thickness
-        volume = np.einsum(
-            "i,jk->ijk" if d == 3 else "i,jk->ik", shares(n[0]), np.outer(across, shares(n[-1]))
-        )
-        self.area = np.tile(face.ravel(), nb) * self.top[: self.own]
-        self.volume = np.outer(heights[j[mine]] * length * thickness * ~self.stiff, volume).ravel()
-        self.solids = (np.arange(nb)[:, None, None] * nn + cells(numbers)).reshape(-1, 2**d)
-        self.vector = PETSc.Vec().createGhost(ghosts.astype(INT), (self.own * d, None), bsize=d)
+        ghosts, size = self.nodes[self.own :].astype(INT), (self.own * self.d, None)
+        self.vector = PETSc.Vec().createGhost(ghosts, size, bsize=self.d)
         self.clock = {"law": 0.0, "assembly": 0.0, "solve": 0.0}
         self.linear = 0
         self._make_matrix()
@@ -207,8 +141,12 @@ class Wall:
         for g, t in zip(self.joints, tractions, strict=True):
             dof = g.nodes[:, :, None] * self.d + np.arange(self.d)
             f += np.bincount(dof.ravel(), g.forces(t).ravel(), len(f))
+        return self.collect(f)
+
+    def collect(self, f: Floats) -> Floats:
+        """Sums of the ranks at the owned nodes."""
         with self.vector.localForm() as v:
-            v.array[:] = f
+            v.array[:] = f.ravel()
         self.vector.ghostUpdate(ADD, PETSc.ScatterMode.REVERSE)
         return self.vector.array.copy()
 

@@ -1,8 +1,9 @@
-"""Masonry walls of half-bricks: constants, laws of the joints, elements of a half-brick.  mm, N, MPa."""
+"""Masonry walls of half-bricks: constants, laws of the joints, mesh.  mm, N, MPa."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -168,3 +169,85 @@ class Joints:
         """Stiffness of the pairs: (pairs, 2, d, 2, d)."""
         k = np.einsum("kd,pkl,le,p->pde", self.axes, tangent, self.axes, self.area, optimize=True)
         return np.einsum("ij,pde->pidje", [[1.0, -1.0], [-1.0, 1.0]], k)
+
+
+class Mesh:
+    """Half-bricks with meshes of their own, and joints between their nodes.
+
+    Half-bricks are numbered rank by rank, nodes half-brick by half-brick.  A rank has the points of the
+    joints whose minus side it owns.
+    """
+
+    def __init__(
+        self,
+        masonry: Masonry,
+        laws: tuple[Interface, Interface],
+        elements: Sequence[int],
+        grid: Sequence[int] = (1, 1),
+        rank: int = 0,
+    ) -> None:
+        """Mesh the part of a rank; elements: of a half-brick along 2 or 3 axes; grid: ranks along them."""
+        n = np.array(elements)
+        self.d = d = len(n)
+        keep = [0, 1, 2] if d == 3 else [0, 2]
+        length, thickness, _ = masonry.half_brick
+        heights, stiff = masonry.heights(), masonry.stiff()
+        nc, nr = masonry.columns, len(heights)
+        i, j = np.divmod(np.arange(nc * nr), nr)
+        owner = (i * grid[0] // nc) * grid[1] + j * grid[1] // nr
+        order = np.argsort(owner, kind="stable")
+        mine, place = order[owner[order] == rank], np.argsort(order)
+        numbers = np.arange(np.prod(n + 1)).reshape(n + 1)
+        self.nn, self.nb = nn, nb = numbers.size, len(mine)
+        self.lo, self.own = place[mine[0]] * nn, nb * nn
+        self.stiff = stiff[j[mine]]
+        self.K = [
+            stiffness(n, np.array((length, thickness, h))[keep], thickness if d == 2 else 1.0, E, masonry.nu)
+            for h, E in ((masonry.half_brick[2], masonry.E), (heights[0], STIFFER * masonry.E))
+        ]
+
+        # joints: which half-bricks, their neighbours, nodes of both faces, area of a face, axes N, Tx, Ty
+        x, y, z = np.eye(3)[:, keep]
+        across = shares(n[1]) if d == 3 else np.ones(1)
+        sides, above = mine[i[mine] + 1 < nc], mine[j[mine] + 1 < nr]
+        head = ((i[sides] + j[sides]) % 2 == 1) & ~stiff[j[sides]]
+        upright = numbers[-1], numbers[0], np.outer(across, shares(n[-1])).ravel(), (x, z, -y)
+        flat = numbers[..., -1], numbers[..., 0], np.outer(shares(n[0]), across).ravel() * length, (z, x, y)
+        pairs = []
+        for law, minus, step, (low, high, part, axes), depth in (
+            (laws[0], sides[head], nr, upright, heights[j[sides[head]]]),
+            (laws[1], sides[~head], nr, upright, heights[j[sides[~head]]]),
+            (laws[0], above, 1, flat, np.ones(len(above))),
+        ):
+            nodes = [
+                (place[b] * nn)[:, None] + face.ravel() for b, face in ((minus, low), (minus + step, high))
+            ]
+            area = np.outer(depth, part) * thickness
+            on_face = cells(np.arange(low.size).reshape(low.shape))
+            faces = (low.size * np.arange(len(minus))[:, None, None] + on_face).reshape(-1, 2 ** (d - 1))
+            pairs.append((law, nodes[0].ravel(), nodes[1].ravel(), area.ravel(), np.array(axes), faces))
+        used = np.unique(np.concatenate([pair[2] for pair in pairs]))
+        ghosts = used[(used < self.lo) | (used >= self.lo + self.own)]
+
+        def local(nodes: np.ndarray) -> np.ndarray:
+            inside = (nodes >= self.lo) & (nodes < self.lo + self.own)
+            return np.where(inside, nodes - self.lo, self.own + np.searchsorted(ghosts, nodes))
+
+        self.nodes = np.r_[self.lo + np.arange(self.own), ghosts]  # numbers of the owned nodes and the ghosts
+        self.joints = [Joints(law, local(a), local(b), *rest) for law, a, b, *rest in pairs]
+        base = np.r_[0.0, np.cumsum(heights)]
+        brick, inside = order[self.nodes // nn], np.stack(np.unravel_index(self.nodes % nn, n + 1), 1) / n
+        corner = np.stack([i[brick] * length, 0.0 * brick, base[j[brick]]], 1)[:, keep]
+        size = np.stack([0.0 * brick + length, 0.0 * brick + thickness, heights[j[brick]]], 1)[:, keep]
+        self.X = corner + inside * size
+        self.bottom, self.top = self.X[:, -1] < 1e-6, self.X[:, -1] > base[-1] - 1e-6
+        at = masonry.beam + masonry.level if masonry.beam else base[-1]
+        self.pushed = (j[brick] == nr - 1) & (np.abs(self.X[:, -1] - at) < 1e-6)
+        face = np.zeros(n + 1)
+        face[..., -1] = flat[2].reshape(face[..., -1].shape) * thickness
+        volume = np.einsum(
+            "i,jk->ijk" if d == 3 else "i,jk->ik", shares(n[0]), np.outer(across, shares(n[-1]))
+        )
+        self.area = np.tile(face.ravel(), nb) * self.top[: self.own]
+        self.volume = np.outer(heights[j[mine]] * length * thickness * ~self.stiff, volume).ravel()
+        self.solids = (np.arange(nb)[:, None, None] * nn + cells(numbers)).reshape(-1, 2**d)

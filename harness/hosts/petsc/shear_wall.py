@@ -24,6 +24,7 @@ from asperity import contract
 from asperity.contract import Floats
 from asperity.pattern import Pattern
 from distributed import COMM, SOLVERS, NotConvergedError, Wall, largest, total
+from explicit import Explicit
 from masonry import WALLS, laws
 from newton import Steps
 from petsc4py import PETSc
@@ -112,6 +113,7 @@ def read_options() -> argparse.Namespace:
         metavar="MM",
         help="path control where plain steps fail: mean separation",
     )
+    add("--explicit", type=float, default=0.0, metavar="MM", help="explicit dynamics: the top in a time step")
     add("--solver", default="mumps", choices=tuple(SOLVERS), help="direct, or of two levels")
     add("--petsc", default="", metavar="OPTIONS", help="more options of PETSc, in one word")
     add("--ranks", type=int, nargs=2, default=[COMM.size, 1], metavar="N", help="along length and height")
@@ -144,6 +146,9 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
         ),
         ("arc", not (o.arc and (o.tau or o.drag)), "without --tau and --drag"),
         ("arc", not o.arc or o.to[0] > 0.0, "--to above 0"),
+        ("explicit", 0.0 <= o.explicit <= o.most, "between 0 and --most"),
+        ("explicit", not o.explicit or (len(o.to) == 1 and o.to[0] > 0.0), "one value of --to above 0"),
+        ("explicit", not (o.explicit and (o.arc or o.drag)), "without --arc and --drag"),
         ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
         (
             "to",
@@ -156,7 +161,7 @@ def check(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
             min(o.ranks) >= 1 and np.prod(o.ranks) == COMM.size,
             f"a product of {COMM.size}, the ranks",
         ),
-        ("resume", not o.resume or (o.out and not o.arc), "with --out and without --arc"),
+        ("resume", not o.resume or (o.out and not (o.arc or o.explicit)), "with --out and Newton's method"),
         ("pvd", not o.pvd or COMM.size == 1, "one rank"),
         ("out", not o.out or o.out.parent.is_dir(), "a folder that exists"),
         ("out", not o.out or o.resume or not o.out.exists(), "a new file, or --resume"),
@@ -218,6 +223,7 @@ class Run:
         self.at, self.move, self.last, self.step, self.arc = 0.0, 0.0, none, o.step, 0.0
         self.rows: list[tuple[float, ...]] = []
         self.cuts, self.taken, self.reason = 0, 0, ""
+        self.motion = Explicit(w, self.u, self.push, self.load, o.explicit) if o.explicit else None
 
     def row(self) -> tuple[float, ...]:
         """Displacement, forces at the base, energy of rupture and friction, iterations."""
@@ -235,6 +241,9 @@ class Run:
 
     def advance(self, target: float) -> None:
         """Take one step towards a displacement, or cut it."""
+        if self.motion:
+            self.march(target)
+            return
         o, w, left = self.o, self.wall, target - self.at
         last = abs(left) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
         move = left if last else np.copysign(self.step, left)
@@ -268,6 +277,16 @@ class Run:
             self.arc = min(pace, o.arc / self.steps.length * self.arc)
             if largest(np.concatenate([g.growth for g in w.joints])) <= 1e-9:
                 self.arc, self.step = 0.0, PLAIN  # nothing is damaged any more
+
+    def march(self, target: float) -> None:
+        """Move on by explicit dynamics for a row."""
+        try:
+            moved = self.motion.move(min(self.o.most, target - self.at))
+        except NotConvergedError as error:
+            self.reason = f"stopped at {self.at:.5g} mm: {error}"
+            return
+        self.u, self.at, self.taken = self.motion.u, self.at + moved, self.motion.steps
+        self.rows.append(self.row())
 
     def names(self) -> dict[str, Floats]:
         """What a run goes on from, on this rank."""
@@ -371,7 +390,7 @@ def main() -> int:
                 write(o.out, run.rows[-1:])
             if o.out and len(run.rows) % SAVED == 0:
                 run.save()
-            if o.arc and run.at >= end:
+            if (o.arc or o.explicit) and run.at >= end:
                 break
         steps += [run.fields()] if o.pvd and run.at == end else []
     if o.out:
@@ -385,7 +404,7 @@ def main() -> int:
         "iterations": int(run.taken), "linear": w.linear, "seconds": time.process_time() - begin, **w.clock,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,
         "peak": float(rows[peak, 1]) if len(rows) else 0.0, "at": float(rows[peak, 0]) if len(rows) else 0.0,
-        "end": run.at, "reason": run.reason,
+        "kinetic": run.motion.kinetic if run.motion else 0.0, "end": run.at, "reason": run.reason,
     }  # fmt: skip
     say(json.dumps(summary))
     if run.reason:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -74,6 +75,7 @@ def rows(file: Path) -> np.ndarray:
         (f"{VISCOUS} --to 3", ""),
         (f"{VISCOUS} --to 1", "--solver bricks --petsc='-ksp_rtol 1e-10'"),
         ("--wall SW100 --drag 1e-6 --to 1", ""),
+        ("--explicit 2e-3 --to 0.3", ""),
     ],
 )
 def test_ranks(tmp_path: Path, words: str, solver: str) -> None:
@@ -88,6 +90,41 @@ def test_ranks(tmp_path: Path, words: str, solver: str) -> None:
     for one in found[1:]:
         assert len(one) == len(found[0])
         assert np.abs(one[:, :3] - found[0][:, :3]).max() <= 1e-8
+
+
+def test_wall_in_kratos(tmp_path: Path) -> None:
+    """Kratos gives the forces of the same mesh up to the first snap and back."""
+    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="no asperity[kratos]")
+    steps, found = (
+        "--elements 2 1 --tau 0.002 --most 0.1 --to 2 1.5",
+        [tmp_path / "1.csv", tmp_path / "2.csv"],
+    )
+    command = [sys.executable, PROGRAM.parents[1] / "kratos" / "brick_wall.py", *steps.split()]
+    subprocess.run([*command, "--out", found[0]], check=True)
+    code, _, messages = run(f"{steps} --step 0.1 --tolerance 1e-8 --out {found[1]}")
+    assert code == 0, messages
+    kratos, petsc = map(rows, found)
+    assert petsc[-1, 1] < 0.7 * petsc[:, 1].max()
+    assert np.abs(kratos - petsc[:, :3]).max() <= 1e-3 * petsc[:, 1].max()
+
+
+def test_explicit_dynamics(tmp_path: Path) -> None:
+    """Explicit dynamics passes the snap of a wall; the force before is that of Newton's method.
+
+    Inertia carries a part of the force; 5 % of the peak are left for it.
+    """
+    found = [tmp_path / "1.csv", tmp_path / "2.csv"]
+    words = "--elements 2 1 --tau 0.002 --most 0.1"
+    code, output, messages = run(f"{words} --explicit 7.5e-4 --to 2.7 --out {found[0]}")
+    assert code == 0, messages
+    assert 0.0 < json.loads(output.splitlines()[-1])["kinetic"] < 0.1
+    assert run(f"{words} --step 0.1 --to 1.5 --out {found[1]}")[0] == 0
+    explicit, newton = map(rows, found)
+    middle = np.convolve(np.r_[0.0, explicit[:, 0]], [0.5, 0.5], "valid")  # rows are means
+    early = (middle > newton[0, 0]) & (middle < 1.5)
+    expected = np.interp(middle[early], newton[:, 0], newton[:, 1])
+    assert np.abs(explicit[early, 1] - expected).max() <= 0.05 * explicit[:, 1].max()
+    assert explicit[-1, 1] < 0.7 * explicit[:, 1].max()
 
 
 def test_rocking_wall(tmp_path: Path) -> None:
@@ -117,6 +154,8 @@ def test_rocking_wall(tmp_path: Path) -> None:
         ("--ranks 2 1", "--ranks [2, 1]: expected a product of 1"),
         ("--out nowhere/rows.csv", "expected a folder that exists"),
         ("--arc 0.01 --tau 0.1", "--arc 0.01: expected without --tau"),
+        ("--explicit 0.1", "--explicit 0.1: expected between 0 and --most"),
+        ("--explicit 1e-3 --drag 1", "--explicit 0.001: expected without --arc and --drag"),
         ("--arc 0.01 --to -1", "--arc 0.01: expected --to above 0"),
         (f"--out {__file__}", "expected a new file, or --resume"),
         ("--thet 3", "unrecognized arguments"),

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from asperity import Interface, Material, Pattern
 from asperity.style import TWO, new_figure, printed, save
 from joint import Floats, Joint, Newton, NotConverged, progress
 from matplotlib.figure import Figure
-from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
+from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -31,8 +30,6 @@ THETA = 30.0
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=10.0)
 INTERFACE = Interface(MATERIAL, Pattern.regular(2, THETA))
 PRESS_STEPS = 10
-ENDS = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
-"""Points and weights of the trapezoidal rule on a facet: its nodes."""
 
 
 @dataclass(frozen=True)
@@ -66,26 +63,13 @@ def material_point(slips: Floats) -> Floats:
     return INTERFACE.confined_slip(0.0, slips, -PRESSURE).traction[:, 1] * LENGTH
 
 
-def axes(n: int) -> tuple[Floats, Floats]:
-    """Lines of the mesh, n elements along the base."""
-    return np.linspace(0, LENGTH, n + 1), np.linspace(0, HEIGHT, max(2, n // 4) + 1)
-
-
-def run(
-    slip: float, steps: int, n: int, symmetric: bool = False, nodal: bool = False, back: float | None = None
-) -> Curve:
-    """Press, then pull the right face along x by a slip; n elements along the base.
-
-    nodal: linear elements with the points of the base at its nodes, as in most interface elements; otherwise
-    quadratic elements and Gauss points.  back: slip to which the face is pushed back afterwards, in the same
-    number of steps; None for no reversal.
-    """
-    element = ElementVector(ElementQuad1() if nodal else ElementQuad2())
-    mesh = MeshQuad.init_tensor(*axes(n))
+def run(slip: float, steps: int, n: int, symmetric: bool = False) -> Curve:
+    """Press, then pull the right face along x by a slip; n elements along the base."""
+    element = ElementVector(ElementQuad2())
+    mesh = MeshQuad.init_tensor(np.linspace(0, LENGTH, n + 1), np.linspace(0, HEIGHT, max(2, n // 4) + 1))
     basis = Basis(mesh, element)
     facets = mesh.facets_satisfying(lambda p: p[1] < 1e-9)
-    rule = {"quadrature": ENDS} if nodal else {"intorder": 4}
-    base = FacetBasis(mesh, element, facets=facets, **rule)
+    base = FacetBasis(mesh, element, facets=facets, intorder=4)
     top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: p[1] > HEIGHT - 1e-9))
     right = np.flatnonzero(basis.doflocs[0] > LENGTH - 1e-9)
     pulled = right[::2]  # unknowns come in pairs x, y
@@ -103,24 +87,23 @@ def run(
     rows = [(0.0, float(out[pulled].sum()), 0.0)]
     points, moves = [newton.joint.points()], [u[basis.nodal_dofs.T]]
     pressed = u[middle + 1]
-    for start, end in pairwise((0.0, slip) if back is None else (0.0, slip, back)):
-        done, part = 0.0, 1.0 / steps
-        while done < 1.0 - 1e-12:
-            target = min(done + part, 1.0)
-            moved = start + (end - start) * target
-            try:
-                u, out = newton.step(u, np.full(len(pulled), moved), load)
-            except NotConverged:
-                cuts, part = cuts + 1, part / 2
-                if part < 1e-3 / steps:
-                    raise
-                continue
-            done, part = target, min(1.0 / steps, 2 * part)
-            norms.append(newton.norms)
-            points.append(newton.joint.points())
-            moves.append(u[basis.nodal_dofs.T])
-            rows.append((moved, float(out[pulled].sum()), float(u[middle + 1] - pressed)))
-            progress(f"pull_out: slip {moved:.3f} of {end:g} mm, {len(newton.norms)} iterations")
+    done, part = 0.0, 1.0 / steps
+    while done < 1.0 - 1e-12:
+        target = min(done + part, 1.0)
+        moved = slip * target
+        try:
+            u, out = newton.step(u, np.full(len(pulled), moved), load)
+        except NotConverged:
+            cuts, part = cuts + 1, part / 2
+            if part < 1e-3 / steps:
+                raise
+            continue
+        done, part = target, min(1.0 / steps, 2 * part)
+        norms.append(newton.norms)
+        points.append(newton.joint.points())
+        moves.append(u[basis.nodal_dofs.T])
+        rows.append((moved, float(out[pulled].sum()), float(u[middle + 1] - pressed)))
+        progress(f"pull_out: slip {moved:.3f} of {slip:g} mm, {len(newton.norms)} iterations")
     progress("")
     damage = (newton.joint.x, newton.joint.state[:, 0])
     nodes = (mesh.p.T, np.array(moves), mesh.t.T)

@@ -6,7 +6,6 @@ import sys
 from itertools import pairwise
 from pathlib import Path
 
-import asperity
 import numpy as np
 import pytest
 from asperity import contract
@@ -61,38 +60,6 @@ def test_pull_out_without_the_unsymmetric_part() -> None:
         assert pull_out.run(0.1, 8, 4, symmetric=True).iterations > 2 * whole.iterations
     except joint.NotConverged as error:
         assert "residuals" in str(error)
-
-
-def test_pull_out_is_that_of_kratos() -> None:
-    """Two codes agree in force, rise and every separation of the base, on the same mesh, with a reversal.
-
-    After the reversal Kratos without the adapter is far off, so the comparison depends on the history.
-    """
-    pytest.importorskip(
-        "KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed"
-    )
-    sys.path.append(str(Path(__file__).parent.parent / "kratos"))
-    import pulled_block
-
-    both = pulled_block.compare(0.4, 16, 16, back=0.0)
-    print(f"force {both.force.max():.1e} of the peak, separations {both.separation.max():.1e} mm")
-    assert both.force.max() <= pulled_block.FORCE_BOUND
-    assert both.separation.max() <= pulled_block.SEPARATION_BOUND
-    assert both.rise.max() <= pulled_block.SEPARATION_BOUND
-    # before it is pulled, the fixed face prevents the pressed block from widening
-    assert both.python.force[0] < -1.0
-    # unlike a material point, the joint fails from the pulled face on
-    assert np.ptp(both.python.separation[:, :, 1], axis=1).max() > 0.01
-    # after the reversal all points slide down their planes; Newton's tolerance is 1e-10 of some 100 N
-    tangent, mu = np.tan(np.radians(pull_out.THETA)), pull_out.MATERIAL.mu
-    down = (tangent - mu) / (1.0 + mu * tangent) * pull_out.PRESSURE * pull_out.LENGTH
-    print(f"force on the way back {both.kratos.force[-3]:.6f}, closed form {down:.6f}")
-    assert both.kratos.force[-3] == pytest.approx(down, rel=1e-8)
-    forgetful = pulled_block.compare(0.4, 16, 16, back=0.0, UDSM_NAME=str(asperity.library()))
-    print(f"without the adapter the force is wrong by {forgetful.force.max():.2f} of the peak")
-    turn = int(forgetful.python.slip.argmax()) + 1
-    assert forgetful.force[:turn].max() <= pulled_block.FORCE_BOUND  # the slip forward
-    assert forgetful.force[turn:].max() > 0.5  # the slip back
 
 
 def test_double_cantilever_beam() -> None:

@@ -47,19 +47,32 @@ RUNS = {
         )
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
+    **{f"step {step}": f"{MORTAR} --step {step} --most {step}" for step in (0.0125, 0.1, 0.2)},
+    **{
+        f"planes {sides}": f"{MORTAR} --theta 10 --height 0.1 --sides {sides} --turn {turn}"
+        for sides, turn in ((2, 0), (8, 22.5), (16, 11.25))
+    },
+    "explicit": "--explicit 5e-4",
     "drag": "--drag 1e-6",
     "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
     "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
     "3D 0": f"{SOLID} --turn 0",
     "3D 45": f"{SOLID} --turn 45",
+    "3D explicit": f"{SOLID.replace('--tau 0.005', '--explicit 5e-4')} --turn 0",
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
     "J4D 2 2": f"{MORTAR} --elements 2 2",
     "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
     "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
     **{
         f"scale {scale} {solver}": f"{SOLID_STEPS} --scale {scale} --solver {solver}"
-        for scale in (1, 2)
-        for solver in ("mumps", "bricks")
+        for scale, solver in (
+            (1, "mumps"),
+            (1, "bricks"),
+            (2, "mumps"),
+            (2, "bricks"),
+            (4, "bricks"),
+            (6, "bricks"),
+        )
     },
     "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
     "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
@@ -145,6 +158,7 @@ def store(folder: Path) -> None:
         curve = thinned(np.vstack([[0.0, 0.0, curve[0, 2]], curve]))
         lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
         found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
+        found = {"kinetic": 0.0} | found  # older runs have none
         del found["reason"]
         sums += [",".join(["run", *found])] * (len(sums) == 1)
         sums.append(",".join([name, *(f"{value:.6g}" for value in found.values())]))

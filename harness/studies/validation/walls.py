@@ -21,8 +21,8 @@ from . import wall_runs
 from .common import DOCS, rows
 
 PAGE = DOCS / "validation" / "walls.md"
-CURVES, CRACKS, DILATION = (
-    DOCS / "images" / f"validation_walls{name}.png" for name in ("", "_cracks", "_dilation")
+CURVES, CRACKS, SPEED_CHART = (
+    DOCS / "images" / f"validation_walls{name}.png" for name in ("", "_cracks", "_speed")
 )
 
 FORCES = {"WS40": 44.8, "WS100": 104.8, "WS175": 179.8, "WS250": 254.8,
@@ -38,6 +38,7 @@ UNTIL = {"WS": 20.0, "SW": 12.0, "SW30": 9.0}
 MORTAR = ("J4D", "J6D", "J7D")
 LABEL = {
     "tau": "viscous damage, tau_v = {} mm",
+    "explicit": "explicit dynamics, kinetic energy up to {:.0f} % of the work",
     "drag": "drag on the half-bricks",
     "path": "path control, elements 2 x 2",
     "alone": "dry wall WS100 without drag",
@@ -142,13 +143,55 @@ def dilation(curves: dict[str, Floats]) -> str:
     return markdown(head, body)
 
 
+SPEED = {
+    "planes, 10°, 0.1 mm; of RP-16": (
+        "planes 16",
+        {"J4D": "flat", "planes 2": "RT", "J4D 10 0.1": "RP-4", "planes 8": "RP-8"},
+    ),
+    "tau_v, mm; of 0": (
+        "tau 0",
+        {"J4D": "0.002", "tau 0.005": "0.005", "tau 0.02": "0.02", "tau 0.05": "0.05"},
+    ),
+    "largest step, mm; of 0.0125": (
+        "step 0.0125",
+        {"step 0.2": "0.2", "step 0.1": "0.1", "J4D": "0.05"},
+    ),
+    "mesh; of 8 x 6": ("J4D 8 6", {"J4D 2 2": "2 x 2", "J4D": "4 x 3"}),
+    "explicit; of tau_v = 0": ("tau 0", {"explicit": "explicit"}),
+}
+"""Choices of J4D: the run that its errors are measured from, and the runs with their labels."""
+
+SNAP, LEAST_ERROR = 2.3, 0.03
+"""Displacement, mm, up to which works are compared; least error of the chart, %."""
+
+
+def peak(curve: Floats) -> float:
+    """Largest horizontal force up to SNAP."""
+    return most(curve, SNAP)
+
+
+def work(curve: Floats) -> float:
+    """Work of the horizontal force up to SNAP."""
+    x = np.append(curve[curve[:, 0] < SNAP, 0], SNAP)
+    return float(np.trapezoid(np.interp(x, curve[:, 0], curve[:, 1]), x))
+
+
 def methods(summaries: dict[str, dict[str, str]]) -> str:
     """Table of the methods that carry J4D over the snaps of its bricks."""
-    names = ["tau 0", "J4D", *(f"tau {tau}" for tau in (0.005, 0.02, 0.05)), "drag", "path", "alone"]
+    names = [
+        "tau 0",
+        "J4D",
+        *(f"tau {tau}" for tau in (0.005, 0.02, 0.05)),
+        "explicit",
+        "drag",
+        "path",
+        "alone",
+    ]
     body = []
     for name in (one for one in names if one in summaries):
         one, kind = summaries[name], name.split()[0]
-        label = LABEL["tau" if name == "J4D" else kind].format(0.002 if name == "J4D" else name.split()[-1])
+        value = 100.0 * float(one["kinetic"]) if kind == "explicit" else name.split()[-1]
+        label = LABEL["tau" if name == "J4D" else kind].format(0.002 if name == "J4D" else value)
         label = "Newton's method alone" if name == "tau 0" else label
         end = "passes" if float(one["end"]) >= 4.0 else f"stops at {float(one['end']):.2f} mm"
         numbers = [f"{float(one['peak']):.1f}", f"{float(one['at']):.2f}", one["steps"], one["iterations"]]
@@ -184,6 +227,7 @@ def checks(curves: dict[str, Floats]) -> str:
 
 SOLID = {
     "3D 0": "RP-4, turn 0: two planes face across the slip",
+    "3D explicit": "the same, explicit dynamics",
     "3D 45": "RP-4, turn 45°",
 }
 
@@ -257,19 +301,31 @@ def draw_curves(curves: dict[str, Floats]) -> Figure:
     return figure
 
 
-def draw_dilation(curves: dict[str, Floats]) -> Figure:
-    """Draw horizontal and vertical force of J4D with inclined planes."""
-    figure, axes = new_figure(TWO, 2.9, ncols=2)
-    for (name, joint), colour in zip(JOINTS.items(), COLOURS, strict=True):
-        label = "flat" if name == "J4D" else f"{joint[0]}°, {joint[1]}" + " mm" * (joint[1] != "straight")
-        for ax, column in zip(axes, (1, 2), strict=True):
-            ax.plot(curves[name][:, 0], curves[name][:, column], color=colour, label=label)
-    for ax, text in zip(axes, ("horizontal", "vertical"), strict=True):
-        ax.set_xlabel("displacement [mm]")
-        ax.set_ylabel(f"{text} force [kN]")
-        ax.set_ylim(0.0, None)
+def draw_speed(curves: dict[str, Floats], summaries: dict[str, dict[str, str]]) -> Figure:
+    """Draw the errors of peak and work of J4D over the processor time of the runs."""
+    figure, axes = new_figure(TWO, 3.0, ncols=2)
+    places = [((4, -7), "left"), ((-4, -6), "right"), ((4, -2), "left"), ((5, -3), "left"), ((4, 2), "left")]
+    for (title, (reference, points)), colour, (place, side) in zip(
+        SPEED.items(), COLOURS, places, strict=False
+    ):
+        seconds = [float(summaries[name]["seconds"]) for name in points]
+        for ax, size in zip(axes, (peak, work), strict=True):
+            errors = [100.0 * abs(size(curves[name]) / size(curves[reference]) - 1.0) for name in points]
+            errors = np.maximum(errors, LEAST_ERROR).tolist()
+            ax.loglog(seconds, errors, "o", color=colour, label=title, markersize=4)
+            for text, at in zip(points.values(), zip(seconds, errors, strict=True), strict=True):
+                away = (4, 4) if text == "flat" else place
+                ax.annotate(text, at, away, textcoords="offset points", fontsize=6, ha=side)
+    for ax, text in zip(axes, ("peak", "work to 2.3 mm"), strict=True):
+        ax.set_xlabel("processor time to 4 mm [s]")
+        ax.set_ylabel(f"error of the {text} [%]")
+        ax.set_xticks([5, 10, 20], ["5", "10", "20"])
+        ax.set_xticks([], minor=True)
+        ax.set_yticks([0.1, 1, 10], ["0.1", "1", "10"])
+        ax.set_xlim(4.0, 35.0)
+        ax.set_ylim(0.02, 25.0)
         ax.grid(alpha=0.3)
-    axes[0].legend(ncols=2)
+    axes[0].legend(fontsize=6, loc="lower left")
     return figure
 
 
@@ -352,8 +408,8 @@ def _action(options: argparse.Namespace) -> int:
     curves = wall_runs.curves()
     with printed():
         save(draw_curves(curves), CURVES)
-        save(draw_dilation(curves), DILATION)
-    print(PAGE, CURVES, DILATION, sep="\n")
+        save(draw_speed(curves, wall_runs.summaries()), SPEED_CHART)
+    print(PAGE, CURVES, SPEED_CHART, sep="\n")
     return 0
 
 

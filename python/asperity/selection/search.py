@@ -64,7 +64,8 @@ class LoadCase:
     theta, flat: inclination (degrees) and flat fraction of the surface; sigma_N: constant normal tractions,
     stress; turns: slips at the reversals and at the end of a path from 0, length (one: monotonic).  planar:
     whether the surface is a ridge with slip along `direction` (degrees) only; otherwise slip has any
-    direction.  Raises ValueError that names every inadmissible value.
+    direction, and the selected pattern is turned so that no plane faces across this one.  Raises ValueError
+    that names every inadmissible value.
     """
 
     material: Material
@@ -351,6 +352,8 @@ class Search:
             tried.append(candidate)
             if candidate.errors.worst + self.uncertainty <= tolerance:
                 rest = (self.uncertainty, tuple(tried), self.dense.lost)
+                if not self.case.planar and pattern.across(self.case.direction):
+                    pattern = pattern.turned_from(self.case.direction)
                 return Selection(name, pattern, candidate.errors, self.case, tolerance, *rest)
         # patterns that the residual strength excludes have no curves
         finest = self.candidate(*list(patterns(self.case))[-1])

@@ -44,9 +44,9 @@ class Points:
 class Joint(aka.MaterialCohesive):
     """Cohesive material with the law of an interface.
 
-    Separations are those of side 2 from side 1 in small displacements.  The script calls `commit` at the end
-    of a step, as Akantu does not tell a material that a step has converged.  `dt` is the duration of the
-    step, which viscous damage needs.
+    Separations are those of side 2 from side 1, in axes that turn with the joint.  The script calls `commit`
+    at the end of a step, as Akantu does not tell a material that a step has converged.  `dt` is the duration
+    of the step, which viscous damage needs.
 
     In an extrinsic model Akantu inserts elements during the run, where the traction of a facet (its shear and
     its tension, root of the sum of squares) exceeds `insertion` times sigma0.  A new element carries this
@@ -80,6 +80,7 @@ class Joint(aka.MaterialCohesive):
         self.dt: float | None = None
         self._tx = np.array(tx, dtype=float)
         self._points: dict[object, Points] = {}
+        self._start: dict[object, Floats] = {}
 
     def initMaterial(self) -> None:
         """Start the material; Akantu calls it when it has read the input file."""
@@ -101,8 +102,23 @@ class Joint(aka.MaterialCohesive):
         return list(self._points)
 
     def axes(self, element_type: object) -> Floats:
-        """Axes N, Tx, Ty of the integration points, in global components: (n, axes, components)."""
+        """Axes N, Tx, Ty of the integration points, in global components: (n, axes, components).
+
+        They turn with the normals, about axes in the joint: Tx starts along tx.
+        """
         normal = np.array(self.getInternalReal("normal")(element_type))
+        start = self._start.get(element_type, np.zeros((0, 2, normal.shape[1])))
+        if len(start) < len(normal):
+            start = np.concatenate([start, self._first_axes(normal[len(start) :])])
+            self._start[element_type] = start
+        old, tx = start[:, 0], start[:, 1]
+        share = np.sum(tx * normal, axis=1) / (1.0 + np.sum(old * normal, axis=1))
+        along = tx - share[:, None] * (old + normal)
+        across = [np.cross(normal, along)] if normal.shape[1] == 3 else []
+        return np.stack([normal, along, *across], axis=1)
+
+    def _first_axes(self, normal: Floats) -> Floats:
+        """N and Tx of points that are new: (n, 2, components)."""
         n, dimension = normal.shape
         if dimension == 2:  # there is one direction across the normal, whose sense is that of tx
             along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
@@ -117,7 +133,7 @@ class Joint(aka.MaterialCohesive):
                 f"tx = {self._tx.tolist()}: expected a direction across the normal {bad.tolist()}"
             )
         along = along / length[:, None]
-        return np.stack([normal, along, np.cross(normal, along)], axis=1)
+        return np.stack([normal, along], axis=1)
 
     def computeTraction(self, element_type: object, ghost: object = aka._not_ghost) -> None:
         """Tractions of the openings; Akantu calls it."""
