@@ -209,7 +209,9 @@ contains
     type(case_type), intent(out) :: case                      !! defined if nothing was appended
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: complaint
-    integer :: earlier, status
+    !> That of the direction of a slip.
+    real(wp), parameter :: rounding = 1.0e-12_wp
+    integer :: e, earlier, status
     logical :: prescribed(3), refines
 
     earlier = len(message)
@@ -229,6 +231,12 @@ contains
     if (case%umat%given) then
       call check_umat_state(text, case%umat, case%state, message)
       call check_steps(case%joint, case%steps, text%path // ": ", message)
+      do e = 1, merge(size(case%steps), 0, case%umat%position(3) == 0)
+        if (maxval(abs(case%steps(e)%targets(3, :))) > rounding*maxval(abs(case%steps(e)%targets))) then
+          call append(message, case%steps(e)%place // "Ty is not zero: expected an order with Ty, as order = '" // &
+            case%umat%order // "' has none")
+        end if
+      end do
       return
     end if
     call new_interface(case%props, case%joint, status)

@@ -33,7 +33,7 @@ contains
     call write_line(fd, path, failed_title // integer_text(row%increment) // &
       " of step " // integer_text(row%step) // "' /", written)
     if (umat%given) then
-      text = "&umat library = '" // umat%library // "', symbol = '" // umat%symbol // "', nstatv = " // &
+      text = "&umat library = " // quoted(umat%library) // ", symbol = '" // umat%symbol // "', nstatv = " // &
         integer_text(umat%nstatv) // "," // new_line("a") // " "
       if (size(umat%props) > 0) text = text // entry("props", umat%props)
       text = text // entry("length", [umat%length]) // entry("stiffness", [umat%stiffness]) // &
@@ -77,6 +77,19 @@ contains
     call close_file(fd, path, written)
 
   contains
+
+    !> A string of a case file; a doubled quote stands for one.
+    pure function quoted(string) result(piece)
+      character(len=*), intent(in) :: string   !! any
+      character(len=:), allocatable :: piece
+      integer :: j
+      piece = "'"
+      do j = 1, len(string)
+        piece = piece // string(j:j)
+        if (string(j:j) == "'") piece = piece // "'"
+      end do
+      piece = piece // "'"
+    end function quoted
 
     !> The constants of a group that differ from their default.
     pure function entries(group) result(list)

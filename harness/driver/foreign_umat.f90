@@ -116,7 +116,9 @@ contains
     law%stiffest = stiffness
     law%stress = stiffness*length
     law%bound = farthest_length*length
+    ! neither is known
     law%jumps = .true.
+    law%relaxes = .true.
     path = c_null_char
     path(:len(law%library)) = [(law%library(i:i), i=1, len(law%library))]
     law%routine = c_open(path, law%symbol // c_null_char, buffer, longest)

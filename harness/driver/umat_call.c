@@ -101,6 +101,30 @@ void stdb_abqerr_(const int *level, const char *text, const int *integers, const
   longjmp(current.back, 1);
 }
 
+/* A routine that fails by a signal, as at a wrong address, ends its call. */
+static void struck(int number) {
+  char said[100];
+  if (current.routine == NULL) {
+    signal(number, SIG_DFL);
+    raise(number);
+    return;
+  }
+  snprintf(said, sizeof said, "it ended by signal %d (%s)", number, strsignal(number));
+  fail(current.routine, said);
+  longjmp(current.back, 1);
+}
+
+/* Signals by which routines fail, and what becomes of them. Their handler has a stack of its own, as large arrays
+ * exhaust that of the program. */
+static void treat_signals(void (*handler)(int)) {
+  static const int signals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+  static char memory[1 << 16];
+  const stack_t stack = {.ss_sp = memory, .ss_size = sizeof memory};
+  struct sigaction action = {.sa_handler = handler, .sa_flags = SA_NODEFER | SA_ONSTACK};
+  sigaltstack(&stack, NULL);
+  for (int i = 0; i < 5; i++) sigaction(signals[i], &action, NULL);
+}
+
 /* A routine that ends the program, as by STOP, ends it as an error; what it writes is in the files already. */
 static void stopped(void) {
   if (current.routine == NULL) return;
@@ -127,7 +151,10 @@ routine_type *umat_open(char *library, const char *symbol, char *message, int le
   void *found = NULL;
   routine->call = (umat_routine *)umat_;
   if (library[0] == '\0') return routine;
-  atexit(stopped);
+  if (routine->earlier == NULL) {
+    atexit(stopped);
+    treat_signals(struck);
+  }
   routine->handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
   if (routine->handle != NULL) found = dlsym(routine->handle, symbol);
   memcpy(&routine->call, &found, sizeof found);
@@ -288,7 +315,8 @@ void umat_call(routine_type *routine, int attempt, int ntens, int nstatv, int np
   int argument, index;
   if (call_once(routine, &values, routine->guard, place, total, block, block + total)) {
     compare(routine, &values, place, block, block + total);
-    if (isfinite(block[place[PNEWDT]])) routine->pnewdt = fmin(routine->pnewdt, block[place[PNEWDT]]);
+    if (isnan(block[place[PNEWDT]])) fail(routine, "it returned no number in PNEWDT");
+    routine->pnewdt = fmin(routine->pnewdt, block[place[PNEWDT]]);
     index = not_finite(&values, place, block, &argument);
     if (index > 0 && !(routine->pnewdt < 1.0)) {
       char reason[300];
@@ -296,7 +324,8 @@ void umat_call(routine_type *routine, int attempt, int ntens, int nstatv, int np
       const int suspects[] = {PROPS, STATEV};
       for (int i = 0; i < 2; i++) {
         int other;
-        if (!call_once(routine, &values, suspects[i], place, total, block, block + total) ||
+        routine_type trial = *routine; /* a failure of which is none of the routine */
+        if (!call_once(&trial, &values, suspects[i], place, total, block, block + total) ||
             not_finite(&values, place, block, &other) > 0) continue;
         snprintf(reason + length, sizeof reason - (size_t)length, ", as it read more than the %d values of %s",
                  values.size[suspects[i]], names[suspects[i]]);
@@ -325,8 +354,7 @@ int umat_apart(void (*work)(int, void *, char *), int which, void *data, char *t
   const pid_t child = fork();
   if (child == 0) {
     /* without the reports of the Fortran run-time library */
-    const int signals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
-    for (int i = 0; i < 5; i++) signal(signals[i], SIG_DFL);
+    treat_signals(SIG_DFL);
     work(which, data, shared);
     _exit(0);
   }

@@ -23,6 +23,8 @@ _ENTRIES = ("damage", *ENERGIES[:3])
 
 _SNAP = re.compile(r"step (\d+) increment (\d+): snap from s = \((.*?)\) to \((.*?)\), (\S+) released")
 
+_STOPPED = "ended the program"
+
 
 @dataclass(frozen=True)
 class ForeignUmat:
@@ -102,14 +104,15 @@ class ForeignUmat:
             done = subprocess.run(
                 [driver(), case, "-o", output, "--planes"], capture_output=True, text=True, check=False
             )
-            text = done.stderr.replace(f"rie_driver: {case}: ", "").replace(f"{case}: ", "")
+            text = re.sub(rf"(rie_driver: )?{re.escape(str(case))}(:\d+)?: ", "", done.stderr)
             if done.returncode not in (0, 2) or not output.is_file():
                 raise ValueError(text.replace("rie_driver: ", "").strip())
             history, lost = _history(output.read_text(encoding="utf-8"), text)
         if done.returncode == 2:
             lines = [line.replace("rie_driver: ", "") for line in text.splitlines()]
-            reason = next((line for line in lines if "beyond step" in line or "stopped at" in line), lines[0])
-            if not lost and len(history) > 0:
+            said = "beyond step", "stopped at", _STOPPED
+            reason = next((line for line in lines if any(words in line for words in said)), lines[0])
+            if not lost and len(history) > 0 and _STOPPED not in reason:
                 raise ValueError(reason)
             raise EquilibriumLost(reason, history.ended(reason))
         return history

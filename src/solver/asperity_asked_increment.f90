@@ -9,8 +9,8 @@ module asperity_asked_increment
   private
   public :: advance_as_asked
 
-  !> Smallest share of an attempt that a law obtains at once, and of an increment at all.
-  real(wp), parameter :: least_cut = 0.01_wp, smallest_part = 1.0e-6_wp
+  !> Smallest and largest share of an attempt that a law obtains at once, and smallest one of an increment at all.
+  real(wp), parameter :: least_cut = 0.01_wp, most_cut = 0.9_wp, smallest_part = 1.0e-6_wp
 
 contains
 
@@ -42,7 +42,7 @@ contains
     from = start
     of_part = control
     do while (reached < 1.0_wp .and. asked > 0.0_wp)
-      if (asked < 1.0_wp) part = max(least_cut, asked)*part
+      if (asked < 1.0_wp) part = min(max(least_cut, asked), most_cut)*part
       if (part < smallest_part) then
         reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
         exit

@@ -98,8 +98,8 @@ contains
         call branch_step(run%law, run%branch, run%point, row%report)
         call run%law%ask(asked, run%reason)
         if (asked < 1.0_wp) then
-          if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: expected " // &
-            "a smaller arc"
+          if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: " // &
+            "expected a smaller arc"
           run%point = run%before
           row%report%ended = ended_rejected
         end if

@@ -84,6 +84,12 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     celent = 2d0
   case (12)
     if (lambda > s0) stop
+  case (13)
+    if (lambda > s0) statev(1000000000) = 1d0
+  case (14)
+    if (lambda > s0) pnewdt = 0.999999d0
+  case (15)
+    if (lambda > s0) pnewdt = sqrt(-lambda)
   case (11)
     stress = stress*(1d0 + 0d0*coords(1))
   end select

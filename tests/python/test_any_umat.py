@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import asperity
@@ -72,13 +73,17 @@ def verdicts(text: str) -> dict[str, str]:
         (MATERIAL + RP_4, "&step t_N = -1, k_N = 5 /\n&step slip = 0.2, -0.2, cycles = 2 /\n"),
         (MATERIAL + FLAT, "&step t_N = 2.9, 6, k_N = 40, increments = 30 /\n"),
         (MATERIAL + FLAT, "&step t_N = 6, k_N = 40, follow = 'branch' /\n"),
+        (
+            MATERIAL.replace(" /", ", tau_v = 0.5 /") + FLAT,
+            "&step t_N = 3.2 /\n&step t_N = 3.2, time = 8.6 /\n",
+        ),
     ],
-    ids=["CNL", "CNS", "snap", "branch"],
+    ids=["CNL", "CNS", "snap", "branch", "viscous"],
 )
 def test_own_umat_is_the_own_law(run, law: str, steps: str) -> None:
     """The UMAT of this project through its library gives what the law gives: rows, energies and snaps."""
     pattern = Pattern.regular(4, 30.0) if law.endswith(RP_4) else Pattern.regular(0, 0.0)
-    joint = Interface(Material(3.0, 0.3, 0.9, 0.5), pattern)
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, tau_v=0.5 * ("tau_v" in law)), pattern)
     own = run(law + steps)
     props = ", ".join(f"{value:.17g}" for value in joint.props())
     umat = f"&umat library = '{asperity.library()}', props = {props}, nstatv = {joint.nstatv},\n"
@@ -108,6 +113,8 @@ def test_requested_increments(run, library: Path) -> None:
     assert all("cut" in events for events in cut.events)
     np.testing.assert_allclose(cut["t_N"][-1], fine["t_N"][-1], rtol=1e-9)
     np.testing.assert_allclose(cut["rupture"][-1], fine["rupture"][-1], rtol=1e-2)
+    endless = run(planted(library, 14) + path, code=2)
+    assert "the law asks for less than 1e-6 of the increment" in endless.messages and len(endless.rows) == 2
 
 
 def test_numbers_and_times_of_increments(run, library: Path) -> None:
@@ -145,6 +152,8 @@ def test_order_thickness_and_state(run, library: Path) -> None:
         (8, 7, "read more than the 5 values of PROPS", 0),
         (9, 7, "called STDB_ABQERR: no more of this", 4),
         (12, 7, "ended the program, as STOP does", 3),
+        (13, 7, r"ended by signal 11 \(Segmentation fault\)", 4),
+        (15, 7, "no number in PNEWDT", 4),
     ],
 )
 def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: str, rows: int) -> None:
@@ -154,12 +163,24 @@ def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: st
     assert len(result.rows) == rows
 
 
+def test_failed_increment_runs_again(driver: Path, library: Path, tmp_path: Path) -> None:
+    """The file of the failed increment fails in the same way, with a quote in the path of the library."""
+    folder = tmp_path / "it's"
+    folder.mkdir()
+    shutil.copy(library, folder)
+    group = planted(library, 5).replace(str(library), str(folder / library.name).replace("'", "''"))
+    (tmp_path / "a.nml").write_text(group + "&step s_N = 0.025, increments = 8 /\n", encoding="utf-8")
+    said = [call(driver, name, folder=tmp_path).stderr for name in ("a.nml", "a.failed.nml")]
+    assert all("called XIT" in text for text in said)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("libplanted", "libmissing", "libmissing.so: cannot open shared object file"),
         ("damage = 1", "symbol = 'cohesive_'", "undefined symbol: cohesive_"),
         ("damage = 1", "order = 'N,S'", "order = 'N,S': expected the names N, Tx, Ty"),
+        ("damage = 1", "order = 'N,Tx'", "&step: Ty is not zero: expected an order with Ty"),
         ("damage = 1", "state = 1, 2", "2 values of state: expected nstatv = 7"),
         ("damage = 1", "damage = 8", "damage = 8: expected at most nstatv = 7"),
         ("stiffness = 100.0", "", "expected library, length"),
@@ -195,6 +216,11 @@ def test_python_is_the_driver(run, library: Path) -> None:
     assert len(lost.value.history) == 8
     with pytest.raises(asperity.EquilibriumLost, match="called XIT"):
         of_python(library, 5).run(Step(s_N=0.1))
+    with pytest.raises(asperity.EquilibriumLost, match="ended the program, as STOP does") as stopped:
+        of_python(library, 12).run(Step(s_N=0.025, increments=8))
+    assert len(stopped.value.history) == 3
+    with pytest.raises(ValueError, match=r"^&umat: thickness = 0: expected > 0$"):
+        replace(of_python(library), thickness=0.0).run(Step(s_N=0.1))
     with pytest.raises(ValueError, match="cannot open shared object"):
         of_python(library.with_name("nothing.so")).run(Step(s_N=0.1))
 
@@ -213,7 +239,10 @@ def test_commands(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 # --- checks -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("case", ["figure05b", "figure12", "bed_joint"])
+@pytest.mark.parametrize(
+    "case",
+    ["figure05b", "figure12", "bed_joint", "rough_joint", "stability/snap", "stability/snap_branch"],
+)
 def test_own_umat_passes(driver: Path, case: str) -> None:
     """The UMAT of this project passes every check, along cases of the paper and from an initial state."""
     path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
