@@ -24,6 +24,8 @@ def plot(
 ) -> Figure:
     """Figure of traction, dilation and damage of a history over the slip, or over the opening without slip.
 
+    The normal traction is shown, too, where it changes during the slip.
+
     Parameters
     ----------
     history
@@ -72,6 +74,8 @@ def figure_of(
     x_label = f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]"
     labels = [rf"traction $\tau_L$ [{stress}]" if slips else rf"traction $\sigma_N$ [{stress}]"]
     labels += [f"dilation $s_N$ [{length}]"] if slips else []
+    normal = any(map(_normal_changes, results.values()))
+    labels += [rf"traction $\sigma_N$ [{stress}]"] if normal else []
     labels += ["damage [-]"]
     shown = joint if joint is not None and (joint.pattern.m in (0, 2) or joint.pattern.m > 2) else None
     widths = ([0.62] if shown else []) + [1.0] * len(labels)
@@ -86,6 +90,7 @@ def figure_of(
         name = "_" if value is None else f"{value:g}".replace("-", "−")
         x = rows.slip_along() if slips else rows.dilation
         columns = [rows.tau, rows.dilation] if slips else [rows.traction[:, 0]]
+        columns += [rows.traction[:, 0]] if normal else []
         for panel, y in zip(panels, [*columns, rows.damage], strict=True):
             panel.append((name, x, y, rows.lost))
     for ax, panel, label in zip(axes, panels, labels, strict=True):
@@ -95,6 +100,12 @@ def figure_of(
     if None not in results:
         label_ends(axes[0], sweep)
     return figure
+
+
+def _normal_changes(rows: History) -> bool:
+    """Whether the normal traction changes while the joint slips, by a part that a picture shows."""
+    normal = rows.traction[np.any(rows.separation[:, 1:] != 0.0, axis=1), 0]
+    return normal.size > 0 and bool(np.ptp(normal) > 1e-2 * np.abs(rows.traction).max())
 
 
 def _geometry(ax: Axes, joint: Interface) -> None:

@@ -82,7 +82,9 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
     logical, intent(out) :: found           !! false: the path has ended
-    real(wp) :: asked, reached, start(3)
+    real(wp) :: asked, duration, reached, start(3)
+    integer :: parts
+    logical :: branches
     found = .not. row%lost .and. run%step <= size(run%steps)
     if (found .and. .not. run%share < 1.0_wp) call next_target(run, row, found)
     if (.not. found) return
@@ -90,34 +92,34 @@ contains
     run%n = run%n + 1
     run%law%step = run%step
     run%law%increment = row%increment + 1
-    associate (step => run%steps(run%step), parts => run%steps(run%step)%increments(run%target), &
-      duration => run%steps(run%step)%durations(run%target))
-      if (step%arc > 0.0_wp) then
-        run%given = run%to
-        run%law%attempt = run%law%attempt + 1
-        call branch_step(run%law, run%branch, run%point, row%report)
-        call run%law%ask(asked, run%reason)
-        if (asked < 1.0_wp) then
-          if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: " // &
-            "expected a smaller arc"
-          run%point = run%before
-          row%report%ended = ended_rejected
-        end if
-        ! the largest load factor so far, so that time never decreases
-        run%share = max(run%share, run%branch%factor)
-      else
-        start = run%given
-        run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
-        if (run%n == parts) run%given = run%to
-        run%control%dt = duration/real(parts, wp)
-        call advance_as_asked(run%law, run%control, start, run%given, run%before, run%point, reached, row%report, &
-          row%cut, run%reason)
-        run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
+    parts = run%steps(run%step)%increments(run%target)
+    duration = run%steps(run%step)%durations(run%target)
+    branches = run%steps(run%step)%arc > 0.0_wp
+    if (branches) then
+      run%given = run%to
+      run%law%attempt = run%law%attempt + 1
+      call branch_step(run%law, run%branch, run%point, row%report)
+      call run%law%ask(asked, run%reason)
+      if (asked < 1.0_wp) then
+        if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: " // &
+          "expected a smaller arc"
+        run%point = run%before
+        row%report%ended = ended_rejected
       end if
-      run%done = run%earlier + nint(run%share*real(parts, wp))
-      row%time = ramp(run%time, run%time + duration, run%share)
-      row%turn = step%arc > 0.0_wp .and. run%branch%turned
-    end associate
+      ! the largest load factor so far, so that time never decreases
+      run%share = max(run%share, run%branch%factor)
+    else
+      start = run%given
+      run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
+      if (run%n == parts) run%given = run%to
+      run%control%dt = duration/real(parts, wp)
+      call advance_as_asked(run%law, run%control, start, run%given, run%before, run%point, reached, row%report, &
+        row%cut, run%reason)
+      run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
+    end if
+    run%done = run%earlier + nint(run%share*real(parts, wp))
+    row%time = ramp(run%time, run%time + duration, run%share)
+    row%turn = branches .and. run%branch%turned
     row%point_type = run%point
     row%step = run%step
     row%increment = row%increment + 1
@@ -134,11 +136,9 @@ contains
     logical :: begins
     begins = run%step == 0
     if (run%step > 0) then
-      associate (step => run%steps(run%step))
-        run%time = run%time + step%durations(run%target)
-        run%earlier = run%earlier + step%increments(run%target)
-        begins = run%target == size(step%increments)
-      end associate
+      run%time = run%time + run%steps(run%step)%durations(run%target)
+      run%earlier = run%earlier + run%steps(run%step)%increments(run%target)
+      begins = run%target == size(run%steps(run%step)%increments)
     end if
     if (begins) then
       run%step = run%step + 1

@@ -213,7 +213,7 @@ def test_driver_has_the_version() -> None:
         ("", "expected columns s_N"),
         ("s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty,event\n", "expected columns damage"),
         (",".join(COLUMNS) + "\n", "expected rows after the header"),
-        (",".join(COLUMNS) + "\n0,0,0,0,0,0,x,0,0,0,0,\n", "could not convert"),
+        (",".join(COLUMNS) + "\n0,0,0,0,0,0,x,0,0,0,0,\n", "line 2"),
     ],
 )
 def test_results_that_are_none(text: str, message: str, folder: Path) -> None:
@@ -242,16 +242,21 @@ def test_slip_direction(angle: float) -> None:
 
 
 def test_picture_shows_the_rows() -> None:
-    """Curves show columns over the slip, with units, labels of a sweep, a cross at a lost equilibrium."""
+    """Curves show columns over the slip, with units, labels of a sweep, a cross at a lost equilibrium.
+
+    The normal traction is one of them where it changes during the slip.
+    """
     s = np.array([[0.0, 0, 0], [0.1, 0, -1.0], [0.3, 0, -2.0]])
     t = np.array([[0.0, 0, 0], [5.0, 3.0, -4.0], [6.0, 0, -7.0]])
     figure = plots.figure_of({1.0: rows(s, t), 2.5: rows(s, 2 * t, "slip+lost")}, "Title", "theta", "m", "Pa")
     shown = [[line.get_xydata().tolist() for line in ax.lines] for ax in figure.axes]
     assert shown[0] == [[[0, 0], [1, 4], [2, 7]], [[0, 0], [1, 8], [2, 14]], [[2, 14]]]
     assert shown[1][0] == [[0, 0], [1, 0.1], [2, 0.3]]
-    assert shown[2][0] == [[0, 0.5], [1, 0.5], [2, 0.5]]
-    assert [ax.get_xlabel()[-3:] for ax in figure.axes] == ["[m]"] * 3
-    assert [ax.get_ylabel().split("[")[1] for ax in figure.axes] == ["Pa]", "m]", "-]"]
+    assert shown[2][0] == [[0, 0], [1, 5], [2, 6]]
+    assert shown[3][0] == [[0, 0.5], [1, 0.5], [2, 0.5]]
+    assert [ax.get_xlabel()[-3:] for ax in figure.axes] == ["[m]"] * 4
+    assert [ax.get_ylabel().split("[")[1] for ax in figure.axes] == ["Pa]", "m]", "Pa]", "-]"]
+    assert len(plots.figure_of({None: rows(s, t * [0, 1, 1])}, "", "", "m", "Pa").axes) == 3
     assert [text.get_text() for text in figure.axes[0].texts] == ["1", "2.5", "theta"]
     colours = [line.get_color() for line in figure.axes[0].lines[:2]]
     assert len(set(colours)) == 2

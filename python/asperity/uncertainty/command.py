@@ -32,6 +32,7 @@ from .spread import BATCH, MOST_SAMPLES, RESULTS, Spread, spreads
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
 
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     parser.description = (

@@ -19,6 +19,7 @@ CONSTANTS = tuple(row.name for row in TIMELESS)
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
 
+
 def distribution_of(
     case: Case,
     fit: Path | None = None,
