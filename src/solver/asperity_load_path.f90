@@ -133,6 +133,7 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! its last row; at a new step its increments count from 0
     logical, intent(out) :: found           !! whether there is one
+    real(wp) :: arc
     logical :: begins
     begins = run%step == 0
     if (run%step > 0) then
@@ -151,18 +152,19 @@ contains
     run%passed = run%passed + 1
     run%n = 0
     run%share = 0.0_wp
-    associate (step => run%steps(run%step))
-      run%control = step%control
-      if (begins) then
-        run%law%began = run%time
-        ! the force of the spring is zero at the start of the step
-        run%offset = merge(step%control%spring*run%point%s, 0.0_wp, step%control%traction)
-        where (step%changed) run%given = merge(run%point%traction + run%offset, run%point%s, step%control%traction)
-      end if
-      run%from = run%given
-      run%to = merge(step%targets(:, run%target) + run%offset, run%given, step%has_target)
-      if (step%arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, step%arc)
-    end associate
+    run%control = run%steps(run%step)%control
+    if (begins) then
+      run%law%began = run%time
+      ! the force of the spring is zero at the start of the step
+      run%offset = merge(run%control%spring*run%point%s, 0.0_wp, run%control%traction)
+      where (run%steps(run%step)%changed) run%given = merge(run%point%traction + run%offset, run%point%s, &
+        run%control%traction)
+    end if
+    run%from = run%given
+    run%to = run%given
+    where (run%steps(run%step)%has_target) run%to = run%steps(run%step)%targets(:, run%target) + run%offset
+    arc = run%steps(run%step)%arc
+    if (arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, arc)
   end subroutine next_target
 
   !> Name what happened between two states, and what the row says.
