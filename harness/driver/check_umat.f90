@@ -151,7 +151,7 @@ contains
       call next_row(run, row, found)
       if (.not. found .or. row%lost) exit
       ! the routine has asked for smaller increments
-      n = merge(2*row%report%parts, 1, row%cut)
+      n = merge(2*row%report%parts, 1, row%report%cut)
       do i = 1, n
         path%dt = [path%dt, (row%time - time)/real(n, wp)]
         path%s = reshape([path%s, s + real(i, wp)/real(n, wp)*(row%s - s)], [3, size(path%dt) + 1])

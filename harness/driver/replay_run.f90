@@ -106,7 +106,7 @@ contains
       end do
       row%state = statev
       row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
-      row%cut = pnewdt < 1.0_wp
+      row%report%cut = pnewdt < 1.0_wp
       call add_replayed_row(table, joint, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))

@@ -1,6 +1,6 @@
 !> An increment in the parts that the law asks for, as hosts divide increments for PNEWDT.
 module asperity_asked_increment
-  use asperity_control_point, only: control_type, point_type
+  use asperity_control_point, only: control_type, point_type, ramp
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, ended_rejected, report_type
   use asperity_point_law, only: point_law
@@ -16,30 +16,28 @@ contains
 
   !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that has failed,
   !> or asks for less than the smallest part, ends it.
-  pure subroutine advance_as_asked(law, control, start, target, before, point, reached, report, cut, reason)
+  pure subroutine advance_as_asked(law, control, ends, before, point, reached, report, reason)
     class(point_law), intent(inout) :: law          !! the law; attempts are counted
     type(control_type), intent(in) :: control       !! what is prescribed
-    real(wp), intent(in) :: start(3), target(3)     !! prescribed values at both ends
+    real(wp), intent(in) :: ends(3, 2)              !! prescribed values at its start and its end
     type(point_type), intent(in) :: before          !! the point at the start
     type(point_type), intent(inout) :: point        !! the same -> at the end
     real(wp), intent(out) :: reached                !! share of the increment that converged
     type(report_type), intent(out) :: report        !! of all parts
-    logical, intent(out) :: cut                     !! whether there is more than one part
     character(len=:), allocatable, intent(inout) :: reason   !! set if the law ends the increment
     type(control_type) :: of_part
     type(point_type) :: here
     type(report_type) :: last
     real(wp) :: asked, from(3), part, share, to(3)
     law%attempt = law%attempt + 1
-    call advance(law, control, start, target, point, reached, report)
+    call advance(law, control, ends(:, 1), ends(:, 2), point, reached, report)
     call law%ask(asked, reason)
-    cut = asked < 1.0_wp .and. asked > 0.0_wp
     if (asked >= 1.0_wp) return
-    report = report_type(iterations=report%iterations, updates=report%updates)
+    report = report_type(iterations=report%iterations, updates=report%updates, cut=asked > 0.0_wp)
     point = before
     reached = 0.0_wp
     part = 1.0_wp
-    from = start
+    from = ends(:, 1)
     of_part = control
     do while (reached < 1.0_wp .and. asked > 0.0_wp)
       if (asked < 1.0_wp) part = min(max(least_cut, asked), most_cut)*part
@@ -48,8 +46,7 @@ contains
         exit
       end if
       part = min(part, 1.0_wp - reached)
-      to = start + (reached + part)*(target - start)
-      if (reached + part >= 1.0_wp) to = target
+      to = ramp(ends(:, 1), ends(:, 2), reached + part)
       of_part%dt = part*control%dt
       here = point
       law%attempt = law%attempt + 1

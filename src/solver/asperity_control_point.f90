@@ -41,6 +41,7 @@ module asperity_control_point
     integer :: updates = 0               !! of the law
     integer :: parts = 0                 !! updates that were committed, 1 without snaps
     integer :: snaps = 0                 !! jumps from one branch to another
+    logical :: cut = .false.             !! whether the law asked for a smaller increment
     real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
     real(wp) :: after(3) = 0.0_wp        !! separation after it, length
     real(wp) :: released = 0.0_wp        !! energy released by all of them, stress*length

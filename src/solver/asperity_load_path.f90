@@ -24,7 +24,6 @@ module asperity_load_path
     real(wp) :: time = 0.0_wp
     type(report_type) :: report                      !! of the increment
     logical :: turn = .false.                        !! the prescribed values turn back, or forward again
-    logical :: cut = .false.                         !! a UMAT asked for a smaller increment
     logical :: lost = .false.                        !! no equilibrium was found beyond this row
     character(len=event_length) :: events = ""       !! names joined by +
   end type row_type
@@ -113,8 +112,8 @@ contains
       run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
       if (run%n == parts) run%given = run%to
       run%control%dt = duration/real(parts, wp)
-      call advance_as_asked(run%law, run%control, start, run%given, run%before, run%point, reached, row%report, &
-        row%cut, run%reason)
+      call advance_as_asked(run%law, run%control, reshape([start, run%given], [3, 2]), run%before, run%point, reached, &
+        row%report, run%reason)
       run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
     end if
     run%done = run%earlier + nint(run%share*real(parts, wp))
@@ -177,7 +176,7 @@ contains
     call name_event(row%events, "snap", row%report%snaps > 0)
     call name_event(row%events, "turn", row%turn)
     call name_event(row%events, "substeps", row%report%parts > 1)
-    call name_event(row%events, "cut", row%cut)
+    call name_event(row%events, "cut", row%report%cut)
     call name_event(row%events, "lost", row%lost)
   end subroutine name_events
 
