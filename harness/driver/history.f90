@@ -6,7 +6,7 @@
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
 !>   turn      the branch had a fold, where the prescribed values turned back or forward again
 !>   substeps  the increment was solved in sub-increments
-!>   cut       the UMAT requested a smaller increment in a replay
+!>   cut       a UMAT asked for a smaller increment, in a replay or in &umat
 !>   lost      no equilibrium was found beyond this row
 module history
   use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, statev_row, &

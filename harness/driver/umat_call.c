@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -101,6 +102,17 @@ void stdb_abqerr_(const int *level, const char *text, const int *integers, const
   longjmp(current.back, 1);
 }
 
+/* What ends the program without its exit handlers; of a routine it ends the call, as the run would look complete. */
+void _exit(int status) {
+  if (current.routine != NULL) {
+    fail(current.routine, "it ended the program by _exit");
+    longjmp(current.back, 1);
+  }
+  syscall(SYS_exit_group, status);
+  abort();
+}
+void _Exit(int status) { _exit(status); }
+
 /* A routine that fails by a signal, as at a wrong address, ends its call. */
 static void struck(int number) {
   char said[100];
@@ -130,6 +142,7 @@ static void stopped(void) {
   if (current.routine == NULL) return;
   fail(current.routine, "it ended the program, as STOP does");
   fprintf(stderr, "rie_driver: %s\n", current.routine->trouble);
+  current.routine = NULL;
   _exit(2);
 }
 

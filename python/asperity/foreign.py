@@ -112,6 +112,9 @@ class ForeignUmat:
             lines = [line.replace("rie_driver: ", "") for line in text.splitlines()]
             said = "beyond step", "stopped at", _STOPPED
             reason = next((line for line in lines if any(words in line for words in said)), lines[0])
+            own = [line for line in done.stderr.splitlines() if line and not line.startswith("rie_driver:")]
+            if own:
+                reason += f"; the UMAT wrote: {own[0]}"
             if not lost and len(history) > 0 and _STOPPED not in reason:
                 raise ValueError(reason)
             raise EquilibriumLost(reason, history.ended(reason))
@@ -120,6 +123,9 @@ class ForeignUmat:
     def _given(self) -> dict[str, object]:
         """Entries of &umat."""
         given = {part.name: getattr(self, part.name) for part in fields(self)}
+        for name in ("props", "state"):
+            if given[name] is not None and contract.array(name, given[name]).ndim != 1:
+                raise ValueError(f"{name}: expected a list of numbers")
         return given | {"library": str(Path(self.library).resolve())}
 
 

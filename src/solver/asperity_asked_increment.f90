@@ -5,12 +5,10 @@ module asperity_asked_increment
   use asperity_mixed_control, only: advance, ended_rejected, report_type
   use asperity_point_law, only: point_law
   use asperity_text, only: to_text
+  use asperity_tolerances, only: least_cut, most_cut, smallest_part
   implicit none
   private
   public :: advance_as_asked
-
-  !> Smallest and largest share of an attempt that a law obtains at once, and smallest one of an increment at all.
-  real(wp), parameter :: least_cut = 0.01_wp, most_cut = 0.9_wp, smallest_part = 1.0e-6_wp
 
 contains
 

@@ -11,8 +11,9 @@ module asperity_branch
   use asperity_mixed_control, only: advance, control_type, ended_complete, ended_endless, ended_lost, ended_rejected, &
     point_type, report_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: backwards, endless, largest_turn, most_branch_steps, most_iterations, &
-    residual_tolerance, search_steps, shortest_branch_step, straight_step, tangent_distance
+  use asperity_tolerances, only: backwards, endless, fold_halvings, largest_turn, longest_push, most_branch_steps, &
+    most_halvings, most_iterations, residual_tolerance, search_steps, shortest_branch_step, straight_step, &
+    tangent_distance
   implicit none
   private
   public :: new_branch, branch_step
@@ -145,8 +146,6 @@ contains
     type(branch_type), intent(inout) :: branch        !! progress
     type(point_type), intent(inout) :: point          !! the point, start -> end
     type(report_type), intent(out) :: report          !! report
-    integer, parameter :: most_halvings = 30
-    real(wp), parameter :: longest_push = 2.0_wp
     type(point_type) :: trial
     real(wp) :: next, reached, step
     integer :: i
@@ -296,13 +295,12 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
     type(step_type), intent(inout) :: step              !! the step -> shortened
-    integer, parameter :: halvings = 20
     type(step_type) :: trial
     real(wp) :: longest
     integer :: i
     longest = step%length
     trial = step
-    do i = 1, halvings
+    do i = 1, fold_halvings
       trial%length = 0.5_wp*(merge(step%length, 0.0_wp, step%length < longest) + longest)
       call solve(law, equations, trial)
       ! a step to the other side of a kink is not explained by the directions at its ends

@@ -12,7 +12,7 @@ module asperity_initial
   use asperity_mixed_control, only: advance, control_type, ended_lost, new_point, point_type, report_type
   use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
   use asperity_text, only: append, integer_text, set_text, to_text
-  use asperity_tolerances, only: initial_increments, residual_tolerance
+  use asperity_tolerances, only: initial_increments, most_repeats, residual_tolerance
   implicit none
   private
   public :: first_traction, carry_traction, explain_initial
@@ -47,8 +47,6 @@ contains
     real(wp), intent(out), optional :: carried(3)      !! largest carried part of the traction, stress
     logical, intent(out), optional :: endless          !! whether planes open or slide without bound beyond
                                                        !! `carried`; if not, no stable equilibrium was found
-    !> Largest number of times that damage which the guard prevented on the load path may grow at its end.
-    integer, parameter :: most_repeats = 100
     type(rie_law) :: law
     type(point_type) :: point
     type(report_type) :: report

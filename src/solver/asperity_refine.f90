@@ -10,19 +10,12 @@ module asperity_refine
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
+  use asperity_tolerances, only: largest_tolerance, least_parts, least_tolerance, measured_part, most_parts, &
+    thinned_part, unbonded
   implicit none
   private
   public :: refine_path, explain_tolerance
 
-  !> Admissible tolerances.
-  real(wp), parameter :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
-  !> Smallest number of increments to a target in the first run: fewer may agree by chance.
-  integer, parameter :: least_parts = 8
-  !> Parts of the tolerance for the distance between two runs and for the rows that are left out; the rest is for what
-  !> both runs have in common.
-  real(wp), parameter :: measured_part = 0.4_wp, thinned_part = 0.4_wp
-  !> Largest number of increments of a path; its rows need some 100 MB for a pattern of 65 planes.
-  integer, parameter, public :: most_parts = 100000
   !> Compared numbers of a row: separation, traction, work, stored and dissipated energies, the last three in STATEV.
   integer, parameter :: n_values = 10, ledger(3) = [v_stored, v_rupture, v_friction]
 
@@ -68,8 +61,6 @@ contains
     class(point_law), intent(in), optional :: other           !! law instead of that of the interface
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
-    !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
-    real(wp), parameter :: unbonded = 1.0e-9_wp
     type(rie_law) :: law
     real(wp), allocatable :: values(:, :)
     real(wp) :: earlier, error, least, scales(n_values)

@@ -85,6 +85,12 @@ module asperity_tolerances
   real(wp), parameter, public :: largest_turn = 0.15_wp, straight_step = 1.0e-6_wp
   !> Distance from a point at which the direction of the branch is computed, relative to s0.
   real(wp), parameter, public :: tangent_distance = 1.0e-6_wp
+  !> Longest move of the point, relative to s0, while the branch is the stable path, and number of halvings of a step
+  !> that is to obtain it: they leave 1e-9 of the way.
+  real(wp), parameter, public :: longest_push = 2.0_wp
+  integer, parameter, public :: most_halvings = 30
+  !> Number of halvings that locate a fold, to 1e-6 of the step.
+  integer, parameter, public :: fold_halvings = 20
   !> Lengths of the steps that are tried at a kink, relative to s0, and cosine of the angle to the last step of a step
   !> that leads back.
   real(wp), parameter, public :: search_steps(3) = [1.0e-7_wp, 1.0e-5_wp, 1.0e-3_wp], backwards = -0.95_wp
@@ -100,5 +106,21 @@ module asperity_tolerances
   real(wp), parameter, public :: resolved = 1.0e-6_wp
   !> Number of equal increments of an initial traction: the slips of inclined planes depend on the path.
   integer, parameter, public :: initial_increments = 32
+  !> Largest number of times that damage which the guard prevented on the load path may grow at its end.
+  integer, parameter, public :: most_repeats = 100
+  !> Smallest and largest share of an attempt that a law obtains at once, and smallest one of an increment at all.
+  real(wp), parameter, public :: least_cut = 0.01_wp, most_cut = 0.9_wp, smallest_part = 1.0e-6_wp
+
+  ! --- load paths to a tolerance -------------------------------------------------------------------------------------
+  !> Admissible tolerances.
+  real(wp), parameter, public :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
+  !> Smallest number of increments to a target in the first run: fewer may agree by chance. Largest one of a path: its
+  !> rows need some 100 MB for a pattern of 65 planes.
+  integer, parameter, public :: least_parts = 8, most_parts = 100000
+  !> Parts of the tolerance for the distance between two runs and for the rows that are left out; the rest is for what
+  !> both runs have in common.
+  real(wp), parameter, public :: measured_part = 0.4_wp, thinned_part = 0.4_wp
+  !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
+  real(wp), parameter, public :: unbonded = 1.0e-9_wp
 
 end module asperity_tolerances

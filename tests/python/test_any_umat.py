@@ -154,6 +154,7 @@ def test_order_thickness_and_state(run, library: Path) -> None:
         (12, 7, "ended the program, as STOP does", 3),
         (13, 7, r"ended by signal 11 \(Segmentation fault\)", 4),
         (15, 7, "no number in PNEWDT", 4),
+        (16, 7, "ended the program by _exit", 4),
     ],
 )
 def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: str, rows: int) -> None:
@@ -221,6 +222,11 @@ def test_python_is_the_driver(run, library: Path) -> None:
     assert len(stopped.value.history) == 3
     with pytest.raises(ValueError, match=r"^&umat: thickness = 0: expected > 0$"):
         replace(of_python(library), thickness=0.0).run(Step(s_N=0.1))
+    with pytest.raises(ValueError, match=r"^props: expected a list of numbers$"):
+        replace(of_python(library), props=[[1.0], [2.0]]).run(Step(s_N=0.1))
+    own = asperity.ForeignUmat(asperity.library(), 0.02, 150.0, props=(-3.0, 0.3, 0.9, 0.5), nstatv=23)
+    with pytest.raises(asperity.EquilibriumLost, match=r"the UMAT wrote: .*sigma0 = -3: expected > 0"):
+        own.run(Step(s_N=0.01))
     with pytest.raises(ValueError, match="cannot open shared object"):
         of_python(library.with_name("nothing.so")).run(Step(s_N=0.1))
 
