@@ -1,4 +1,4 @@
-"""The solver knows the law through one door: what it uses of src/law, and nothing of planes and constants."""
+"""Solver and runs know the law through one door, and nothing of planes and constants."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SOLVER = sorted((ROOT / "src" / "solver").glob("*.f90"))
-#: What the solver may use of src/law: the door, types, texts, checks and the strength in closed form.
+SOLVER = sorted(file for folder in ("solver", "run") for file in (ROOT / "src" / folder).glob("*.f90"))
+#: What they may use of src/law: the door, types, texts, checks and the strength in closed form.
 DOOR = {
     "asperity_call_checks",
     "asperity_checks",
@@ -34,7 +34,7 @@ CONSTANTS = {
 
 @pytest.mark.parametrize("file", SOLVER, ids=lambda file: file.stem)
 def test_solver_knows_no_plane(file: Path) -> None:
-    """A module of the solver uses the solver and the door, and no other constant than the listed ones."""
+    """A module uses solver, runs and the door, and no other constant than the listed ones."""
     text = re.sub(r"!.*", "", file.read_text(encoding="utf-8"))
     used = set(re.findall(r"^\s*use (?:, intrinsic ::)?\s*(asperity_\w+)", text, re.MULTILINE))
     assert used
