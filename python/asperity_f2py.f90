@@ -27,8 +27,8 @@ subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_fac
 end subroutine contract_sizes
 
 !> Entry i of PROPS.
-subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper, default_value, whole)
-  use asperity_contract, only: integral_props, prop_table
+subroutine contract_prop(i, name, owner, meaning, unit, admissible, scale, lower, upper, default_value, plausible)
+  use asperity_contract, only: prop_table
   implicit none
   integer, intent(in) :: i                        !! 1..n_fixed
   character(len=8), intent(out) :: name           !! symbol
@@ -36,9 +36,10 @@ subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper
   character(len=64), intent(out) :: meaning       !! one line
   character(len=14), intent(out) :: unit          !! in the user's consistent set
   character(len=40), intent(out) :: admissible    !! expectation in an error message
+  character(len=6), intent(out) :: scale          !! linear, log, logit or whole
   double precision, intent(out) :: lower, upper   !! ends of the range
   double precision, intent(out) :: default_value  !! value where none is given
-  integer, intent(out) :: whole                   !! 1: integral, else 0
+  double precision, intent(out) :: plausible(2)   !! ends of what joints have, in multiples of the size of the unit
   name = prop_table(i)%name
   owner = prop_table(i)%owner
   meaning = prop_table(i)%meaning
@@ -47,7 +48,8 @@ subroutine contract_prop(i, name, owner, meaning, unit, admissible, lower, upper
   lower = prop_table(i)%lower
   upper = prop_table(i)%upper
   default_value = prop_table(i)%default
-  whole = merge(1, 0, any(i == integral_props))
+  scale = prop_table(i)%scale
+  plausible = prop_table(i)%plausible
 end subroutine contract_prop
 
 !> State variable i; those of a plane and of a facet follow those of the point once.

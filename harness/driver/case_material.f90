@@ -1,8 +1,8 @@
 !> PROPS from the groups &material, &pattern and &replay of a case file.
 module case_material
-  use asperity_checks, only: review_props
-  use asperity_contract, only: integral_props, max_inclined, min_inclined, n_fixed_props, n_required_props, p_damage0, &
-    p_eta, p_flat, p_gc, p_gc2, p_height, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
+  use asperity_checks, only: review_prop, review_props
+  use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_damage0, &
+    p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
   use asperity_kinds, only: wp
   use asperity_material, only: joint_constants, least_joint_stiffness
   use asperity_text, only: append, integer_text, to_text
@@ -145,25 +145,17 @@ contains
     integer, intent(in) :: i                                  !! index in PROPS
     real(wp), intent(inout) :: props(:)                       !! PROPS
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    character(len=:), allocatable :: complaint
-    real(wp) :: trial(n_fixed_props)
-    integer :: status
-    trial = admissible_props()
-    if (any(i == integral_props)) then
-      call get_switch(text, e, trial(i), message)
+    real(wp) :: value
+    integer :: before
+    value = props(i)
+    before = len(message)
+    if (prop_table(i)%scale == "whole") then
+      call get_switch(text, e, value, message)
     else
-      call get_real(text, e, trial(i), message)
+      call get_real(text, e, value, message)
     end if
-    ! the ratio of height and s_f is tested with the other constants
-    if (i == p_height .and. trial(i) > 0.0_wp) trial(p_gc) = min(max(0.5_wp*trial(i), prop_table(p_gc)%lower), &
-      prop_table(p_gc)%upper)
-    complaint = ""
-    call review_props(trial, status, complaint)
-    if (status == status_ok) then
-      props(i) = trial(i)
-    else
-      call append(message, entry_where(text, e) // complaint(index(complaint, ": expected"):))
-    end if
+    call review_prop(i, entry_where(text, e), value, message)
+    if (len(message) == before) props(i) = value
   end subroutine set_prop
 
   !> Constants of a joint without bond, which is known by kn and ks: the bond gives the stiffness alone.

@@ -1,7 +1,7 @@
 !> Random input of the fuzz run: any bits, awkward numbers, admissible constants; the same for the same seed and case.
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: divisor_props, integral_props, n_fixed_props, n_listed_values, n_required_props, &
+  use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, &
     p_closure, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_height, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, &
     p_theta, p_turn, prop_table
   use asperity_kinds, only: wp
@@ -112,13 +112,13 @@ contains
     real(wp), intent(out) :: value            !! the constant
     real(wp) :: least
     associate (low => prop_table(i)%lower, high => prop_table(i)%upper)
-      if (any(i == integral_props)) then
+      if (prop_table(i)%scale == "whole") then
         value = low + real(pick(stream, nint(high - low) + 1) - 1, wp)
       else if (high <= 1.0_wp) then
         value = low + (high - low)*uniform(stream)
       else
         least = -3.0_wp
-        if (far) least = merge(-50.0_wp, -300.0_wp, any(i == divisor_props))
+        if (far) least = merge(-50.0_wp, -300.0_wp, prop_table(i)%divides)
         value = min(max(log_uniform(stream, least, merge(50.0_wp, 3.0_wp, far)), low), high)
       end if
     end associate

@@ -33,8 +33,9 @@ variables of a point, of a plane and, with wear, of its facet; largest number of
 class Prop:
     """One entry of PROPS; index counts from 1, and default is None where a value is required.
 
-    owner: law, pattern, host, numerics or reserved. lower, upper: smallest and largest
-    admissible value.
+    owner: law, pattern, host, numerics or reserved. lower, upper: smallest and largest admissible value.
+    scale: linear, log, logit or whole. plausible: smallest and largest value that joints have, in multiples of
+    the sizes of the unit, which are the largest stress and length of a test.
     """
 
     index: int
@@ -43,10 +44,16 @@ class Prop:
     meaning: str
     unit: str
     admissible: str
+    scale: str
     lower: float
     upper: float
     default: float | None
-    integral: bool
+    plausible: tuple[float, float]
+
+    @property
+    def integral(self) -> bool:
+        """Whether the value must be a whole number."""
+        return self.scale == "whole"
 
 
 @dataclass(frozen=True)
@@ -68,9 +75,9 @@ def props_table() -> tuple[Prop, ...]:
     """Entries of PROPS before the listed planes, in their order."""
     rows = []
     for index in range(1, N_FIXED_PROPS + 1):
-        *texts, lower, upper, default, integral = _core.contract_prop(index)
+        *texts, lower, upper, default, plausible = _core.contract_prop(index)
         given = None if index <= N_REQUIRED_PROPS else default
-        rows.append(Prop(index, *map(_text, texts), lower, upper, given, integral == 1))
+        rows.append(Prop(index, *map(_text, texts), lower, upper, given, tuple(plausible.tolist())))
     return tuple(rows)
 
 

@@ -7,15 +7,15 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
-  use asperity_contract, only: damage_row, divisor_props, length_ratio_limit, integral_props, min_inclined, &
-    n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_closure, p_gc, &
-    p_gc2, p_height, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, &
-    status_ok, status_props, stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
+  use asperity_contract, only: damage_row, length_ratio_limit, min_inclined, n_facet_statev, n_fixed_props, &
+    n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, &
+    prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
+    stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: bounded, all_bounded, review, read_props, review_props, state_bounded, states_bounded, review_state, &
-    check_block
+  public :: bounded, all_bounded, review, read_props, review_prop, review_props, state_bounded, states_bounded, &
+    review_state, check_block
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
@@ -215,8 +215,8 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. within(length_ratio(fixed, p_height), &
-        length_ratio_limit) .and. within(length_ratio(fixed, p_closure), length_ratio_limit)) status = status_ok
+      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. all(within(length_ratio(fixed), &
+        length_ratio_limit))) status = status_ok
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -232,7 +232,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
     integer, intent(in), optional :: nprops                   !! NPROPS as the caller passed it; if it is negative,
                                                               !! the array has size 0
-    real(wp) :: fixed(n_fixed_props)
+    real(wp), dimension(n_fixed_props) :: fixed, ratios
     integer :: given, i, passed
 
     status = status_ok
@@ -245,19 +245,30 @@ contains
         integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
     end if
     do i = 1, given
-      if (outside_prop(i, props(i)) >= 0_int64) cycle
-      status = status_props
-      call append(message, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // " = " // &
-        to_text(props(i)) // ": expected " // trim(prop_table(i)%admissible))
+      if (outside_prop(i, props(i)) < 0_int64) status = status_props
+      call review_prop(i, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // " = " // &
+        to_text(props(i)), props(i), message)
     end do
     if (status == status_ok) then
       call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
-      call review_ratio("height sigma0/(2 Gc)", length_ratio(fixed, p_height), length_ratio_limit, status, message)
-      call review_ratio("closure sigma0/(2 Gc)", length_ratio(fixed, p_closure), length_ratio_limit, status, message)
+      ratios = length_ratio(fixed)
+      do i = 1, n_fixed_props
+        call review_ratio(trim(prop_table(i)%name) // " sigma0/(2 Gc)", ratios(i), length_ratio_limit, status, message)
+      end do
     end if
     if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
   end subroutine review_props
+
+  !> Append what was expected if a value is not admissible for one entry of PROPS, whatever the others are.
+  pure subroutine review_prop(i, place, value, message)
+    integer, intent(in) :: i                                  !! index, 1..n_fixed_props
+    character(len=*), intent(in) :: place                     !! begin of the line: where the value stands
+    real(wp), intent(in) :: value                             !! any bits
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    if (outside_prop(i, value) >= 0_int64) return
+    call append(message, place // ": expected " // trim(prop_table(i)%admissible))
+  end subroutine review_prop
 
   !> Test the listed planes of a PROPS vector and append one line for each bad value.
   pure subroutine review_listed(props, n, status, message)
@@ -316,13 +327,12 @@ contains
     ! bits of the largest magnitude, and of the smallest admissible value above 0
     integer(int64), parameter :: most(n_fixed_props) = transfer(prop_table%upper, [0_int64])
     integer(int64), parameter :: least(n_fixed_props) = transfer(max(prop_table%lower, [(merge(smallest_divisor, &
-      merge(real(min_inclined, wp), 0.0_wp, k == p_m), any(k == divisor_props)), k=1, n_fixed_props)]), [0_int64])
+      merge(real(min_inclined, wp), 0.0_wp, k == p_m), prop_table(k)%divides), k=1, n_fixed_props)]), [0_int64])
     ! masks, all bits set where an entry must not be negative, must not be 0, or must be integral
     integer(int64), parameter :: yes = -1_int64, no = 0_int64
     integer(int64), parameter :: unsigned(n_fixed_props) = merge(no, yes, prop_table%lower < 0.0_wp)
     integer(int64), parameter :: nonzero(n_fixed_props) = merge(yes, no, prop_table%lower > 0.0_wp)
-    integer(int64), parameter :: integral(n_fixed_props) = [(merge(yes, no, any(k == integral_props)), &
-      k=1, n_fixed_props)]
+    integer(int64), parameter :: integral(n_fixed_props) = merge(yes, no, prop_table%scale == "whole")
     bits = transfer(value, 0_int64)
     magnitude = iand(bits, huge(0_int64))
     ! too large, infinite or NaN
@@ -345,16 +355,16 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> A length over s_f; 1 if it is 0.
-  pure function length_ratio(fixed, i) result(ratio)
+  !> Lengths over s_f, of the entries that are measured by it; 1 for those that are 0 and for all others.
+  pure function length_ratio(fixed) result(ratio)
     real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
-    integer, intent(in) :: i                       !! index of the length
-    real(wp) :: ratio
-    ratio = merge(fixed(i)*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc))), 1.0_wp, fixed(i) > 0.0_wp)
+    real(wp) :: ratio(n_fixed_props)
+    ratio = 1.0_wp
+    where (prop_table%measure == "s_f" .and. fixed > 0.0_wp) ratio = fixed*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
   end function length_ratio
 
   !> Whether a ratio is at most `limit` and at least 1/limit.
-  pure function within(ratio, limit) result(yes)
+  elemental function within(ratio, limit) result(yes)
     real(wp), intent(in) :: ratio, limit   !! > 0
     logical :: yes
     yes = ratio <= limit .and. ratio*limit >= 1.0_wp

@@ -27,7 +27,8 @@ module asperity_contract
   real(wp), parameter, public :: weight_tolerance = 1.0e-6_wp
 
   !> One entry of PROPS. `lower` and `upper` are the smallest and largest admissible value; a negative `lower` is
-  !> -`upper`.
+  !> -`upper`. `plausible` are the ends of what joints have, in multiples of the sizes of the unit: the largest stress
+  !> and length of a test, or sigma0, s_f and Gc. Fits, sliders and random tests stay between them.
   type :: prop_type
     character(len=8) :: name          !! symbol
     character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics; or reserved
@@ -37,6 +38,10 @@ module asperity_contract
     real(wp) :: lower                 !! smallest admissible value
     real(wp) :: upper                 !! largest admissible value
     real(wp) :: default               !! value where the host passes fewer PROPS
+    real(wp) :: plausible(2)          !! smallest and largest usual value
+    character(len=6) :: scale         !! of the values: linear, log, logit (0 to 1), or whole (numbers)
+    logical :: divides = .false.      !! whether 0 stands for none or a default, and the law divides by other values
+    character(len=3) :: measure = ""  !! s_f: the ratio of a value above 0 to s_f is limited (length_ratio_limit)
   end type prop_type
 
   !> Bounds of the constants. With them every product of the law is in the range of a double; they lie far outside any
@@ -60,48 +65,51 @@ module asperity_contract
   character(len=*), parameter :: no_use = "no constant yet", zero_only = "0 (reserved)"
 
   type(prop_type), parameter, public :: prop_table(n_fixed_props) = [ &
-    prop_type("sigma0", "law", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
-    prop_type("Gc", "law", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp), &
-    prop_type("eta", "law", "ductility 1 - s0/sf", "-", "0 < eta < 1", small, below_one, 0.0_wp), &
-    prop_type("mu", "law", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp), &
+    prop_type("sigma0", "law", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp, &
+              [1.0e-3_wp, 30.0_wp], "log"), &
+    prop_type("Gc", "law", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp, &
+              [1.0e-6_wp, 150.0_wp], "log"), &
+    prop_type("eta", "law", "ductility 1 - s0/sf", "-", "0 < eta < 1", small, below_one, 0.0_wp, &
+              [0.05_wp, 0.995_wp], "logit"), &
+    prop_type("mu", "law", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp, &
+              [0.01_wp, 2.0_wp], "log"), &
     prop_type("theta", "pattern", "inclination of the planes", "degree", "0 <= theta < 90", &
-              0.0_wp, below_right, 0.0_wp), &
+              0.0_wp, below_right, 0.0_wp, [0.5_wp, 75.0_wp], "linear"), &
     prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 25 on)", "-", &
-              "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp), &
-    prop_type("flat", "pattern", "weight of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp), &
+              "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp, [2.0_wp, 32.0_wp], "whole"), &
+    prop_type("flat", "pattern", "weight of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp, &
+              [0.005_wp, 0.95_wp], "logit"), &
     prop_type("turn", "pattern", "rotation of the pattern about N", "degree", "any finite angle", &
-              -unbounded, unbounded, 0.0_wp), &
+              -unbounded, unbounded, 0.0_wp, [-180.0_wp, 180.0_wp], "linear"), &
     prop_type("h", "host", "thickness by which the host divides (strain = separation/h)", "length", &
-              "> 0 (1e-50 to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp), &
-    prop_type("map", "host", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("sigma02", "law", "strength in mode II; 0: as sigma0", "stress", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("Gc2", "law", "rupture energy in mode II; 0: as Gc", "stress*length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("tau_v", "law", "relaxation time of the viscous damage; 0: none", "time", &
-              ">= 0 (at most 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("dalpha", "numerics", "largest growth of damage in an increment; 0: no limit", "-", &
-              "0 <= dalpha < 1", 0.0_wp, below_one, 0.0_wp), &
-    prop_type("r", "host", "NTENS = 6: in-plane stiffness as a fraction of K h", "-", &
-              "0 <= r <= 1", 0.0_wp, 1.0_wp, 0.0_wp), &
-    prop_type("kc", "law", "normal stiffness of a closed plane over Kn; 0 means 1", "-", &
-              ">= 0 (at most 1e10)", 0.0_wp, top, 1.0_wp), &
+              "> 0 (1e-50 to 1e50), 0 means 1", 0.0_wp, large, 1.0_wp, [1.0e-6_wp, 1.0e3_wp], "log", divides=.true.), &
+    prop_type("map", "host", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp, &
+              [0.0_wp, 1.0_wp], "whole"), &
+    prop_type("sigma02", "law", "strength in mode II; 0: as sigma0", "stress", ">= 0 (0, or 1e-50 to 1e50)", &
+              0.0_wp, large, 0.0_wp, [1.0e-3_wp, 30.0_wp], "log", divides=.true.), &
+    prop_type("Gc2", "law", "rupture energy in mode II; 0: as Gc", "stress*length", ">= 0 (0, or 1e-50 to 1e50)", &
+              0.0_wp, large, 0.0_wp, [1.0e-6_wp, 150.0_wp], "log", divides=.true.), &
+    prop_type("tau_v", "law", "relaxation time of the viscous damage; 0: none", "time", ">= 0 (at most 1e50)", &
+              0.0_wp, large, 0.0_wp, [0.01_wp, 100.0_wp], "log"), &
+    prop_type("dalpha", "numerics", "largest growth of damage in an increment; 0: no limit", "-", "0 <= dalpha < 1", &
+              0.0_wp, below_one, 0.0_wp, [0.01_wp, 0.5_wp], "logit"), &
+    prop_type("r", "host", "NTENS = 6: in-plane stiffness as a fraction of K h", "-", "0 <= r <= 1", &
+              0.0_wp, 1.0_wp, 0.0_wp, [1.0e-9_wp, 1.0_wp], "log"), &
+    prop_type("kc", "law", "normal stiffness of a closed plane over Kn; 0 means 1", "-", ">= 0 (at most 1e10)", &
+              0.0_wp, top, 1.0_wp, [0.1_wp, 1.0e3_wp], "log"), &
     prop_type("guard", "law", "1: damage grows only where its dissipation is not negative", "-", "0 or 1", &
-              0.0_wp, 1.0_wp, 0.0_wp), &
+              0.0_wp, 1.0_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole"), &
     prop_type("height", "law", "asperity height, where the dilation ends; 0: it never ends", "length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., "s_f"), &
     prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", divides=.true.), &
     prop_type("damage0", "law", "damage of every plane from the start; 1: a joint without bond", "-", "0 to 1", &
-              0.0_wp, 1.0_wp, 0.0_wp), &
+              0.0_wp, 1.0_wp, 0.0_wp, [0.01_wp, 0.99_wp], "logit"), &
     prop_type("closure", "law", "largest closure of the hyperbolic contact; 0: linear contact", "length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp), &
-    prop_type("slot22", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
-    prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp), &
-    prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp)]
-  !> Entries that must be integral, and entries where 0 stands for a default and the law divides by any other value.
-  integer, parameter, public :: integral_props(3) = [p_m, p_map, p_guard], divisor_props(6) = [p_h, p_sigma02, p_gc2, &
-    p_height, p_w0, p_closure]
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-5_wp, 1.0e2_wp], "log", .true., "s_f"), &
+    prop_type("slot22", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, Step
+from asperity import Interface, Material, Pattern, Step, read_case
 
 from tests.oracle import reference
 
@@ -91,6 +91,17 @@ def test_units(option: str) -> None:
         assert np.array_equal(stress / length * one.tangent, two.tangent)
         assert np.array_equal(stress * length * one.state[:, 1:4], two.state[:, 1:4])
         state, scaled, s_old = one.state, two.state, s
+
+
+@pytest.mark.parametrize("length", ["height", "closure"])
+def test_lengths_are_compared_with_those_of_the_same_case(tmp_path: Path, length: str) -> None:
+    """A length far beyond that of other joints is admissible beside a rupture energy of the same size."""
+    case = tmp_path / "case.nml"
+    case.write_text(
+        f"&material sigma0 = 3, Gc = 1e12, eta = .9, mu = .5, {length} = 3e10 /\n"
+        "&pattern sides = 2, theta = 30 /\n&step t_N = -1 /\n"
+    )
+    assert not read_case(case).runs[0].history().lost
 
 
 @pytest.mark.parametrize("option", ["damage0", "closure", "almost closed"])
