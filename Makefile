@@ -73,7 +73,6 @@ build/options: force
 	@mkdir -p build; echo "$(FLANG) $(PFUNIT_DIR)" >$@.new; cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 
 bench: build
-	@$(step) "Benchmark" $(log) cmake --build build/release --target asperity_bench
 	@build/release/bin/bench
 soak: build .venv/installed
 	@tools/soak.sh

@@ -4,7 +4,8 @@
 Each mutant is compiled without optimisation in a copy of the project, and the tests of CTest run until one
 fails. A mutant that no test notices is a survivor and is printed at once. tests/equivalent_mutants.csv lists
 mutants that compute the same as the unchanged line, each with its reason: they are left out. The status is 1
-if a mutant survives, and 2 if that list has a line that is not in the source. Run from the top folder.
+if a mutant survives, and 2 if that list has a line that is not in the source. With --suite only that suite is
+built and run, which tries the program itself in a short time. Run from the top folder.
 """
 
 from __future__ import annotations
@@ -186,8 +187,11 @@ class Bench:
     mutant its file is compiled and this library is linked, not the programs.
     """
 
-    def __init__(self, folder: Path) -> None:
-        """Copy, configure and build the project, link the programs again and measure the tests' times."""
+    def __init__(self, folder: Path, suite: str | None) -> None:
+        """Copy, configure and build the project, link the programs again and measure the tests' times.
+
+        suite: the only one, None: all.
+        """
         self.folder = folder.resolve()
         self.build = self.folder / "build"
         self.library = self.build / "libmutant.so"
@@ -196,17 +200,20 @@ class Bench:
         for name in COPIED:
             (shutil.copytree if Path(name).is_dir() else shutil.copy2)(name, self.folder / name)
         self.run("cmake", "-S", self.folder, "-B", self.build, "-G", "Ninja", *OPTIONS)
-        self.run("cmake", "--build", self.build, "--parallel", "1")
+        targets = ["--target", suite] if suite else []
+        self.run("cmake", "--build", self.build, "--parallel", "1", *targets)
         listed = json.loads(self.run("ctest", "--test-dir", self.build, "--show-only=json-v1"))
-        self.tests = {t["name"]: t for t in listed["tests"] if t["name"] not in LEFT_OUT}
+        tests = {t["name"]: t for t in listed["tests"]}
+        self.tests = {suite: tests[suite]} if suite else {n: t for n, t in tests.items() if n not in LEFT_OUT}
         self.modules = {name: self.linked_modules(name) for name in self.tests}
         self.commands = {
             Path(entry["file"]): (entry["command"], self.build / entry["command"].split(" -o ")[1].split()[0])
             for entry in json.loads((self.build / "compile_commands.json").read_text(encoding="utf-8"))
             if re.search(r"/asperity_(static|solver)\.dir/", entry["command"])
+            and (self.build / entry["command"].split(" -o ")[1].split()[0]).exists()
         }
         self.link()
-        self.relink_programs()
+        self.relink_programs(*[suite] if suite else [])
         self.times = dict.fromkeys(self.tests, 300.0)
         for name in self.tests:
             start = time.monotonic()
@@ -235,10 +242,10 @@ class Bench:
         objects = [o for _, o in self.commands.values()]
         self.run("gfortran", "-shared", "-fopenmp", name, "-o", self.library, *objects)
 
-    def relink_programs(self) -> None:
-        """Link every program with the shared library of all objects instead of the project's libraries."""
+    def relink_programs(self, *targets: str) -> None:
+        """Link programs (default: all) with the shared library of all objects, not the project's ones."""
         libraries = re.compile(r"\S*/libasperity(_static|_solver)?\.(a|so[\d.]*)(?=\s)")
-        for command in self.run("ninja", "-C", self.build, "-t", "commands").splitlines():
+        for command in self.run("ninja", "-C", self.build, "-t", "commands", *targets).splitlines():
             changed = libraries.sub(str(self.library), command)
             if changed != command and " -shared " not in command and " -o " in command:
                 subprocess.run(changed, shell=True, check=True, cwd=self.build)
@@ -326,7 +333,7 @@ def equivalents() -> set[tuple[str, str, str]]:
         return {(r["file"], r["before"], r["after"]) for r in csv.DictReader(file)}
 
 
-def judge_all(mutants: list[Mutant], jobs: int) -> dict[Mutant, str]:
+def judge_all(mutants: list[Mutant], jobs: int, suite: str | None) -> dict[Mutant, str]:
     """Judge the mutants in `jobs` copies of the project, and print the survivors as they come."""
     waiting = iter(mutants)
     results: dict[Mutant, str] = {}
@@ -342,7 +349,7 @@ def judge_all(mutants: list[Mutant], jobs: int) -> dict[Mutant, str]:
             if results[mutant] == "survived":
                 print(mutant, flush=True)
 
-    benches = [Bench(WORK / str(i)) for i in range(jobs)]
+    benches = [Bench(WORK / str(i), suite) for i in range(jobs)]
     threads = [threading.Thread(target=work, args=(bench,)) for bench in benches]
     for thread in threads:
         thread.start()
@@ -360,6 +367,7 @@ def main() -> int:
     parser.add_argument(
         "--jobs", type=int, default=int(os.environ.get("JOBS", "2")), help="copies of the project"
     )
+    parser.add_argument("--suite", help="the only suite that is built and run (default: all tests)")
     options = parser.parse_args()
 
     files = options.files or [p for f in FOLDERS for p in sorted(f.iterdir()) if p.suffix in {".f90", ".inc"}]
@@ -372,7 +380,7 @@ def main() -> int:
         return 2
     judged = [m for m in mutants if m.key not in known]
     judged = random.Random(options.seed).sample(judged, min(options.samples or len(judged), len(judged)))
-    results = judge_all(judged, options.jobs)
+    results = judge_all(judged, options.jobs, options.suite)
     print("| folder | mutants | judged | not compiled | noticed | survived |\n|---|--:|--:|--:|--:|--:|")
     for folder in sorted({str(Path(m.path).parent) for m in mutants}):
         counts = Counter(r if r in OUTCOMES else "noticed" for m, r in results.items() if is_in(m, folder))

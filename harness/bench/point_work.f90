@@ -121,7 +121,7 @@ contains
   end subroutine run_umat
 
   !> Run a confined slip test with a reversal by the solver of the driver, with all Newton iterations.
-  pure subroutine run_test(work, used)
+  subroutine run_test(work, used)
     type(point_work_type), intent(in) :: work   !! the interface
     real(wp), intent(inout) :: used             !! sum of results
     type(step_type), allocatable :: steps(:)
