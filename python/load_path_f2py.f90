@@ -79,7 +79,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     end do
   end do
   call complete_steps(steps, "", text)
-  if (len(text) == 0) call check_steps(joint, steps, "", text)
+  if (len(text) == 0) call check_steps(new_rie_law(joint), steps, "", text)
   if (len(text) == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, "", text)
   if (len(text) == 0) then
     if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
@@ -93,10 +93,10 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   point = new_point(new_rie_law(joint), state, start(:3))
   if (abs(start(4)) <= huge(start)) point%work = start(4)
   if (refines == 1) then
-    call refine_path(joint, steps, point, tolerance, rows, run, text)
+    call refine_path(new_rie_law(joint), steps, point, tolerance, rows, run, text)
     if (len(text) > 0) status = status_separation
   else
-    call start_run(joint, steps, run, point)
+    call start_run(new_rie_law(joint), steps, run, point)
   end if
   do
     if (allocated(rows)) then

@@ -144,7 +144,7 @@ contains
       end select
     end do
     call complete_steps(steps, "", message)
-    call start_run(work%joint, steps, run, new_point(new_rie_law(work%joint)))
+    call start_run(new_rie_law(work%joint), steps, run, new_point(new_rie_law(work%joint)))
     n_done = 0
     do
       call next_row(run, row, found)

@@ -15,6 +15,7 @@ module block_replay
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_control_point, only: work_between
   use case_initial, only: initial_type
   use history, only: add_replayed_row, history_type
@@ -50,6 +51,7 @@ contains
     type(progress_type), intent(inout) :: progress           !! clock
     character(len=:), allocatable, intent(out) :: failure    !! not empty: error of vumat
     type(row_type) :: row
+    type(rie_law) :: law
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(n_points, ntens) :: strain, stress_old, stress
     real(wp), dimension(n_points, joint%n_statev) :: state_old, state
@@ -59,6 +61,7 @@ contains
     logical :: viscous
 
     failure = ""
+    law = new_rie_law(joint)
     viscous = joint%material%tau_v > 0.0_wp
     position = vumat_map(1, ntens - 1)
     rho = density
@@ -136,7 +139,7 @@ contains
       row%time = record%time(n)
       row%state = state(1, :)
       row%state(v_offset:v_offset + 2) = offset   ! a VUMAT adds its strains to the offset
-      call add_replayed_row(table, joint, row)
+      call add_replayed_row(table, law, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do

@@ -110,7 +110,7 @@ module case_file
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
-    type(interface_type) :: joint                 !! with &umat: scales only
+    type(interface_type) :: joint                 !! not with &umat
     type(foreign_law) :: umat                     !! law of &umat, if it is given
     type(initial_type) :: initial                 !! planes and traction at the start
     type(state_type) :: state                     !! state at the start of the steps
@@ -217,7 +217,7 @@ contains
     earlier = len(message)
     call check_groups(text, message)
     call read_case_group(text, case, message)
-    call read_umat(text, case%umat, case%props, case%joint, message)
+    call read_umat(text, case%umat, case%props, message)
     if (.not. case%umat%given) call read_props(text, case%props, message)
     call read_initial(text, case%initial, message)
     call read_state(text, case%state, message)
@@ -230,7 +230,7 @@ contains
     if (len(message) > earlier) return
     if (case%umat%given) then
       call check_umat_state(text, case%umat, case%state, message)
-      call check_steps(case%joint, case%steps, text%path // ": ", message)
+      call check_steps(case%umat, case%steps, text%path // ": ", message)
       do e = 1, merge(size(case%steps), 0, case%umat%position(3) == 0)
         if (maxval(abs(case%steps(e)%targets(3, :))) > rounding*maxval(abs(case%steps(e)%targets))) then
           call append(message, case%steps(e)%place // "Ty is not zero: expected an order with Ty, as order = '" // &
@@ -254,7 +254,7 @@ contains
       case%state%statev = case%initial%carried
     end if
     call check_state(text, case%joint, case%state, message)
-    call check_steps(case%joint, case%steps, text%path // ": ", message)
+    call check_steps(new_rie_law(case%joint), case%steps, text%path // ": ", message)
     if (size(case%steps) > 0) return
     if (case%replay%block > 0) then
       call read_strains(case%replay%file, case%replay%ntens, vumat_map(1, case%replay%ntens - 1), 0.5_wp, &

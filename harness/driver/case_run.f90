@@ -6,14 +6,14 @@ module case_run
   use asperity_kinds, only: wp
   use asperity_load_path, only: explain_loss, row_type, run_type
   use block_replay, only: run_block_replay
-  use case_file, only: case_type, expect_names
+  use case_file, only: case_type, expect_names, get_law
   use asperity_warnings, only: increment_text, n_measures
   use case_warnings, only: measures_of_case
   use driver_messages, only: exit_input, exit_ok, exit_solve, say
   use failed_case, only: write_failed_case
   use history, only: close_history, history_type, open_history, start_from
   use asperity_mixed_control, only: ended_rejected
-  use asperity_rie_law, only: new_rie_law
+  use asperity_point_law, only: point_law
   use path_run, only: run_path
   use progress_line, only: start_progress, clear_progress, progress_type
   use replay_run, only: run_replay
@@ -35,19 +35,20 @@ contains
     type(history_type) :: table
     type(progress_type) :: progress
     type(run_type) :: run
+    class(point_law), allocatable :: law
     character(len=:), allocatable :: failure, text, why
 
     measures = 0.0_wp
     allocate (character(len=0) :: failure)
     code = exit_input
-    call open_history(table, output, case%joint, case%umat, planes .or. case%planes)
+    call get_law(case, law)
+    call open_history(table, output, law, planes .or. case%planes)
     if (table%good) then
       call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
-        call run_path(case, label, table, progress, run, failure)
+        call run_path(case, law, label, table, progress, run, failure)
       else
-        if (case%initial%given) call start_from(table, case%joint, new_point(new_rie_law(case%joint), &
-          case%initial%carried))
+        if (case%initial%given) call start_from(table, law, new_point(law, case%initial%carried))
         if (case%replay%block > 0) then
           call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
             case%strains, label, table, progress, failure)

@@ -1,7 +1,6 @@
 !> The group &umat of a case file: a UMAT in a shared library instead of &material and &pattern.
 module case_umat
-  use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_mu, p_sigma0, prop_table, status_ok
-  use asperity_interface, only: interface_type, new_interface
+  use asperity_contract, only: p_eta, p_gc, p_mu, p_sigma0, prop_table
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text
   use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
@@ -15,15 +14,14 @@ module case_umat
 contains
 
   !> Read the group and open the library; the law is not `given` without the group.
-  subroutine read_umat(text, law, props, joint, message)
+  subroutine read_umat(text, law, props, message)
     type(text_type), intent(in) :: text                       !! the file
     type(foreign_law), intent(out) :: law                     !! its UMAT
-    real(wp), allocatable, intent(out) :: props(:)            !! PROPS of `joint`
-    type(interface_type), intent(out) :: joint                !! without planes: scales, size of a state
+    real(wp), allocatable, intent(out) :: props(:)            !! PROPS of an interface with its scales
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: order, reason
     real(wp) :: length, stiffness
-    integer :: e, earlier, g, status
+    integer :: e, earlier, g
 
     g = group_index(text, "umat")
     if (g == 0) return
@@ -87,13 +85,9 @@ contains
 
     props = prop_table%default
     props([p_sigma0, p_gc, p_eta, p_mu]) = [law%stress, 0.5_wp*law%stress*law%reach, 1.0_wp - 1.0_wp/far, 0.0_wp]
-    call new_interface(props(:n_fixed_props), joint, status)
-    if (status /= status_ok) call append(message, group_where(text, g) // &
+    if (any(props([p_sigma0, p_gc]) < prop_table([p_sigma0, p_gc])%lower) .or. &
+      any(props([p_sigma0, p_gc]) > prop_table([p_sigma0, p_gc])%upper)) call append(message, group_where(text, g) // &
       "length and stiffness are out of range: expected other units")
-    joint%pattern%n = 0
-    joint%n_statev = law%n_state
-    ! the strength has no closed form
-    joint%material%curved = .true.
   end subroutine read_umat
 
   !> Folder of a file, with the slash that a library needs in its name.

@@ -138,9 +138,9 @@ contains
     call get_law(case, law)
     if (case%state%given) then
       s = case%state%s
-      call start_run(case%joint, case%steps, run, new_point(law, case%state%statev, s), law)
+      call start_run(law, case%steps, run, new_point(law, case%state%statev, s))
     else
-      call start_run(case%joint, case%steps, run, new_point(law), law)
+      call start_run(law, case%steps, run, new_point(law))
     end if
     allocate (path%s(3, 1), path%dt(0), path%step(0), path%increment(0))
     path%s(:, 1) = s

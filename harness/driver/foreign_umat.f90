@@ -11,7 +11,7 @@ module foreign_umat
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: open_umat, fresh_umat, state_name, c_text
+  public :: open_umat, fresh_umat, c_text
 
   !> Places in a state: work of the traction so far, time; the numbers before STRESS and STATEV.
   integer, parameter, public :: u_work = 5, u_time = 6
@@ -48,6 +48,7 @@ module foreign_umat
     procedure :: magnitude
     procedure :: contact_opening
     procedure :: ask
+    procedure :: state_name
     procedure :: virgin
   end type foreign_law
 
@@ -109,6 +110,7 @@ contains
     buffer = c_null_char
     law%given = .true.
     law%n_state = n_header + law%ntens + law%nstatv
+    law%first_own = u_work
     law%length = length
     law%reach = far*length
     law%stiffness = stiffness
@@ -151,8 +153,8 @@ contains
 
   !> Name of a number of a state behind the energies, for a column.
   pure function state_name(law, i) result(name)
-    type(foreign_law), intent(in) :: law   !! the law
-    integer, intent(in) :: i               !! from u_work on
+    class(foreign_law), intent(in) :: law   !! the law
+    integer, intent(in) :: i                !! from u_work on
     character(len=:), allocatable :: name
     if (i <= n_header) then
       name = trim(merge("umat_work", "umat_time", i == u_work))

@@ -9,15 +9,12 @@
 !>   cut       a UMAT asked for a smaller increment, in a replay or in &umat
 !>   lost      no equilibrium was found beyond this row
 module history
-  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, statev_row, &
-    statev_table, v_damage, v_friction, v_rupture, v_stored
-  use asperity_interface, only: interface_type
+  use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
   use asperity_control_point, only: point_type
-  use asperity_events, only: event_length, find_events, planes_type, put_at_rest
   use asperity_load_path, only: name_events, row_type
-  use foreign_umat, only: foreign_law, state_name, u_work
+  use asperity_point_law, only: event_length, point_law
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -42,56 +39,39 @@ module history
     integer, private :: file = 0           !! descriptor
     character(len=:), allocatable, private :: path
     integer, private :: first = huge(1)    !! first number of the state that has a column
-    type(planes_type), private :: planes   !! regime of the planes at the last row
+    logical, allocatable, private :: regime(:, :)   !! of the law at the last row
   end type history_type
 
 contains
 
   !> Open the file ("-": standard output) and write the header.
-  subroutine open_history(table, path, joint, umat, planes)
+  subroutine open_history(table, path, law, planes)
     type(history_type), intent(out) :: table        !! the file, without rows
     character(len=*), intent(in) :: path            !! file, replaced if it exists
-    type(interface_type), intent(in) :: joint       !! the interface
-    type(foreign_law), intent(in) :: umat           !! the law instead, if it is given
+    class(point_law), intent(in) :: law             !! the law
     logical, intent(in) :: planes                   !! whether planes, or the numbers of a UMAT, have columns
     character(len=:), allocatable :: header
-    integer :: i, j, k, n
+    integer :: i
 
-    n = joint%pattern%n
-    call put_at_rest(joint, table%planes)
-    allocate (table%last%state(joint%n_statev))
-    table%last%state = 0.0_wp
+    allocate (table%last%state(law%n_state), source=0.0_wp)
     table%path = path
     call create_file(path, table%file, table%good)
     if (.not. table%good) return
     header = point_columns
-    if (planes .and. umat%given) then
-      table%first = u_work
-      do i = table%first, umat%n_state
-        header = header // "," // state_name(umat, i)
-      end do
-    else if (planes) then
-      table%first = n_point_statev + 1
-      do k = 1, n
-        do j = n_point_statev + 1, n_point_statev + n_plane_statev
-          header = header // "," // trim(statev_table(j)%name) // "_" // integer_text(k)
-        end do
-      end do
-      do i = n_statev(n) + 1, joint%n_statev
-        header = header // "," // trim(statev_table(statev_row(i, n))%name) // "_" // &
-          integer_text((i - n_statev(n) + n_facet_statev - 1)/n_facet_statev)
-      end do
-    end if
+    if (planes) table%first = law%first_own
+    do i = table%first, law%n_state
+      header = header // "," // law%state_name(i)
+    end do
     call write_line(table%file, path, header, table%good)
   end subroutine open_history
 
   !> Set the state from which work and events are counted, for a run that does not start from a virgin point.
-  subroutine start_from(table, joint, point)
+  subroutine start_from(table, law, point)
     type(history_type), intent(inout) :: table      !! the file, no row yet
-    type(interface_type), intent(in) :: joint       !! the interface
+    class(point_law), intent(in) :: law             !! the law
     type(point_type), intent(in) :: point           !! start of the run
     character(len=event_length) :: ignored
-    call find_events(joint, point%s, point%state, point%state, table%planes, ignored)
+    call law%find_events(point%s, point%state, point%state, table%regime, ignored)
     table%last%s = point%s
     table%last%traction = point%traction
     table%last%state = point%state
@@ -99,11 +79,11 @@ contains
   end subroutine start_from
 
   !> Write a row of a replay, with its events.
-  subroutine add_replayed_row(table, joint, row)
+  subroutine add_replayed_row(table, law, row)
     type(history_type), intent(inout) :: table      !! the file
-    type(interface_type), intent(in) :: joint       !! the interface
+    class(point_law), intent(in) :: law             !! the law
     type(row_type), intent(inout) :: row            !! the row -> with its events
-    call name_events(joint, table%last%state, row%state, table%planes, row)
+    call name_events(law, table%last%state, row%state, table%regime, row)
     call add_row(table, row)
   end subroutine add_replayed_row
 

@@ -6,7 +6,7 @@ module path_run
   use asperity_refine, only: refine_path
   use asperity_point_law, only: point_law
   use asperity_text, only: integer_text, short
-  use case_file, only: case_type, get_law
+  use case_file, only: case_type
   use driver_messages, only: tell
   use history, only: add_row, history_type, start_from
   use progress_line, only: progress_type, show_progress
@@ -17,22 +17,21 @@ module path_run
 contains
 
   !> Run all steps, or up to a loss of equilibrium.
-  subroutine run_path(case, label, table, progress, run, failure)
+  subroutine run_path(case, law, label, table, progress, run, failure)
     type(case_type), intent(in) :: case              !! the case
+    class(point_law), intent(in) :: law              !! its law
     character(len=*), intent(in) :: label            !! name of the run, for the progress line
     type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
     type(progress_type), intent(inout) :: progress   !! clock
     type(run_type), intent(out) :: run               !! at its end
     character(len=:), allocatable, intent(inout) :: failure   !! a line is appended if the tolerance is not reached
     type(point_type) :: start
-    class(point_law), allocatable :: law
     type(row_type) :: row
     type(row_type), allocatable :: rows(:)
     character(len=:), allocatable :: reason
     real(wp) :: share
     integer :: i
     logical :: found
-    call get_law(case, law)
     start = new_point(law)
     if (case%state%given) start = new_point(law, case%state%statev, case%state%s)
     call law%ask(share, reason)
@@ -41,11 +40,11 @@ contains
       return
     end if
     if (case%state%has_work) start%work = case%state%work
-    if (case%state%given) call start_from(table, case%joint, start)
+    if (case%state%given) call start_from(table, law, start)
     if (case%refines) then
-      call refine_path(case%joint, case%steps, start, case%tolerance, rows, run, failure, law)
+      call refine_path(law, case%steps, start, case%tolerance, rows, run, failure)
     else
-      call start_run(case%joint, case%steps, run, start, law)
+      call start_run(law, case%steps, run, start)
     end if
     i = 0
     do

@@ -13,6 +13,7 @@ module replay_run
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_control_point, only: work_between
   use case_initial, only: initial_type
   use history, only: add_replayed_row, history_type
@@ -45,6 +46,7 @@ contains
     type(progress_type), intent(inout) :: progress           !! clock
     character(len=:), allocatable, intent(out) :: failure    !! not empty: error of umat
     type(row_type) :: row
+    type(rie_law) :: law
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(ntens) :: stran, dstran, stress, first_stress, committed_stress
     real(wp) :: statev(joint%n_statev), committed(joint%n_statev), ddsdde(ntens, ntens), energies(3), &
@@ -52,6 +54,7 @@ contains
     integer :: call_number, i, n, position(3)
 
     failure = ""
+    law = new_rie_law(joint)
     position = component_map(ntens, joint%map)
     stran = 0.0_wp
     committed_stress = 0.0_wp
@@ -107,7 +110,7 @@ contains
       row%state = statev
       row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
       row%report%cut = pnewdt < 1.0_wp
-      call add_replayed_row(table, joint, row)
+      call add_replayed_row(table, law, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do

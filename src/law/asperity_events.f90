@@ -9,52 +9,37 @@ module asperity_events
   use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics
+  use asperity_point_law, only: event_length
   implicit none
   private
-  public :: planes_type, put_at_rest, find_events, name_event
+  public :: find_events, name_event
 
-  !> Length of a text that holds all names.
-  integer, parameter, public :: event_length = 64
-
-  !> Regime of the planes at the last row.
-  type :: planes_type
-    logical, allocatable :: contact(:), apart(:), slides(:)   !! per plane; a plane that just touches keeps its values
-  end type planes_type
+  !> Columns of the regime of the planes at a row.
+  integer, parameter :: in_contact = 1, is_open = 2, slides_now = 3
 
 contains
 
-  !> Planes of a virgin point: neither in contact nor open (a subroutine, as flang 16 cannot assign such a result).
-  pure subroutine put_at_rest(joint, planes)
-    type(interface_type), intent(in) :: joint       !! the interface
-    type(planes_type), intent(out) :: planes        !! its planes
-    integer :: n
-    n = joint%pattern%n
-    allocate (planes%contact(n), planes%apart(n), planes%slides(n))
-    planes%contact = .false.
-    planes%apart = .false.
-    planes%slides = .false.
-  end subroutine put_at_rest
-
-  !> Find the events since the last row.
-  pure subroutine find_events(joint, s, old, new, planes, event)
+  !> Find the events since the last row. The planes of a virgin point are neither in contact nor open.
+  pure subroutine find_events(joint, s, old, new, regime, event)
     type(interface_type), intent(in) :: joint           !! the interface
     real(wp), intent(in) :: s(3)                        !! separation (N, Tx, Ty) of this row, length
     real(wp), intent(in) :: old(:)                      !! STATEV of the last row
     real(wp), intent(in) :: new(:)                      !! STATEV of this row
-    type(planes_type), intent(inout) :: planes          !! at the last row -> at this row
+    logical, allocatable, intent(inout) :: regime(:, :) !! of each plane at the last row, not allocated: virgin -> here
     character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
-    logical, dimension(size(planes%contact)) :: contact, apart, slides, damaged, was_damaged, grown, was_grown
+    logical, dimension(joint%pattern%n) :: contact, apart, slides, damaged, was_damaged, grown, was_grown
     type(kinematics_type) :: kinematics
     real(wp) :: s_n
     integer :: i, k
 
-    do k = 1, size(contact)
+    if (.not. allocated(regime)) allocate (regime(joint%pattern%n, 3), source=.false.)
+    do k = 1, joint%pattern%n
       i = plane_statev(k)
       kinematics = plane_kinematics(joint, k, s + new(v_offset:v_offset + 2), new)
       s_n = kinematics%contact(1)
       ! a plane that just touches keeps its values
-      contact(k) = s_n < 0.0_wp .or. (planes%contact(k) .and. .not. s_n > 0.0_wp)
-      apart(k) = s_n > 0.0_wp .or. (planes%apart(k) .and. .not. s_n < 0.0_wp)
+      contact(k) = s_n < 0.0_wp .or. (regime(k, in_contact) .and. .not. s_n > 0.0_wp)
+      apart(k) = s_n > 0.0_wp .or. (regime(k, is_open) .and. .not. s_n < 0.0_wp)
       slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
       damaged(k) = new(i) >= 1.0_wp
       was_damaged(k) = start_damage(joint, old(i)) >= 1.0_wp
@@ -64,12 +49,12 @@ contains
     event = ""
     call name_event(event, "onset", any(grown) .and. .not. any(was_grown))
     call name_event(event, "damaged", all(damaged) .and. .not. all(was_damaged))
-    call name_event(event, "open", any(planes%contact .and. .not. contact))
-    call name_event(event, "close", any(planes%apart .and. contact))
-    call name_event(event, "slip", any(slides .and. .not. planes%slides))
-    planes%contact(:) = contact
-    planes%apart(:) = apart
-    planes%slides(:) = slides
+    call name_event(event, "open", any(regime(:, in_contact) .and. .not. contact))
+    call name_event(event, "close", any(regime(:, is_open) .and. contact))
+    call name_event(event, "slip", any(slides .and. .not. regime(:, slides_now)))
+    regime(:, in_contact) = contact
+    regime(:, is_open) = apart
+    regime(:, slides_now) = slides
   end subroutine find_events
 
   !> Append a name if its event happened.

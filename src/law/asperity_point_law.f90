@@ -1,22 +1,28 @@
 !> The door between a law and the solver: all that the solver knows of a law at a material point.
 module asperity_point_law
   use asperity_kinds, only: wp
-  use asperity_text, only: set_text
+  use asperity_text, only: integer_text, set_text
   implicit none
   private
+
+  !> Length of a text that holds all names of events.
+  integer, parameter, public :: event_length = 64
 
   !> A law that gives the traction of a point for its separation (N, Tx, Ty).
   !>
   !> The traction depends on the separation at the end of an increment, on the state at its start and on the duration.
-  !> The solver takes its own lengths and stresses from the scales.
+  !> The solver takes its own lengths and stresses from the scales. A state begins with damage, stored energy and the
+  !> energies spent on rupture and friction, at the positions of the contract.
   type, abstract, public :: point_law
     integer :: n_state = 0               !! number of state variables
+    integer :: first_own = 5             !! the first of them behind damage and energies that has a column on request
     real(wp) :: length = 0.0_wp          !! separation at which the strength is reached, length
     real(wp) :: reach = 0.0_wp           !! separation at which the bond is broken, length
     real(wp) :: stiffness = 0.0_wp       !! largest stiffness of the bond, stress/length
     real(wp) :: softest = 0.0_wp         !! smallest stiffness of the virgin or the closed joint, stress/length
     real(wp) :: stiffest = 0.0_wp        !! the largest one, stress/length
     real(wp) :: stress = 0.0_wp          !! strength, stress
+    logical :: bonded = .true.           !! whether a virgin joint has a bond; without one, strength and reach are names
     real(wp) :: bound = 0.0_wp           !! largest admissible separation, length
     logical :: relaxes = .false.         !! whether the duration of an increment matters
     logical :: wears = .false.           !! whether the state at the start of an increment wears the joint in it
@@ -27,6 +33,10 @@ module asperity_point_law
     real(wp) :: asked = 1.0_wp           !! share of an increment that every law asks for which does not override `ask`
   contains
     procedure :: ask
+    procedure :: beyond_strength
+    procedure :: explain_branch
+    procedure :: find_events
+    procedure :: state_name
     procedure(update_procedure), deferred :: update
     procedure(energies_procedure), deferred, nopass :: energies
     procedure(state_test), deferred :: cannot_soften
@@ -103,5 +113,46 @@ contains
     share = law%asked
     if (share <= 0.0_wp) call set_text(reason, "the law has failed")
   end subroutine ask
+
+  !> In which direction prescribed tractions are beyond what the law can carry from a state on, and how much it carries
+  !> in this direction. A law without a closed form of its strength knows none.
+  pure subroutine beyond_strength(law, traction, spring, given, dt, state, direction, most)
+    class(point_law), intent(in) :: law      !! the law
+    logical, intent(in) :: traction(3)       !! whether traction + spring*separation is given, or the separation
+    real(wp), intent(in) :: spring(3)        !! stiffness of a surrounding spring, stress/length
+    real(wp), intent(in) :: given(3)         !! the given values
+    real(wp), intent(in) :: dt               !! duration, time
+    real(wp), intent(in) :: state(:)         !! state
+    real(wp), intent(out) :: direction(3)    !! unit vector (N, Tx, Ty), zero: none
+    real(wp), intent(out) :: most            !! largest traction in this direction, stress
+    direction = 0.0_wp
+    most = 0.0_wp
+  end subroutine beyond_strength
+
+  !> Append why the unstable part of a branch cannot be followed; a law that does not know follows it.
+  pure subroutine explain_branch(law, place, message)
+    class(point_law), intent(in) :: law                       !! the law
+    character(len=*), intent(in) :: place                     !! before each line
+    character(len=:), allocatable, intent(inout) :: message   !! one line per reason is appended
+  end subroutine explain_branch
+
+  !> Names of the events since the last row; a law that does not know its regimes has none.
+  pure subroutine find_events(law, s, old, new, regime, event)
+    class(point_law), intent(in) :: law                  !! the law
+    real(wp), intent(in) :: s(3)                         !! separation (N, Tx, Ty) of this row, length
+    real(wp), intent(in) :: old(:)                       !! state of the last row
+    real(wp), intent(in) :: new(:)                       !! state of this row
+    logical, allocatable, intent(inout) :: regime(:, :)  !! what the law remembers of the last row -> of this row
+    character(len=event_length), intent(out) :: event    !! names joined by +, blank: none
+    event = ""
+  end subroutine find_events
+
+  !> Name of a number of a state, for a column.
+  pure function state_name(law, i) result(name)
+    class(point_law), intent(in) :: law   !! the law
+    integer, intent(in) :: i              !! from 1
+    character(len=:), allocatable :: name
+    call set_text(name, "state_" // integer_text(i))
+  end function state_name
 
 end module asperity_point_law

@@ -1,12 +1,16 @@
 !> The law of a rough interface (material and pattern) as the solver sees it.
 module asperity_rie_law
   use asperity_call_checks, only: state_status
-  use asperity_contract, only: plane_statev, status_ok, v_friction, v_offset, v_rupture, v_stored
+  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, statev_row, &
+    statev_table, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_elimination, only: eliminate
+  use asperity_events, only: events_of_planes => find_events
   use asperity_interface, only: interface_type, separation_bound, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics, update_point
-  use asperity_point_law, only: point_law
+  use asperity_point_law, only: event_length, point_law
+  use asperity_strength, only: strength_of_planes => beyond_strength
+  use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
   public :: new_rie_law, timeless_law, whole_separation, slipped_separation
@@ -21,6 +25,10 @@ module asperity_rie_law
     procedure :: admissible
     procedure :: magnitude
     procedure :: contact_opening
+    procedure :: beyond_strength
+    procedure :: explain_branch
+    procedure :: find_events
+    procedure :: state_name
   end type rie_law
 
 contains
@@ -31,6 +39,7 @@ contains
     type(rie_law) :: law
     law%joint = joint
     law%n_state = joint%n_statev
+    law%first_own = n_point_statev + 1
     associate (m => joint%material)
       law%length = m%s0
       law%reach = m%s0/(1.0_wp - m%eta)
@@ -42,6 +51,7 @@ contains
       law%wears = m%wears
       law%jumps = m%curved .or. m%guard
     end associate
+    law%bonded = start_damage(joint, 0.0_wp) < 1.0_wp
     law%bound = separation_bound(joint)
   end function new_rie_law
 
@@ -139,6 +149,60 @@ contains
     end do
     opening = opening - state(v_offset)
   end function contact_opening
+
+  !> In which direction prescribed tractions are beyond what the interface can carry from a state on, and how much it
+  !> carries in this direction.
+  pure subroutine beyond_strength(law, traction, spring, given, dt, state, direction, most)
+    class(rie_law), intent(in) :: law        !! the law
+    logical, intent(in) :: traction(3)       !! whether traction + spring*separation is given, or the separation
+    real(wp), intent(in) :: spring(3)        !! stiffness of a surrounding spring, stress/length
+    real(wp), intent(in) :: given(3)         !! the given values
+    real(wp), intent(in) :: dt               !! duration, time
+    real(wp), intent(in) :: state(:)         !! STATEV
+    real(wp), intent(out) :: direction(3)    !! unit vector (N, Tx, Ty), zero: none
+    real(wp), intent(out) :: most            !! largest traction in this direction, stress
+    call strength_of_planes(law%joint, traction, spring, given, dt, state, direction, most)
+  end subroutine beyond_strength
+
+  !> Append why the unstable part of a branch cannot be followed: the state at a point of a branch must not depend on
+  !> time or on the length of the steps, and must be continuous.
+  pure subroutine explain_branch(law, place, message)
+    class(rie_law), intent(in) :: law                         !! the law
+    character(len=*), intent(in) :: place                     !! before each line
+    character(len=:), allocatable, intent(inout) :: message   !! one line per reason is appended
+    associate (m => law%joint%material)
+      if (m%tau_v > 0.0_wp) call append(message, place // "tau_v = " // to_text(m%tau_v) // &
+        ": expected 0, as no time passes on a branch")
+      if (m%wears) call append(message, place // "W0 = " // to_text(1.0_wp/m%inv_w0) // &
+        ": expected 0, as wear depends on the increments")
+      if (m%guard) call append(message, place // &
+        "guard = 1: expected 0, as damage that the guard prevents may grow at once later")
+    end associate
+  end subroutine explain_branch
+
+  !> Names of the events since the last row, those of its planes.
+  pure subroutine find_events(law, s, old, new, regime, event)
+    class(rie_law), intent(in) :: law                    !! the law
+    real(wp), intent(in) :: s(3)                         !! separation (N, Tx, Ty) of this row, length
+    real(wp), intent(in) :: old(:)                       !! STATEV of the last row
+    real(wp), intent(in) :: new(:)                       !! STATEV of this row
+    logical, allocatable, intent(inout) :: regime(:, :)  !! of the planes at the last row -> at this row
+    character(len=event_length), intent(out) :: event    !! names joined by +, blank: none
+    call events_of_planes(law%joint, s, old, new, regime, event)
+  end subroutine find_events
+
+  !> Name of a state variable, with the number of its plane.
+  pure function state_name(law, i) result(name)
+    class(rie_law), intent(in) :: law   !! the law
+    integer, intent(in) :: i            !! index in STATEV
+    character(len=:), allocatable :: name
+    integer :: n, plane
+    n = law%joint%pattern%n
+    plane = (i - n_point_statev + n_plane_statev - 1)/n_plane_statev
+    if (i > n_statev(n)) plane = (i - n_statev(n) + n_facet_statev - 1)/n_facet_statev
+    call set_text(name, trim(statev_table(statev_row(i, n))%name))
+    if (i > n_point_statev) call set_text(name, name // "_" // integer_text(plane))
+  end function state_name
 
   !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the
   !> smallest opening for which no plane is in contact. Gauss-Newton steps; one is enough where the planes are straight.

@@ -4,13 +4,10 @@ module asperity_load_path
   use asperity_branch, only: branch_step, branch_type, new_branch
   use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_rejected, &
     point_type, ramp, report_type
-  use asperity_events, only: event_length, find_events, name_event, planes_type, put_at_rest
-  use asperity_interface, only: interface_type
+  use asperity_events, only: name_event
   use asperity_kinds, only: wp
-  use asperity_point_law, only: point_law
-  use asperity_rie_law, only: new_rie_law
+  use asperity_point_law, only: event_length, point_law
   use asperity_steps, only: component_names, step_type
-  use asperity_strength, only: beyond_strength
   use asperity_text, only: append, integer_text, short, to_text
   use asperity_tolerances, only: endless, farthest, largest_arc, most_branch_steps, most_updates
   implicit none
@@ -30,8 +27,7 @@ module asperity_load_path
 
   !> A run.
   type, public :: run_type
-    type(interface_type) :: joint                    !! for events and closed forms of the strength
-    class(point_law), allocatable :: law             !! that of the interface, or another
+    class(point_law), allocatable :: law             !! any
     type(step_type), allocatable :: steps(:)         !! checked
     type(point_type) :: before, point                !! at the start and at the end of the last increment
     type(control_type) :: control                    !! of the last increment
@@ -45,34 +41,27 @@ module asperity_load_path
     real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at both ends of this way
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     type(branch_type), private :: branch             !! progress along the branch
-    type(planes_type), private :: planes             !! for the events
+    logical, allocatable, private :: regime(:, :)    !! for the events
     character(len=:), allocatable, private :: reason !! why the law has failed
   end type run_type
 
 contains
 
   !> Begin a run (not pure, as the law may be of any type).
-  subroutine start_run(joint, steps, run, start, law)
-    type(interface_type), intent(in) :: joint             !! the interface
+  subroutine start_run(law, steps, run, start)
+    class(point_law), intent(in) :: law                   !! the law
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet
     type(point_type), intent(in) :: start                 !! the point at its start
-    class(point_law), intent(in), optional :: law         !! absent: that of the interface
     character(len=event_length) :: ignored
     integer :: i
-    run%joint = joint
-    if (present(law)) then
-      allocate (run%law, source=law)
-    else
-      allocate (run%law, source=new_rie_law(joint))
-    end if
+    allocate (run%law, source=law)
     run%steps = steps
     do i = 1, size(steps)
       run%total = run%total + sum(steps(i)%increments)
     end do
     run%point = start
-    call put_at_rest(joint, run%planes)
-    call find_events(joint, start%s, start%state, start%state, run%planes, ignored)
+    call law%find_events(start%s, start%state, start%state, run%regime, ignored)
     run%given = run%point%s
   end subroutine start_run
 
@@ -124,7 +113,7 @@ contains
     row%increment = row%increment + 1
     row%position = real(run%passed - 1, wp) + run%share
     row%lost = row%report%ended /= ended_complete
-    call name_events(run%joint, run%before%state, run%point%state, run%planes, row)
+    call name_events(run%law, run%before%state, run%point%state, run%regime, row)
   end subroutine next_row
 
   !> Begin the way to the next target, if there is one.
@@ -167,12 +156,12 @@ contains
   end subroutine next_target
 
   !> Name what happened between two states, and what the row says.
-  pure subroutine name_events(joint, old, new, planes, row)
-    type(interface_type), intent(in) :: joint       !! the interface
-    real(wp), intent(in) :: old(:), new(:)          !! STATEV of the last row and of this one
-    type(planes_type), intent(inout) :: planes      !! at the last row -> at this one
-    type(row_type), intent(inout) :: row            !! the row, with its separation
-    call find_events(joint, row%s, old, new, planes, row%events)
+  pure subroutine name_events(law, old, new, regime, row)
+    class(point_law), intent(in) :: law                    !! the law
+    real(wp), intent(in) :: old(:), new(:)                 !! state of the last row and of this one
+    logical, allocatable, intent(inout) :: regime(:, :)    !! at the last row -> at this one
+    type(row_type), intent(inout) :: row                   !! the row, with its separation
+    call law%find_events(row%s, old, new, regime, row%events)
     call name_event(row%events, "snap", row%report%snaps > 0)
     call name_event(row%events, "turn", row%turn)
     call name_event(row%events, "substeps", row%report%parts > 1)
@@ -202,7 +191,7 @@ contains
     else if (row%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
     else
-      call beyond_strength(run%joint, run%control%traction, run%control%spring, run%given, run%control%dt, &
+      call run%law%beyond_strength(run%control%traction, run%control%spring, run%given, run%control%dt, &
         run%point%state, direction, most)
       if (any(abs(direction) > 0.0_wp)) then
         asked = dot_product(direction, run%given)

@@ -3,11 +3,9 @@ module asperity_refine
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_control_point, only: point_type
-  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_point_law, only: point_law
-  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
   use asperity_tolerances, only: largest_tolerance, least_parts, least_tolerance, measured_part, most_parts, &
@@ -50,35 +48,32 @@ contains
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
   !> path.
-  subroutine refine_path(joint, steps, start, tolerance, rows, run, message, other)
-    type(interface_type), intent(in) :: joint                 !! the interface
+  subroutine refine_path(law, steps, start, tolerance, rows, run, message)
+    class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
     real(wp), intent(in) :: tolerance                         !! admissible
     type(row_type), allocatable, intent(out) :: rows(:)       !! the rows
     type(run_type), intent(out) :: run                        !! the finest run, at its end
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
-    class(point_law), intent(in), optional :: other           !! law instead of that of the interface
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
-    type(rie_law) :: law
     real(wp), allocatable :: values(:, :)
     real(wp) :: earlier, error, least, scales(n_values)
     integer :: i
-    law = new_rie_law(joint)
-    least = merge(unbonded, 1.0_wp, start_damage(joint, 0.0_wp) >= 1.0_wp)
+    least = merge(1.0_wp, unbonded, law%bonded)
     finer = steps
     do i = 1, size(steps)
       finer(i)%increments = max(least_parts, steps(i)%increments)
     end do
-    call run_rows(joint, finer, start, run, fine, other)
+    call run_rows(law, finer, start, run, fine)
     error = huge(error)
     do
       call move_alloc(fine, coarse)
       do i = 1, size(steps)
         finer(i)%increments = 2*finer(i)%increments
       end do
-      call run_rows(joint, finer, start, run, fine, other)
+      call run_rows(law, finer, start, run, fine)
       values = table_of(fine)
       scales(1:3) = max(least*law%reach, maxval(abs(values(1:3, :))))
       scales(4:6) = max(least*law%stress, maxval(abs(values(4:6, :))))
@@ -99,17 +94,16 @@ contains
   end subroutine refine_path
 
   !> The start of a path and its rows.
-  subroutine run_rows(joint, steps, start, run, rows, other)
-    type(interface_type), intent(in) :: joint               !! the interface
+  subroutine run_rows(law, steps, start, run, rows)
+    class(point_law), intent(in) :: law                     !! the law
     type(step_type), intent(in) :: steps(:)                 !! the load path
     type(point_type), intent(in) :: start                   !! the point at its start
     type(run_type), intent(out) :: run                      !! the run, at its end
     type(row_type), allocatable, intent(out) :: rows(:)     !! the start, then the rows; the last one may be lost
-    class(point_law), intent(in), optional :: other         !! law instead of that of the interface
     type(row_type) :: row
     integer :: n
     logical :: found
-    call start_run(joint, steps, run, start, other)
+    call start_run(law, steps, run, start)
     allocate (rows(run%total + 1))
     rows(1)%point_type = start
     n = 1

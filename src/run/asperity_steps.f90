@@ -2,10 +2,9 @@
 module asperity_steps
   use asperity_checks, only: bounded
   use asperity_control_point, only: control_type
-  use asperity_interface, only: interface_type, start_damage
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
-  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_point_law, only: point_law
   use asperity_text, only: append, integer_text, to_text
   use asperity_tolerances, only: default_arc, farthest_prescribed, largest_arc, least_arc, resolved
   implicit none
@@ -265,29 +264,17 @@ contains
     values = [(list(min(modulo(j - 1, n) + 1, size(list))), j=1, n*cycles)]
   end function run_through
 
-  !> Check complete steps against an interface: separations that can be resolved, and a branch that can be followed. The
-  !> state at a point of a branch must not depend on time or on the length of the steps, and must be continuous.
-  pure subroutine check_steps(joint, steps, place, message)
-    type(interface_type), intent(in) :: joint                 !! the interface
+  !> Check complete steps against a law: separations that can be resolved, and a branch that can be followed.
+  pure subroutine check_steps(law, steps, place, message)
+    class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path
     character(len=*), intent(in) :: place                     !! of the whole path in messages
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     integer, parameter :: separations(4) = [e_s + 1, e_s + 2, e_s + 3, e_slip]
     type(entry_type) :: limits
-    type(rie_law) :: law
     real(wp) :: largest
     integer :: bad, i, n
-    associate (m => joint%material, branch => place // "follow = 'branch' with ")
-      if (any(steps%arc > 0.0_wp)) then
-        if (m%tau_v > 0.0_wp) call append(message, branch // "tau_v = " // to_text(m%tau_v) // &
-          ": expected 0, as no time passes on a branch")
-        if (m%wears) call append(message, branch // "W0 = " // to_text(1.0_wp/m%inv_w0) // &
-          ": expected 0, as wear depends on the increments")
-        if (m%guard) call append(message, branch // &
-          "guard = 1: expected 0, as damage that the guard prevents may grow at once later")
-      end if
-    end associate
-    law = new_rie_law(joint)
+    if (any(steps%arc > 0.0_wp)) call law%explain_branch(place // "follow = 'branch' with ", message)
     limits%upper = farthest_prescribed*law%reach
     ! beside prescribed tractions rounding errors do not exceed a part of them; a joint without bond has no strength
     largest = -1.0_wp
@@ -295,7 +282,7 @@ contains
       largest = max(largest, maxval(abs(steps(n)%targets), mask=spread(steps(n)%control%traction, 2, &
         size(steps(n)%increments))))
     end do
-    if (start_damage(joint, 0.0_wp) < 1.0_wp .and. largest >= 0.0_wp) largest = largest + law%stress
+    if (law%bonded .and. largest >= 0.0_wp) largest = largest + law%stress
     if (largest > 0.0_wp) limits%upper = min(limits%upper, resolved*largest/(epsilon(largest)*law%stiffest))
     limits%lower = -limits%upper
     limits%whole = .false.

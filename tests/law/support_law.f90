@@ -150,7 +150,7 @@ contains
       steps(2)%control%spring(1) = spring
       steps(2)%changed(1) = .true.
     end if
-    call start_run(joint, steps, run, new_point(new_rie_law(joint)))
+    call start_run(new_rie_law(joint), steps, run, new_point(new_rie_law(joint)))
     do
       call next_row(run, row, found)
       if (.not. found .or. row%lost) exit

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 SOLVER = sorted(file for folder in ("solver", "run") for file in (ROOT / "src" / folder).glob("*.f90"))
-#: What they may use of src/law: the door, types, texts, checks and the strength in closed form.
+#: What they may use of src/law: the door, types, texts and checks.
 DOOR = {
     "asperity_call_checks",
     "asperity_checks",
@@ -21,14 +21,11 @@ DOOR = {
     "asperity_pattern",
     "asperity_point_law",
     "asperity_rie_law",
-    "asperity_strength",
     "asperity_text",
-    "asperity_warnings",
 }
 #: Names of constants in messages, and numbers of planes in the array of a state.
 CONSTANTS = {
     "asperity_initial.f90": {"pattern%n", "material%guard"},
-    "asperity_steps.f90": {"material%tau_v", "material%wears", "material%inv_w0", "material%guard"},
 }
 
 
