@@ -146,6 +146,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
         "find the scatter of a load case whose constants are uncertain",
         _imported("uncertainty.command"),
     ),
+    "mesh": ("put joints into a mesh, for a host program", _imported("mesh.command")),
     "card": ("print the material block for the input of a host program", _imported("card_command")),
     "export": ("write a model of one element for a host program", _imported("export.command")),
     "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),

@@ -12,11 +12,16 @@ import numpy as np
 from asperity import contract
 
 ELEMENTS = {
+    "CPE3": (2, 3, 4),
+    "CPS3": (2, 3, 3),
     "CPE4": (2, 4, 4),
     "CPE4I": (2, 4, 4),
     "CPS4": (2, 4, 3),
+    "C3D4": (3, 4, 6),
+    "C3D6": (3, 6, 6),
     "C3D8": (3, 8, 6),
     "COH2D4": (2, 4, 2),
+    "COH3D6": (3, 6, 3),
     "COH3D8": (3, 8, 3),
 }
 """Dimension, number of nodes and number of stress components of the element types."""
@@ -102,6 +107,7 @@ class Model:
         self.materials: dict[str, dict[str, Keyword]] = {}
         self.sections: dict[int, dict[str, Keyword]] = {}
         self.amplitudes: set[str] = set()
+        self.beside: dict[int, list[list[int]]] = {}
         for keyword in keywords:
             self._check_names(keyword)
             if keyword.name in ("elastic", "density", "user material", "amplitude"):
@@ -168,14 +174,33 @@ class Model:
             lower, upper = points[:half], points[half:] if dimension == 3 else points[:1:-1]
             if kind.startswith("COH"):
                 keyword.check(np.abs(upper - lower).max() < 1.0e-9, f"{at}: its faces do not coincide")
-                upper = upper + np.eye(dimension)[-1]
-            middle = 0.5 * (lower + upper)
-            sides = [middle[i] - middle[0] for i in (1, 3)[: dimension - 1]]
-            volume = np.linalg.det([*sides, (upper - lower).mean(axis=0)])
-            keyword.check(volume > 0.0, f"{at}: its nodes are not in the order of {kind}")
+                self._beside(keyword, f"{at}: its nodes are not in the order of {kind}", nodes[:half], lower)
+            elif kind in ("CPE3", "CPS3", "C3D4"):
+                volume = np.linalg.det(points[1:] - points[0])
+                keyword.check(volume > 0.0, f"{at}: its nodes are not in the order of {kind}")
+            else:
+                middle = 0.5 * (lower + upper)
+                sides = [middle[i] - middle[0] for i in (1, half - 1)[: dimension - 1]]
+                volume = np.linalg.det([*sides, (upper - lower).mean(axis=0)])
+                keyword.check(volume > 0.0, f"{at}: its nodes are not in the order of {kind}")
             keyword.check(number not in self.elements, f"{at} is given twice")
             self.elements[number] = (kind, nodes)
             self.sets["elset"].setdefault(keyword.options["elset"], []).append(number)
+
+    def _beside(self, keyword: Keyword, text: str, lower: list[int], x: np.ndarray) -> None:
+        """The solid below a joint is behind its lower face, whose right-hand normal is N."""
+        if x.shape[1] == 2:
+            normal = np.array([x[0, 1] - x[1, 1], x[1, 0] - x[0, 0]])
+        else:
+            normal = np.cross(x[1] - x[0], x[2] - x[0])
+        if not self.beside:
+            for kind, nodes in self.elements.values():
+                for node in nodes if not kind.startswith("COH") else ():
+                    self.beside.setdefault(node, []).append(nodes)
+        for nodes in self.beside.get(lower[0], []):
+            if set(lower) <= set(nodes):
+                middle = np.mean([self.nodes[node] for node in nodes], axis=0)
+                keyword.check((middle - x[0]) @ normal < 0.0, text)
 
     def _nset(self, keyword: Keyword) -> None:
         numbers = [value for row in keyword.data for value in row]

@@ -1,0 +1,81 @@
+"""Command `asperity mesh`: joints in a mesh of gmsh, Abaqus or VTK, written for a host."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..options import add_options, add_output, check_outputs
+
+START = r".{,6}mesh with joints of asperity|<VTKFile.{,400}<!--This file was created by meshio"
+"""Start of a file that this command writes."""
+
+
+def add_arguments(mesh: argparse.ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    mesh.description = (
+        "Double the nodes of a mesh along joints. The joints are the faces between blocks (physical groups, "
+        "cell sets), or the named faces of --joint."
+    )
+    rules = "NAME: a group of faces; NAME=A:B: faces between blocks that match A and B (default: joint=*:*)"
+    add_options(
+        mesh,
+        ("mesh MESH", "file that meshio reads: .msh of gmsh, .inp, .vtu", Path),
+        ("--joint RULE", rules, list),
+        ("--law NAME=CASE.nml", "constants of a joint, whose material is written, too", list),
+        ("--blocks DATA", "cell data with the blocks (default: physical groups, entities or cell sets)", str),
+        (
+            "--direction X",
+            "components of a vector: Tx is its projection onto the joint",
+            float,
+            {"nargs": "+"},
+        ),
+        ("--host", "default: by the ending .inp, .mdpa, .vtu of the output", str, {"choices": HOSTS}),
+        (
+            "--plane",
+            "of a plane mesh for Abaqus (default: %(default)s)",
+            "strain",
+            {"choices": ("strain", "stress")},
+        ),
+        ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
+    )
+    add_output(mesh, "FILE", "mesh with joints: .inp, .mdpa, .vtu", Path)
+    mesh.set_defaults(action=_mesh)
+
+
+HOSTS = ("abaqus", "calculix", "kratos", "ogs", "vtu")
+
+
+def _mesh(options: argparse.Namespace) -> int:
+    """Split the mesh, write it and print its counts."""
+    from ..case_files import read_run
+    from .hosts import write
+    from .split import split
+
+    if options.output is None:
+        raise ValueError("-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
+    check_outputs(options.force, [options.mesh], ("-o", options.output, START))
+    rules: dict[str, list[str] | None] = {}
+    for text in options.joint:
+        found = re.fullmatch(r"(\w+)(?:=([^:]+):([^:]+))?", text)
+        if not found:
+            raise ValueError(f"--joint {text}: expected NAME or NAME=A:B")
+        rules[found[1]] = [found[2], found[3]] if found[2] else None
+    if options.direction is not None and not (
+        len(options.direction) in (2, 3) and np.linalg.norm(options.direction) > 0.0
+    ):
+        raise ValueError(f"--direction {options.direction}: expected two or three components, not all zero")
+    laws = {}
+    for text in options.law:
+        name, equals, case = text.partition("=")
+        if not equals:
+            raise ValueError(f"--law {text}: expected NAME=CASE.nml")
+        laws[name] = read_run(Path(case), None).interface
+    mesh = split(options.mesh, rules or None, options.blocks, options.direction)
+    files = write(options.output, mesh, options.host, laws, options.plane, options.layer)
+    print(mesh.summary())
+    print(*files, sep="\n")
+    return 0

@@ -1,0 +1,261 @@
+"""Meshes with joints as input of host programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contract import Floats
+from .cells import Integers
+from .split import Joint, Jointed
+
+if TYPE_CHECKING:
+    from ..interface import Interface
+
+HEAD = "mesh with joints of asperity"
+"""First words of a file, after the sign of a comment."""
+
+ABAQUS = {
+    "triangle": "CPE3", "triangle6": "CPE6", "quad": "CPE4", "quad8": "CPE8", "tetra": "C3D4",
+    "tetra10": "C3D10", "wedge": "C3D6", "hexahedron": "C3D8", "hexahedron20": "C3D20",
+}  # fmt: skip
+"""Solids of Abaqus and CalculiX; in plane stress CPS instead of CPE."""
+
+COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
+"""Cohesive elements of Abaqus by dimension and number of nodes of a face."""
+
+SOLIDS = {2: "quad", 3: "wedge", 4: "hexahedron"}
+"""Cells between two faces, by the number of corners of a face."""
+
+KRATOS = {
+    "triangle": "2D3N", "triangle6": "2D6N", "quad": "2D4N", "quad8": "2D8N", "quad9": "2D9N",
+    "tetra": "3D4N", "tetra10": "3D10N", "wedge": "3D6N", "hexahedron": "3D8N", "hexahedron20": "3D20N",
+}  # fmt: skip
+"""Ends of the names of Kratos' SmallDisplacementElement."""
+
+KRATOS_JOINTS = {
+    (2, 2): "Geo_ULineInterfacePlaneStrainElement2Plus2N",
+    (2, 3): "Geo_ULineInterfacePlaneStrainElement3Plus3N",
+    (3, 3): "Geo_USurfaceInterfaceElement3Plus3N",
+    (3, 4): "Geo_USurfaceInterfaceElement4Plus4N",
+    (3, 6): "Geo_USurfaceInterfaceElement6Plus6N",
+    (3, 8): "Geo_USurfaceInterfaceElement8Plus8N",
+}
+"""Interface elements of Kratos by dimension and number of nodes of a face."""
+
+TWENTY = [*range(12), *range(16, 20), *range(12, 16)]
+"""Nodes of a hexahedron of 20 nodes in the order of Kratos: its upright edges come before the upper ones."""
+
+SINGULAR = 0.05
+"""Directions in which the normals at a node differ by less are left out when its layers get a thickness."""
+
+
+def write(
+    path: Path | str,
+    mesh: Jointed,
+    host: str | None = None,
+    laws: Mapping[str, Interface] | None = None,
+    plane: str = "strain",
+    layer: float = 0.0,
+) -> list[Path]:
+    """Write a mesh for a host and return the files.
+
+    host: abaqus, calculix, kratos, ogs or vtu; by default that of the ending .inp, .mdpa, .vtu.  laws: of
+    joints by name, whose material blocks are written, too.  plane: stress or strain, for Abaqus.  layer:
+    thickness of the solids by which CalculiX and OpenGeoSys represent joints.
+
+    Raises ValueError for a law without a joint, and for elements that the host does not have.
+    """
+    path, laws = Path(path), dict(laws or {})
+    host = host or {".inp": "abaqus", ".mdpa": "kratos", ".vtu": "vtu"}.get(path.suffix)
+    if host not in WRITERS:
+        raise ValueError(f"{path}: host {host}: expected one of {', '.join(WRITERS)}")
+    if unknown := sorted(set(laws) - set(mesh.joints)):
+        raise ValueError(f"law of {unknown[0]}: expected a joint of the mesh: {', '.join(mesh.joints)}")
+    if (host in ("calculix", "ogs")) != (layer > 0.0):
+        what = "the thickness of its layers, > 0" if not layer else "none: its joints have no thickness"
+        raise ValueError(f"layer = {layer:g}: expected {what}, for {host}")
+    if plane not in ("strain", "stress"):
+        raise ValueError(f"plane = {plane}: expected strain or stress")
+    return WRITERS[host](path, mesh, laws, plane, layer)
+
+
+def layer_points(mesh: Jointed, h: float) -> Floats:
+    """Nodes whose joints have the thickness h: both faces of a joint move apart by h/2, into the blocks."""
+    d = mesh.dimension
+    square, side = np.zeros((len(mesh.points), d, d)), np.zeros((len(mesh.points), d))
+    for joint in _all(mesh):
+        normal = np.repeat(joint.axes[:, 0], joint.minus.shape[1], axis=0)
+        for nodes, sign in ((joint.minus.ravel(), -1.0), (joint.plus.ravel(), 1.0)):
+            np.add.at(square, nodes, normal[:, :, None] * normal[:, None])
+            np.add.at(side, nodes, sign * normal)
+    inverse = np.linalg.pinv(square, rcond=SINGULAR, hermitian=True)
+    return mesh.points + 0.5 * h * np.einsum("nij,nj->ni", inverse, side)
+
+
+def _all(mesh: Jointed) -> Iterator[Joint]:
+    for parts in mesh.joints.values():
+        yield from parts
+
+
+def _between(joint: Joint, d: int) -> Integers:
+    """Nodes of the cells between the corners of both faces, in the order of VTK."""
+    c = 2 if d == 2 else {3: 3, 4: 4, 6: 3, 8: 4}[joint.minus.shape[1]]
+    plus = joint.plus[:, :c]
+    return np.concatenate([joint.minus[:, :c], plus[:, ::-1] if d == 2 else plus], 1)
+
+
+def _lines(form: str, *columns: NDArray[Any]) -> str:
+    """Lines of numbers; form: of a line."""
+    rows = np.column_stack([np.asarray(one) for one in columns])
+    return (form * len(rows)) % tuple(rows.ravel().tolist())
+
+
+def _numbered(form: str, first: int, data: Integers, text: str = "%d", by: str = ", ") -> str:
+    """Lines of elements or nodes with their numbers from `first`."""
+    return _lines(f"{form}{by}{by.join([text] * data.shape[1])}\n", np.arange(first, first + len(data)), data)
+
+
+def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
+    """Abaqus with cohesive elements, CalculiX with layers."""
+    d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
+    kinds = {kind: ABAQUS.get(kind, "") for kind in mesh.cells}
+    if layer and d == 2:
+        raise ValueError("a plane mesh: expected solids for calculix, whose UMATs are those of solids")
+    for kind, name in kinds.items():
+        if not name:
+            raise ValueError(f"cells of the type {kind}: expected one of {', '.join(ABAQUS)}")
+    text = [f"** {HEAD}\n*Node\n", _numbered("%d", 1, points, "%.15g")]
+    number = 1
+    for kind, cells in mesh.cells.items():
+        name = kinds[kind].replace("CPE", "CPS" if plane == "stress" else "CPE")
+        for k, block in enumerate(mesh.names):
+            some = cells[mesh.block[kind] == k] + 1
+            if len(some):
+                text.append(f"*Element, type={name}, elset={block}\n" + _numbered("%d", number, some))
+            number += len(some)
+    orientations = []
+    for name, parts in mesh.joints.items():
+        card, sets = "", []
+        for joint in parts:
+            k = joint.minus.shape[1]
+            if (d, k) not in COHESIVE:
+                raise ValueError(
+                    f"joint {name}: {len(joint.area)} faces of {k} nodes: expected linear elements here"
+                )
+            between, at = _between(joint, d) + 1, np.zeros(len(joint.area), np.int64)
+            kind = COHESIVE[d, k]
+            if layer:
+                kind = {3: "C3D6", 4: "C3D8"}[k]
+                axes, at = np.unique(
+                    joint.axes[:, 1:].reshape(len(at), -1).round(9) + 0.0, axis=0, return_inverse=True
+                )
+                at = at.ravel()
+                for one in axes:
+                    sets.append(f"{name}_{len(sets) + 1}")
+                    line = ", ".join(f"{x:.9g}" for x in one)
+                    orientations.append(f"*Orientation, name={sets[-1]}, system=rectangular\n{line}\n")
+                called = sets[-len(axes) :]
+            else:
+                called = [name]
+            for k, elset in enumerate(called):
+                some = between[at == k]
+                text.append(f"*Element, type={kind}, elset={elset}\n" + _numbered("%d", number, some))
+                number += len(some)
+        if name in laws and not layer:
+            card = laws[name].card("abaqus", name=name, dimension=d)
+        elif name in laws:
+            whole = laws[name].card("calculix", name=name, h=layer)
+            card, section = whole.split("*SOLID SECTION, ")
+            material = section.split("MATERIAL=")[1].strip()
+            card += "".join(
+                f"*SOLID SECTION, ELSET={s}, MATERIAL={material}, ORIENTATION={s}\n" for s in sets
+            )
+        orientations.append(card)
+    for group in mesh.groups:
+        nodes = mesh.nodes(group) + 1
+        text.append(f"*Nset, nset={group}\n" + "".join(
+            ", ".join(map(str, nodes[i : i + 16].tolist())) + "\n" for i in range(0, len(nodes), 16)
+        ))  # fmt: skip
+    path.write_text("".join(text + orientations), encoding="utf-8")
+    return [path]
+
+
+def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
+    """Kratos: parts of the model by block, joint, group; properties by block and joint; materials as JSON."""
+    d = mesh.dimension
+    names = [*mesh.names, *mesh.joints]
+    points = np.zeros((len(mesh.points), 3))
+    points[:, :d] = mesh.points
+    text = [f"// {HEAD}\nBegin ModelPartData\nEnd ModelPartData\n"]
+    text += [f"Begin Properties {k}\nEnd Properties\n" for k in range(1, len(names) + 1)]
+    text += ["Begin Nodes\n", _numbered("%d", 1, points, "%.15g", " "), "End Nodes\n"]
+    number, parts = 1, {name: (np.zeros(0, np.int64), [np.zeros(0, np.int64)]) for name in names}
+
+    def add(name: str, element: str, nodes: Integers) -> None:
+        nonlocal number
+        form = f"%d {names.index(name) + 1}"
+        text.append(f"Begin Elements {element}\n{_numbered(form, number, nodes + 1, by=' ')}End Elements\n")
+        used, numbers = parts[name]
+        parts[name] = np.union1d(used, nodes), [*numbers, np.arange(number, number + len(nodes))]
+        number += len(nodes)
+
+    for kind, cells in mesh.cells.items():
+        cells = cells[:, TWENTY] if kind == "hexahedron20" else cells
+        for k, block in enumerate(mesh.names):
+            add(block, f"SmallDisplacementElement{KRATOS[kind]}", cells[mesh.block[kind] == k])
+    for name, some in mesh.joints.items():
+        for joint in some:
+            key = d, joint.minus.shape[1]
+            add(name, KRATOS_JOINTS[key], np.concatenate([joint.minus, joint.plus], 1))
+    parts |= {name: (mesh.nodes(name), [np.zeros(0, np.int64)]) for name in mesh.groups if name not in parts}
+    for name, (nodes, numbers) in parts.items():
+        text += [f"Begin SubModelPart {name}\nBegin SubModelPartNodes\n", _lines("%d\n", nodes + 1)]
+        text += [
+            "End SubModelPartNodes\nBegin SubModelPartElements\n",
+            _lines("%d\n", np.concatenate(numbers)),
+        ]
+        text += ["End SubModelPartElements\nEnd SubModelPart\n"]
+    path.write_text("".join(text), encoding="utf-8")
+    if not laws:
+        return [path]
+    cards = [
+        json.loads(law.card("kratos", name=name, dimension=d))["properties"][0] for name, law in laws.items()
+    ]
+    for card, name in zip(cards, laws, strict=True):
+        card["model_part_name"], card["properties_id"] = f"Main.{name}", names.index(name) + 1
+    other = path.with_suffix(".json")
+    other.write_text(json.dumps({"properties": cards}, indent=2) + "\n", encoding="utf-8")
+    return [path, other]
+
+
+def _vtu(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
+    """VTU of blocks and joints with N, Tx, Ty; MaterialIDs: the numbers of the blocks, then of the joints."""
+    import meshio
+
+    d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
+    if laws:
+        raise ValueError(f"laws of {', '.join(laws)}: expected none in a .vtu file")
+    cells = [(kind, data) for kind, data in mesh.cells.items()]
+    number = [mesh.block[kind] for kind in mesh.cells]
+    axes = [np.broadcast_to(np.eye(3), (len(one), 3, 3)) for one in number]
+    for k, parts in enumerate(mesh.joints.values()):
+        for joint in parts:
+            between = _between(joint, d)
+            cells.append((SOLIDS[between.shape[1] // 2], between))
+            number.append(np.full(len(between), len(mesh.names) + k))
+            axes.append(np.pad(joint.axes, ((0, 0), (0, 3 - d), (0, 3 - d))))
+    data = {name: [one[:, k] for one in axes] for k, name in enumerate(("N", "Tx", "Ty")[:d])}
+    data["MaterialIDs"] = [one.astype(np.int32) for one in number]
+    points = np.pad(points, ((0, 0), (0, 3 - d)))
+    meshio.Mesh(points, cells, {"origin": mesh.origin}, data).write(path)
+    return [path]
+
+
+WRITERS = {"abaqus": _inp, "calculix": _inp, "kratos": _mdpa, "ogs": _vtu, "vtu": _vtu}
+"""Writers by host."""

@@ -1,0 +1,347 @@
+"""Joints in meshes: what is doubled where, axes and areas, the files for hosts."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern
+from asperity.cli import main
+from asperity.mesh import Joint, Jointed, split, write
+from asperity.mesh.cells import FACES
+from asperity.mesh.hosts import layer_points
+from scipy.spatial import Delaunay
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
+from deck_check import model
+
+DIGITS = 1.0e-12
+"""Rounding errors of areas and axes, of coordinates between 0 and 10."""
+
+LAW = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0, 0.0))
+
+
+def grid(n: tuple[int, ...], parts: tuple[int, ...]) -> meshio.Mesh:
+    """n cells of length 1 along each axis, in parts x parts (x parts) blocks."""
+    axes = np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij")
+    number = np.arange(axes[0].size).reshape(axes[0].shape)
+    around = ((0, 0), (1, 0), (1, 1), (0, 1))
+    ends = [(*p, *q) for q in itertools.product((0, 1), repeat=len(n) - 2) for p in around]
+    cut = (slice(None, -1), slice(1, None))
+    cells = np.stack([number[tuple(cut[e] for e in end)].ravel() for end in ends], 1)
+    places = np.indices(n).reshape(len(n), -1).T * parts // n
+    block = np.ravel_multi_index(tuple(places.T), parts)
+    kind = "quad" if len(n) == 2 else "hexahedron"
+    return meshio.Mesh(np.stack([a.ravel() for a in axes], 1), [(kind, cells)], cell_data={"block": [block]})
+
+
+def random_mesh(d: int, seed: int) -> meshio.Mesh:
+    """Triangles or tetrahedra of random points, in random blocks."""
+    draw = np.random.default_rng(seed)
+    points = draw.uniform(0.0, 10.0, (60, d))
+    cells = Delaunay(points).simplices
+    kind = "triangle" if d == 2 else "tetra"
+    return meshio.Mesh(points, [(kind, cells)], cell_data={"block": [draw.integers(0, 4, len(cells))]})
+
+
+def only(mesh: Jointed) -> Joint:
+    """The only joint of a mesh."""
+    ((joint,),) = mesh.joints.values()
+    return joint
+
+
+def groups_of_cells(cells: np.ndarray, block: np.ndarray, d: int) -> int:
+    """Nodes of a split mesh, by a search around each node over faces inside blocks."""
+    count = 0
+    for node in np.unique(cells):
+        left = {int(k) for k in np.flatnonzero((cells == node).any(1))}
+        while left:
+            count, wave = count + 1, [left.pop()]
+            while wave:
+                one = wave.pop()
+                next_ = {
+                    k for k in left if block[k] == block[one]
+                    and len(shared := set(cells[k]) & set(cells[one])) == d and node in shared
+                }  # fmt: skip
+                left -= next_
+                wave += next_
+    return count
+
+
+@pytest.mark.parametrize(("d", "seed"), [(2, 1), (2, 2), (3, 3), (3, 4)])
+def test_random_blocks(d: int, seed: int) -> None:
+    """Nodes by a search cell by cell; areas, normals and sides of all faces between random blocks."""
+    mesh = random_mesh(d, seed)
+    cells, block = mesh.cells[0].data, mesh.cell_data["block"][0]
+    found = split(mesh)
+    joint = only(found)
+    assert len(found.points) == groups_of_cells(cells, block, d)
+    new = next(iter(found.cells.values()))
+    assert (found.origin[new] == cells).all() and (found.points == mesh.points[found.origin]).all()
+    between = {
+        (a, b) for a, b in itertools.combinations(range(len(cells)), 2)
+        if block[a] != block[b] and len(set(cells[a]) & set(cells[b])) == d
+    }  # fmt: skip
+    assert {tuple(sorted(pair)) for pair in joint.cells.tolist()} == between
+    for side, nodes in enumerate((joint.minus, joint.plus)):
+        assert all(
+            set(face) <= set(new[cell]) for face, cell in zip(nodes, joint.cells[:, side], strict=True)
+        )
+    assert (found.origin[joint.minus] == found.origin[joint.plus]).all()
+    N, x = joint.axes[:, 0], found.points[joint.minus]
+    centre = mesh.points[cells].mean(1)
+    assert (np.einsum("fd,fd->f", N, centre[joint.cells[:, 1]] - x.mean(1)) > 0.0).all()
+    assert np.abs(joint.axes @ joint.axes.transpose(0, 2, 1) - np.eye(d)).max() <= DIGITS
+    edge = x[:, 1] - x[:, 0]
+    right = np.stack([-edge[:, 1], edge[:, 0]], 1) if d == 2 else np.cross(edge, x[:, 2] - x[:, 0]) / 2
+    assert np.abs(joint.area[:, None] * N - right).max() <= 1e2 * DIGITS
+    assert (block[joint.cells[:, 0]] < block[joint.cells[:, 1]]).all()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_counts_of_a_grid(d: int) -> None:
+    """p blocks along an axis of n cells have n + p nodes along it, and p - 1 joints of the area n^(d - 1)."""
+    n, parts = (6, 4, 3)[:d], (3, 2, 3)[:d]
+    found = split(grid(n, parts))
+    assert len(found.points) == np.prod(np.add(n, parts))
+    area = sum((parts[k] - 1) * np.prod(n) / n[k] for k in range(d))
+    assert only(found).area.sum() == pytest.approx(area, rel=DIGITS)
+    assert only(found).tips == 0
+
+
+def test_t_junctions() -> None:
+    """Bricks in running bond have nodes of their own, where a head joint ends at a bed joint, too."""
+    mesh = grid((8, 2), (1, 2))
+    x = mesh.points[mesh.cells[0].data].mean(1)
+    mesh.cell_data["block"] = [np.where(x[:, 1] < 1.0, x[:, 0] // 4, 2 + (x[:, 0] + 2) // 4).astype(int)]
+    found = split(mesh)
+    assert len(found.points) == (2 * 5 + 3 + 5 + 3) * 2
+    assert only(found).area.sum() == 8.0 + 1.0 + 2.0
+
+
+def test_joint_that_ends_inside() -> None:
+    """A named line inside one block: its ends keep one node each, the nodes between are doubled."""
+    mesh = grid((6, 4), (1, 1))
+    line = np.stack([np.arange(1, 4), np.arange(2, 5)], 1) * 5 + 2  # from (1, 2) to (4, 2)
+    mesh = meshio.Mesh(
+        mesh.points, [*mesh.cells, ("line", line)],
+        cell_data={"gmsh:physical": [np.ones(24, int), np.full(3, 2)]},
+        field_data={"rock": np.array([1, 2]), "fault": np.array([2, 1])},
+    )  # fmt: skip
+    found = split(mesh, {"fault": None})
+    joint = only(found)
+    assert len(found.points) == 35 + 2 and joint.tips == 2
+    assert np.abs(joint.axes[:, 0] - [0.0, 1.0]).max() <= DIGITS  # upwards, for every face
+    assert np.abs(joint.axes[:, 1] - [1.0, 0.0]).max() <= DIGITS
+    left = only(split(mesh, {"fault": None}, direction=(-1.0, 0.0)))
+    assert np.abs(left.axes - [[0.0, -1.0], [-1.0, 0.0]]).max() <= DIGITS
+    with pytest.raises(ValueError, match=r"joint fault: direction .* is normal to 3 of its 3 faces"):
+        split(mesh, {"fault": None}, direction=(0.0, 1.0))
+
+
+def test_laws_by_rule() -> None:
+    """Faces belong to the first rule that holds: a function of normals, then patterns."""
+    mesh = grid((4, 4), (2, 2))
+    found = split(mesh, {"head": lambda a, b, x, n: np.abs(n[:, 0]) > 0.5, "bed": ("block_*", "*")})
+    head, bed = (parts[0] for parts in found.joints.values())
+    assert (head.area.sum(), bed.area.sum()) == (4.0, 4.0)
+    assert np.abs(head.axes[:, 0] @ [1.0, 0.0]) == pytest.approx(1.0)
+    one = split(mesh, {"low": ("block_0", "block_2")})
+    assert only(one).area.sum() == 2.0 and only(one).tips == 1
+    assert one.summary().splitlines()[1] == "joint low: 2 faces, length 2, 1 tips"
+
+
+def test_directions_in_space() -> None:
+    """Tx is the projection of the direction, and the edge from node 0 to node 1 is the closest to it."""
+    mesh = grid((3, 3, 2), (1, 1, 2))
+    direction = np.array([1.0, 2.0, 5.0])
+    joint = only(split(mesh, direction=direction))
+    assert np.abs(joint.axes[:, 1] - np.array([1.0, 2.0, 0.0]) / 5**0.5).max() <= DIGITS
+    x = mesh.points[split(mesh).origin][joint.minus]
+    assert np.abs(x[:, 1] - x[:, 0] - [0.0, 1.0, 0.0]).max() == 0.0
+    assert np.abs(only(split(mesh)).axes - np.eye(3)[[2, 0, 1]]).max() <= DIGITS
+    mixed = only(split(grid((2, 1, 1), (2, 1, 1))))
+    assert np.abs(mixed.axes - np.eye(3)[[0, 2, 1]] * [[1.0], [1.0], [-1.0]]).max() <= DIGITS
+
+
+def test_middles_of_quadratic_faces() -> None:
+    """A node of a face beyond its corners is in the middle of the edge after the corner with its place."""
+    edges = {
+        "triangle6": "01 12 20", "quad8": "01 12 23 30", "tetra10": "01 12 20 03 13 23",
+        "hexahedron20": "01 12 23 30 45 56 67 74 04 15 26 37",
+    }  # fmt: skip
+    for kind, text in edges.items():
+        pairs = [tuple(map(int, word)) for word in text.split()]
+        first = pairs[-1][1] + 1 if kind in ("tetra10", "hexahedron20") else len(pairs)
+        for face in FACES[kind]:
+            c = {3: 2, 6: 3, 8: 4}[len(face)]
+            for k, middle in enumerate(face[c:]):
+                assert set(pairs[middle - first]) == {face[k], face[(k + 1) % c]}
+
+
+def test_quadratic_joint() -> None:
+    """Middles of edges are doubled, too, and stay node on node."""
+    points = np.array([[x, y] for y in (0, 1, 2) for x in (0, 1, 2)], float)
+    cells = [[0, 2, 6, 1, 4, 3], [2, 8, 6, 5, 7, 4]]
+    mesh = meshio.Mesh(points, [("triangle6", cells)], cell_data={"part": [np.array([1, 2])]})
+    found = split(mesh)
+    joint = only(found)
+    assert len(found.points) == 12 and joint.area[0] == pytest.approx(8**0.5)
+    assert found.origin[joint.minus].tolist() == found.origin[joint.plus].tolist() == [[6, 2, 4]]
+
+
+def test_groups_follow_their_cells() -> None:
+    """Faces of a group on the outside have the nodes of the cell beside them."""
+    mesh = grid((4, 2), (2, 1))
+    top = np.stack([np.arange(4), np.arange(1, 5)], 1) * 3 + 2
+    mesh = meshio.Mesh(
+        mesh.points, [*mesh.cells, ("line", top)],
+        cell_data={"gmsh:physical": [mesh.cell_data["block"][0] + 1, np.full(4, 7)]},
+        field_data={"top": np.array([7, 1])},
+    )  # fmt: skip
+    found = split(mesh)
+    assert found.names == ["block_1", "block_2"]
+    assert len(found.nodes("top")) == 6 and (found.points[found.nodes("top"), 1] == 2.0).all()
+    with pytest.raises(ValueError, match="base: no such group: expected one of top"):
+        found.nodes("base")
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"),
+    [
+        ({"bed": None}, "joint bed: no group of faces has this name: expected one of top"),
+        ({"top": None}, "joint top: 2 of its 2 faces have a cell on one side only"),
+        ({"bed": ("brick", "*")}, r"joint bed: 0 of the 2 faces between blocks.*Blocks: block_1, block_2"),
+    ],
+)
+def test_errors(joints: dict[str, object], words: str) -> None:
+    """They name the joint, the group and the number of faces."""
+    mesh = grid((2, 2), (1, 2))
+    mesh = meshio.Mesh(
+        mesh.points, [*mesh.cells, ("line", [[2, 5], [5, 8]])],
+        cell_data={"gmsh:physical": [mesh.cell_data["block"][0] + 1, np.full(2, 9)]},
+        field_data={"top": np.array([9, 1])},
+    )  # fmt: skip
+    with pytest.raises(ValueError, match=words):
+        split(mesh, joints)  # type: ignore[arg-type]
+
+
+def test_thickness_of_layers() -> None:
+    """Faces move apart by h along their normal, at a crossing along both; nodes elsewhere stay."""
+    found = split(grid((4, 4), (2, 2)))
+    moved = layer_points(found, 0.1)
+    gap = moved[only(found).plus] - moved[only(found).minus]
+    assert np.abs(np.einsum("fkd,fd->fk", gap, only(found).axes[:, 0]) - 0.1).max() <= DIGITS
+    assert (moved.min(), moved.max()) == (0.0, 4.0)
+
+
+# --- files ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("kind", ["grid", "random"])
+def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
+    """The check of decks accepts nodes, solids, cohesive elements and their material."""
+    mesh = grid((4, 3, 2)[:d], (2, 3, 1)[:d]) if kind == "grid" else random_mesh(d, 5)
+    found = split(_turned(mesh))
+    (path,) = write(tmp_path / "wall.inp", found, laws={"joint": LAW})
+    text = path.read_text(encoding="utf-8")
+    head, card = text.split("*Material, ", 1)
+    sections = "".join(f"*Solid Section, elset={name}, material=SOLID\n" for name in found.names)
+    solid = f"*Material, name=SOLID\n*Elastic\n1., 0.\n{sections}*Material, {card}"
+    step = "*Step, name=PUSH, unsymm=YES\n*Static\n1., 1.\n*End Step\n"
+    deck = model(head + solid + step)
+    joint = only(found)
+    rows = [nodes for name, nodes in deck.elements.values() if name.startswith("COH")]
+    plus = joint.plus[:, ::-1] if d == 2 else joint.plus
+    assert (np.array(rows) == np.concatenate([joint.minus, plus], 1) + 1).all()
+
+
+def _turned(mesh: meshio.Mesh) -> meshio.Mesh:
+    """Mesh whose triangles and tetrahedra have a positive size."""
+    kind, cells = mesh.cells[0].type, mesh.cells[0].data
+    if kind in ("triangle", "tetra"):
+        x = mesh.points[cells]
+        wrong = np.linalg.det(x[:, 1:] - x[:, :1]) < 0.0
+        cells[wrong, :2] = cells[wrong, 1::-1]
+    return mesh
+
+
+def test_calculix_layers(tmp_path: Path) -> None:
+    """A layer for each orientation, whose local z is N, between the moved faces."""
+    found = split(grid((2, 2, 2), (2, 1, 2)))
+    (path,) = write(tmp_path / "wall.inp", found, "calculix", {"joint": LAW}, layer=0.01)
+    text = path.read_text(encoding="utf-8")
+    assert re.findall(r"\*Element, type=C3D8, elset=(joint\w*)", text) == ["joint_1", "joint_2"]
+    lines = re.findall(r"\*Orientation, name=(\w+), system=rectangular\n(.*)\n", text)
+    normals = [np.cross(*np.fromstring(line, sep=",").reshape(2, 3)).tolist() for _, line in lines]
+    assert sorted(normals) == [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+    assert "*SOLID SECTION, ELSET=joint_2, MATERIAL=ABAQUSJOINT, ORIENTATION=joint_2" in text
+    with pytest.raises(ValueError, match="layer = 0: expected the thickness of its layers"):
+        write(tmp_path / "wall.inp", found, "calculix")
+
+
+def test_vtu(tmp_path: Path) -> None:
+    """Blocks and joints have numbers and axes; a layer has its volume, and all of it that of the mesh."""
+    found = split(grid((2, 2, 2), (2, 1, 2)))
+    write(tmp_path / "wall.vtu", found, "ogs", layer=0.01)
+    read = meshio.read(tmp_path / "wall.vtu")
+    numbers = np.concatenate(read.cell_data["MaterialIDs"])
+    assert (np.bincount(numbers) == [2, 2, 2, 2, 8]).all()
+    x = np.concatenate([read.points[one.data] for one in read.cells])
+    size = np.abs(np.linalg.det(np.stack([x[:, 1] - x[:, 0], x[:, 3] - x[:, 0], x[:, 4] - x[:, 0]], 1)))
+    assert size[numbers == 4].sum() == pytest.approx(2 * 4 * 0.01, rel=0.01)
+    assert (np.concatenate(read.cell_data["N"])[numbers == 4].max(0) == [1.0, 0.0, 1.0]).all()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_kratos(tmp_path: Path, d: int) -> None:
+    """Nodes, elements, parts of the model and materials."""
+    found = split(grid((4, 3, 2)[:d], (2, 3, 1)[:d]))
+    path, materials = write(tmp_path / "wall.mdpa", found, laws={"joint": LAW})
+    text = path.read_text(encoding="utf-8")
+    kind = "Geo_ULineInterfacePlaneStrainElement2Plus2N" if d == 2 else "Geo_USurfaceInterfaceElement4Plus4N"
+    block = text.split(f"Begin Elements {kind}\n")[1].split("End Elements")[0]
+    rows = np.array([line.split() for line in block.splitlines()], int)
+    assert (rows[:, 2:] == np.concatenate([only(found).minus, only(found).plus], 1) + 1).all()
+    (card,) = json.loads(materials.read_text(encoding="utf-8"))["properties"]
+    assert card["model_part_name"] == "Main.joint" and (rows[:, 1] == card["properties_id"]).all()
+    assert text.count("Begin SubModelPart ") == len(found.names) + 1
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Reads a mesh, prints its counts, writes it; what it wrote it replaces."""
+    grid((4, 2), (2, 1)).write(tmp_path / "wall.vtu")
+    words = ["mesh", str(tmp_path / "wall.vtu"), "-o", str(tmp_path / "out.inp")]
+    assert main([*words, "--joint", "bed=block_0:block_1", "--direction", "0", "1"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[:2] == [
+        "8 cells in 2 blocks, 15 nodes, 18 with joints", "joint bed: 2 faces, length 2, 0 tips"
+    ]  # fmt: skip
+    assert main([*words, "--joint", "bed"]) == 1
+    assert "joint bed: no group of faces has this name" in capsys.readouterr().err
+    assert main([*words, "--law", "bed=case.nml"]) == 1
+    assert main(words) == 0
+    assert main([*words[:2], "-o", words[1]]) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "expected a mesh that meshio reads"),
+        (None, "no such file: expected a mesh"),
+    ],
+)
+def test_files_that_are_no_mesh(tmp_path: Path, text: str | None, words: str) -> None:
+    """They are named."""
+    path = tmp_path / "wall.msh"
+    if text is not None:
+        path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=words):
+        split(path)
