@@ -34,8 +34,8 @@ class Prop:
     """One entry of PROPS; index counts from 1, and default is None where a value is required.
 
     owner: law, pattern, host, numerics or reserved. lower, upper: smallest and largest admissible value.
-    scale: linear, log, logit or whole. plausible: smallest and largest value that joints have, in multiples of
-    the sizes of the unit, which are the largest stress and length of a test.
+    scale: linear, log, logit or whole. plausible: smallest and largest value that joints have, in multiples
+    of the sizes of the unit, which are the largest stress and length of a test.
     """
 
     index: int
