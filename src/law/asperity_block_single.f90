@@ -87,6 +87,7 @@ contains
     m%damage0 = real(source%damage0, wp)
     m%inv_vm = in_kind(source%inv_vm)
     m%steep = in_kind(source%steep)
+    m%unguarded = in_kind(source%unguarded)
     m%guard = source%guard
     m%curved = source%curved
     m%bends = source%bends

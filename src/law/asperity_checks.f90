@@ -17,6 +17,9 @@ module asperity_checks
   public :: bounded, all_bounded, review, read_props, review_prop, review_props, state_bounded, states_bounded, &
     review_state, check_block
 
+  !> Whether the ratio of an entry of PROPS to s_f is limited.
+  logical, parameter :: measured(n_fixed_props) = prop_table%measure == "s_f"
+
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
   !> Whether |x| <= bound; false for NaN and infinity.
@@ -215,8 +218,12 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (within(mode_ratio(fixed), stiffness_ratio_limit) .and. all(within(length_ratio(fixed), &
-        length_ratio_limit))) status = status_ok
+      if (within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
+      do i = 1, n_fixed_props
+        if (.not. measured(i)) cycle
+        if (.not. within(length_ratio(i, fixed(i), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit)) &
+          status = status_props
+      end do
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -232,7 +239,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
     integer, intent(in), optional :: nprops                   !! NPROPS as the caller passed it; if it is negative,
                                                               !! the array has size 0
-    real(wp), dimension(n_fixed_props) :: fixed, ratios
+    real(wp) :: fixed(n_fixed_props)
     integer :: given, i, passed
 
     status = status_ok
@@ -251,9 +258,9 @@ contains
     end do
     if (status == status_ok) then
       call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
-      ratios = length_ratio(fixed)
       do i = 1, n_fixed_props
-        call review_ratio(trim(prop_table(i)%name) // " sigma0/(2 Gc)", ratios(i), length_ratio_limit, status, message)
+        call review_ratio(trim(prop_table(i)%name) // " sigma0/(2 Gc)", length_ratio(i, fixed(i), fixed(p_sigma0), &
+          fixed(p_gc)), length_ratio_limit, status, message)
       end do
     end if
     if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
@@ -355,12 +362,13 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> Lengths over s_f, of the entries that are measured by it; 1 for those that are 0 and for all others.
-  pure function length_ratio(fixed) result(ratio)
-    real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
-    real(wp) :: ratio(n_fixed_props)
+  !> Entry i over s_f; 1 if it is 0 or not measured by s_f.
+  elemental function length_ratio(i, length, sigma0, gc) result(ratio)
+    integer, intent(in) :: i                     !! index in PROPS
+    real(wp), intent(in) :: length, sigma0, gc   !! PROPS, each admissible
+    real(wp) :: ratio
     ratio = 1.0_wp
-    where (prop_table%measure == "s_f" .and. fixed > 0.0_wp) ratio = fixed*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
+    if (measured(i) .and. length > 0.0_wp) ratio = length*(sigma0/(2.0_wp*gc))
   end function length_ratio
 
   !> Whether a ratio is at most `limit` and at least 1/limit.

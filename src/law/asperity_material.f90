@@ -50,6 +50,7 @@ contains
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
     material%tau_v = props(p_tau_v)
     material%guard = props(p_guard) > 0.0_wp
+    material%unguarded = merge(0.0_wp, huge(1.0_wp), material%guard)
     material%height = props(p_height)
     material%inv_height = 0.0_wp
     material%foot = huge(1.0_wp)

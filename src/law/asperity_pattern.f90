@@ -23,13 +23,14 @@ module asperity_pattern
     real(wp) :: h_x(max_lanes)            !! h
     real(wp) :: h_y(max_lanes)            !! h
     real(wp) :: gamma(max_lanes)          !! weights, sum 1, zero in the spare lanes
-    real(wp) :: slope(max_lanes)          !! tan(theta), at most `steepest`
+    real(wp) :: slope(max_lanes)          !! tan(theta), at most `vertical`
+    real(wp) :: steepest                  !! largest slope
   end type pattern_type
 
   real(wp), parameter :: pi = acos(-1.0_wp), degree = pi/180.0_wp
   !> Largest slope of a facet, so that its powers stay in the range of a double. A steeper listed plane is vertical
   !> except for rounding.
-  real(wp), parameter :: steepest = 1.0e12_wp
+  real(wp), parameter :: vertical = 1.0e12_wp
 
 contains
 
@@ -55,14 +56,15 @@ contains
     integer :: first, k, start
     logical :: inclined, tilted
 
+    c = cos(theta*degree)
+    s = sin(theta*degree)
+    slope = min(s/c, vertical)
     first = merge(1, 0, m == 0 .or. flat > 0.0_wp)
     pattern%n = first + merge(0, m, flat >= 1.0_wp)
+    pattern%steepest = merge(slope, 0.0_wp, pattern%n > first .and. theta > 0.0_wp)
     pattern%lanes = whole_vectors(pattern%n, lane_width)
     weight = (1.0_wp - flat)/real(max(m, 1), wp)
     share = merge(1.0_wp, flat, m == 0)
-    c = cos(theta*degree)
-    s = sin(theta*degree)
-    slope = min(s/c, steepest)
     c_turn = 1.0_wp
     s_turn = 0.0_wp
     if (abs(turn) > 0.0_wp) then
@@ -109,13 +111,14 @@ contains
       if (s > 0.0_wp) then
         pattern%cos_theta(k) = n(1)
         pattern%sin_theta(k) = s
-        pattern%slope(k) = min(s/max(n(1), s/steepest), steepest)
+        pattern%slope(k) = min(s/max(n(1), s/vertical), vertical)
         pattern%e_x(k) = -n(2)/s
         pattern%e_y(k) = -n(3)/s
         pattern%h_x(k) = pattern%e_y(k)
         pattern%h_y(k) = -pattern%e_x(k)
       end if
     end do
+    pattern%steepest = maxval(pattern%slope(:n_listed))
     pattern%lanes = whole_vectors(n_listed, lane_width)
     do k = n_listed + 1, pattern%lanes
       call set_flat(pattern, k)

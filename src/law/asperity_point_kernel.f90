@@ -10,8 +10,9 @@ module asperity_point_kernel
   use asperity_material, only: damage_share, double_material_type => material_type, material_type
   use asperity_pattern, only: max_lanes, pattern_type, whole_vectors
   use asperity_types_double, only: damage_type, dissipation_type, facet_type, forces_type, friction_type, growth_type, &
-    history_type, local_type, moduli_type, plane_type, profile_type, response_type, separation_type, short_artanh, &
-    tensor_type, unseen, vector_type, wear_type
+    history_type, kernel_facet, kernel_general, kernel_guarded, kernel_straight, kernel_worn, local_type, &
+    mild_slope, moduli_type, plane_type, profile_type, response_type, separation_type, &
+    short_artanh, tensor_type, unseen, update_type, vector_type
   use asperity_width, only: lane_width
   implicit none
   private
@@ -27,10 +28,7 @@ module asperity_point_kernel
 
   !> State of the planes, plane by plane and in the spare lanes.
   type :: lanes_type
-    real(wp), dimension(max_lanes) :: alpha          !! damage
-    real(wp), dimension(max_lanes) :: s_dit, s_dih   !! inelastic slip, length
-    real(wp), dimension(max_lanes) :: omega          !! worn share of the facets
-    real(wp), dimension(max_lanes) :: wear_work      !! their frictional work, stress*length
+    real(wp), dimension(max_lanes) :: alpha, s_dit, s_dih, omega, wear_work   !! components of history_type
   end type lanes_type
 
   !> Sums (3) over the planes.
@@ -59,11 +57,11 @@ contains
     type(growth_type) :: growth
     type(lanes_type) :: lanes
     type(sums_type) :: sums
-    real(wp) :: worn_share
+    real(wp) :: share_worn
     integer :: i, k, n_lanes
 
-    worn_share = 1.0_wp
-    if (present(share)) worn_share = share
+    share_worn = 1.0_wp
+    if (present(share)) share_worn = share
     growth = growth_of(joint%material, dt)
     n_lanes = whole_vectors(joint%pattern%n, lane_width)
     do k = 1, joint%pattern%n
@@ -89,14 +87,19 @@ contains
     end if
     from = vector_type(s_old(1) + state(v_offset), s_old(2) + state(v_offset + 1), s_old(3) + state(v_offset + 2))
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
-    ! the flag is a literal, so that the compiler generates a separate loop for each value
-    if (joint%material%bends) then
-      call sum_planes(joint, 2, growth, worn_share, from, to, lanes, sums)
-    else if (joint%material%general) then
-      call sum_planes(joint, 1, growth, worn_share, from, to, lanes, sums)
-    else
-      call sum_planes(joint, 0, growth, worn_share, from, to, lanes, sums)
-    end if
+    ! the kernel is a literal, so that the compiler generates a loop without branches for each
+    select case (kernel_of(joint%material, joint%pattern%steepest))
+    case (kernel_straight)
+      call sum_planes(joint, kernel_straight, growth, share_worn, from, to, lanes, sums)
+    case (kernel_guarded)
+      call sum_planes(joint, kernel_guarded, growth, share_worn, from, to, lanes, sums)
+    case (kernel_facet)
+      call sum_planes(joint, kernel_facet, growth, share_worn, from, to, lanes, sums)
+    case (kernel_worn)
+      call sum_planes(joint, kernel_worn, growth, share_worn, from, to, lanes, sums)
+    case default
+      call sum_planes(joint, kernel_general, growth, share_worn, from, to, lanes, sums)
+    end select
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
       state(i) = lanes%alpha(k)
@@ -128,6 +131,7 @@ contains
     type(kinematics_type) :: kinematics
     type(plane_type) :: plane
     type(local_type) :: bond
+    type(material_type) :: m
     type(profile_type) :: profile
     type(facet_type) :: facet
     real(wp) :: rho
@@ -136,8 +140,9 @@ contains
     rho = 1.0_wp
     if (joint%material%wears) rho = 1.0_wp - state(facet_statev(joint%pattern%n, k))
     if (joint%material%curved) then
-      profile = profile_at(joint%material, plane, .true., rho, vector_type(s(1), s(2), s(3)))
-      facet = facet_at(joint%material, plane, rho, profile, vector_type(s(1), s(2), s(3)))
+      m = kernel_constants(joint%material, kernel_worn)
+      profile = profile_at(m, plane, rho, vector_type(s(1), s(2), s(3)))
+      facet = facet_at(m, plane, rho, profile, vector_type(s(1), s(2), s(3)))
     else
       facet = facet_type(bond, plane%slope*(plane%e_x*s(2) + plane%e_y*s(3)), plane%n%n, plane%t%n, 1.0_wp, 0.0_wp, &
         0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
@@ -152,48 +157,24 @@ contains
     kinematics%touch = facet%z
   end function plane_kinematics
 
-  !> Separations of bond and contact of a plane.
-  pure function separations_at(m, plane, rho, s) result(at)
-    type(material_type), intent(in) :: m    !! constants
-    type(plane_type), intent(in) :: plane   !! axes
-    real(wp), intent(in) :: rho             !! share of the profile of the facet that is not worn
-    type(vector_type), intent(in) :: s      !! separation of the interface, length
-    type(separation_type) :: at
-    type(profile_type) :: profile
-    if (m%general) profile = profile_at(m, plane, .true., rho, s)
-    at = separations(m, plane, rho, profile, s)
-  end function separations_at
-
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, kernel, whole, share, from, to, lanes, sums)
+  pure subroutine sum_planes(joint, kernel, growth, share, from, to, lanes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
-    integer, intent(in) :: kernel                 !! 0: straight planes, 1: facets, 2: hyperbolic closure, too
-    type(growth_type), intent(in) :: whole        !! growth of the damage that no guard limits
+    integer, intent(in) :: kernel                 !! which one, a literal
+    type(growth_type), intent(in) :: growth       !! of the damage that no guard limits
     real(wp), intent(in) :: share                 !! share of the wear of the increment, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
     type(lanes_type), intent(inout) :: lanes      !! state of the planes, start -> end
     type(sums_type), intent(out) :: sums          !! the sums
+    type(history_type) :: state
     type(material_type) :: m
-    type(growth_type) :: growth
     type(plane_type) :: plane
-    type(profile_type) :: profile
-    type(wear_type) :: wear
-    type(history_type) :: old
-    type(separation_type) :: at, at_start
-    type(response_type) :: now
-    type(forces_type) :: before, after
-    type(dissipation_type) :: spent
-    type(vector_type) :: t
-    type(tensor_type) :: d
+    type(update_type) :: now
     real(wp) :: damage, stored, rupture, friction, t_n, t_x, t_y, d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy
-    real(wp), dimension(max_lanes) :: drive_old, limit, rho, rho_old, worn
-    real(wp) :: drive, weight
-    integer :: k, n_lanes
+    real(wp) :: weight
+    integer :: k
 
-    n_lanes = whole_vectors(joint%pattern%n, lane_width)
-    m = joint%material
-    m%general = kernel > 0
-    m%bends = kernel == 2
+    m = kernel_constants(joint%material, kernel)
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp
@@ -210,77 +191,37 @@ contains
     d_ny = 0.0_wp
     d_xy = 0.0_wp
     d_yy = 0.0_wp
-    limit(:n_lanes) = whole%limit
-    if (m%general) then
-      rho_old(:n_lanes) = 1.0_wp - lanes%omega(:n_lanes)
-      rho(:n_lanes) = rho_old(:n_lanes)
-      worn(:n_lanes) = 0.0_wp
-      drive_old(:n_lanes) = 0.0_wp
-      if (m%wears) then
-        !$omp simd
-        do k = 1, n_lanes
-          plane = plane_of(joint%pattern, k)
-          old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
-          profile = profile_at(m, plane, .true., rho_old(k), from)
-          wear = wear_at_start(m, plane, profile, from, old, lanes%omega(k), lanes%wear_work(k))
-          drive_old(k) = wear%drive
-          worn(k) = share*(wear%omega - lanes%omega(k))
-          lanes%omega(k) = merge(wear%omega, lanes%omega(k) + worn(k), share >= 1.0_wp)
-          rho(k) = 1.0_wp - lanes%omega(k)
-        end do
-      end if
-    end if
-    if (m%guard) then
-      !$omp simd
-      do k = 1, n_lanes
-        plane = plane_of(joint%pattern, k)
-        old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
-        at_start = separations_at(m, plane, rho_old(k), from)
-        at = separations_at(m, plane, rho(k), to)
-        limit(k) = guarded_limit(m, whole, at_start, at, old)
-      end do
-    end if
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
-    do k = 1, n_lanes
+    do k = 1, whole_vectors(joint%pattern%n, lane_width)
       plane = plane_of(joint%pattern, k)
       weight = plane%gamma*m%k_t
-      old = start_state(m, lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k))
-      growth = whole
-      growth%limit = limit(k)
-      at_start = separations_at(m, plane, rho_old(k), from)
-      at = separations_at(m, plane, rho(k), to)
-      now = plane_response(m, growth, at, old)
+      state = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k), 0.0_wp, 0.0_wp)
+      if (m%wears) state = history_type(lanes%alpha(k), lanes%s_dit(k), lanes%s_dih(k), lanes%omega(k), lanes%wear_work(k))
+      now = update_plane(m, growth, plane, share, from, to, state)
       lanes%alpha(k) = now%new%alpha
       lanes%s_dit(k) = now%new%s_dit
       lanes%s_dih(k) = now%new%s_dih
-      before = plane_forces(m, at_start, old)
-      after = plane_forces(m, at, now%new)
-      spent = plane_dissipation(m, before, after, now%new%alpha - old%alpha, now%friction%slip)
-      if (m%general) then
-        ! wear: work of the friction, and energy that the facet releases
-        drive = wear_drive(m, at%facet, now%new%alpha, now%friction%kept*now%friction%m_t)
-        lanes%wear_work(k) = lanes%wear_work(k) + merge((0.5_wp*m%k_t)*spent%friction, 0.0_wp, drive > 0.0_wp)
-        spent%friction = spent%friction + (drive_old(k) + max(drive, 0.0_wp))*worn(k)
+      if (m%wears) then
+        lanes%omega(k) = now%new%omega
+        lanes%wear_work(k) = now%new%wear_work
       end if
       damage = damage + plane%gamma*now%new%alpha
-      stored = stored + weight*stored_energy(m, at, now)
-      rupture = rupture + weight*spent%rupture
-      friction = friction + weight*spent%friction
-      t = plane_traction(m, plane, at, now)
-      t_n = t_n + weight*t%n
-      t_x = t_x + weight*t%x
-      t_y = t_y + weight*t%y
-      d = plane_tangent(m, growth, plane, at, to, old, now)
-      d_nn = d_nn + weight*d%nn
-      d_xn = d_xn + weight*d%xn
-      d_yn = d_yn + weight*d%yn
-      d_nx = d_nx + weight*d%nx
-      d_xx = d_xx + weight*d%xx
-      d_yx = d_yx + weight*d%yx
-      d_ny = d_ny + weight*d%ny
-      d_xy = d_xy + weight*d%xy
-      d_yy = d_yy + weight*d%yy
+      stored = stored + weight*now%stored
+      rupture = rupture + weight*now%spent%rupture
+      friction = friction + weight*now%spent%friction
+      t_n = t_n + weight*now%traction%n
+      t_x = t_x + weight*now%traction%x
+      t_y = t_y + weight*now%traction%y
+      d_nn = d_nn + weight*now%tangent%nn
+      d_xn = d_xn + weight*now%tangent%xn
+      d_yn = d_yn + weight*now%tangent%yn
+      d_nx = d_nx + weight*now%tangent%nx
+      d_xx = d_xx + weight*now%tangent%xx
+      d_yx = d_yx + weight*now%tangent%yx
+      d_ny = d_ny + weight*now%tangent%ny
+      d_xy = d_xy + weight*now%tangent%xy
+      d_yy = d_yy + weight*now%tangent%yy
     end do
     sums%damage = damage
     sums%stored = 0.5_wp*stored
