@@ -221,8 +221,9 @@ contains
       if (within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
       do i = 1, n_fixed_props
         if (.not. measured(i)) cycle
-        if (.not. within(length_ratio(i, fixed(i), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit)) &
+        if (.not. within(length_ratio(i, fixed(i), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit)) then
           status = status_props
+        end if
       end do
     end if
     if (status /= status_ok) then
