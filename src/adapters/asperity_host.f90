@@ -1,8 +1,7 @@
 !> Procedures of all host adapters: component orders, requests for a smaller increment, and rejection of a call.
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: plane_statev
-  use asperity_interface, only: interface_type, start_damage
+  use asperity_interface, only: interface_type, plane_damage
   use asperity_kinds, only: wp
   implicit none
   private
@@ -64,8 +63,7 @@ contains
     real(wp), intent(in), contiguous :: new(:)              !! STATEV at the end
     real(wp), intent(inout), optional :: pnewdt             !! the host's increment factor
     real(wp) :: growth
-    integer :: k
-    growth = maxval(new([(plane_statev(k), k=1, joint%pattern%n)]) - start_damage(joint, old))
+    growth = maxval(plane_damage(joint, new) - old)
     if (growth > joint%dalpha) then
       call request_cut(max(least_pnewdt, min(largest_pnewdt, joint%dalpha/growth)), pnewdt)
     end if

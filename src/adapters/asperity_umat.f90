@@ -8,11 +8,11 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
   use asperity_call_checks, only: explain_call, host_status
-  use asperity_contract, only: max_ntens, max_planes, plane_statev, status_initial, &
+  use asperity_contract, only: max_ntens, max_planes, status_initial, &
     status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: component_map, reject, rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
-  use asperity_interface, only: interface_type, new_interface
+  use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
   use asperity_report_umat, only: report_umat
@@ -75,7 +75,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     to(i) = joint%h*(stran(position(i)) + dstran(position(i)))
   end do
   n = joint%pattern%n
-  if (joint%dalpha > 0.0_wp) damage(:n) = statev([(plane_statev(i), i=1, n)])
+  if (joint%dalpha > 0.0_wp) damage(:n) = plane_damage(joint, statev)
   call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
   if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, damage(:n), statev, pnewdt)
 

@@ -2,9 +2,10 @@
 module asperity_block_single
   use, intrinsic :: iso_fortran_env, only: real64, wp => real32
   use asperity_block_kernel_single, only: update_block
+  use asperity_contact, only: stiffening
   use asperity_contract, only: status_ok, status_props
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_share, double_material_type => material_type, largest_share
+  use asperity_material, only: damage_share, double_material_type => material_type
   use asperity_pattern, only: pattern_type
   use asperity_types_single, only: block_type, chunk, growth_type, largest_energy, largest_separation, material_type, &
     plane_type, points_type, vector_type
@@ -34,7 +35,7 @@ contains
     type(interface_type), intent(in) :: joint   !! material and pattern in double precision
     real(real64), intent(in) :: share           !! damage_share
     logical :: yes
-    real(real64) :: values(10), reach, steepest, stiffer
+    real(real64) :: values(10), reach, stiffer
     yes = .false.
     associate (material => joint%material)
       values = [material%mu, material%mu*material%kc_kt, share*material%inv_eta, material%k_n, material%k_t, &
@@ -43,20 +44,19 @@ contains
       if (any(values > sqrt(real(huge(1.0_wp), real64)))) return
       if (any(values(4:) < sqrt(real(tiny(1.0_wp), real64)))) return
       stiffer = 1.0_real64
-      if (material%inv_vm > 0.0_real64) then
+      if (material%inv_largest_closure > 0.0_real64) then
         ! the stiffness of a contact that is almost closed, and the share of the largest closure
-        stiffer = 1.0_real64/(1.0_real64 - largest_share)**2
-        if (stiffer*max(reach*material%inv_vm, material%kc_kt) > sqrt(real(huge(1.0_wp), real64))) return
+        stiffer = stiffening(material, material%linear_from)
+        if (stiffer*max(reach*material%inv_largest_closure, material%kc_kt) > sqrt(real(huge(1.0_wp), real64))) return
       end if
       if (1.0e3_real64*max(1.0_real64, material%mu)*maxval([values(4:5), stiffer*values(6)])*reach**2 > &
         real(huge(1.0_wp), real64)) return
       if (real(1.0_real64/material%inv_eta, wp) >= 1.0_wp) return
       if (material%curved) then
-        steepest = maxval(joint%pattern%slope(:joint%pattern%n))
         if (material%inv_w0 > sqrt(real(huge(1.0_wp), real64))) return
-        if (max(material%height, steepest**2) > sqrt(real(huge(1.0_wp), real64))) return
+        if (max(material%height, joint%pattern%steepest**2) > sqrt(real(huge(1.0_wp), real64))) return
         ! the curvature of the separation of a facet
-        if (1.0e3_real64*steepest**2*reach > real(huge(1.0_wp), real64)*material%height**2 .and. material%height > &
+        if (1.0e3_real64*joint%pattern%steepest**2*reach > real(huge(1.0_wp), real64)*material%height**2 .and. material%height > &
           0.0_real64) return
       end if
     end associate
@@ -67,27 +67,8 @@ contains
   pure function material_of(source) result(m)
     type(double_material_type), intent(in) :: source   !! the constants in double precision
     type(material_type) :: m
-    m%eta = real(source%eta, wp)
-    m%inv_eta = in_kind(source%inv_eta)
-    m%mu = in_kind(source%mu)
-    m%k_n = in_kind(source%k_n)
-    m%k_t = in_kind(source%k_t)
-    m%k_c = in_kind(source%k_c)
-    m%kn_kt = in_kind(source%kn_kt)
-    m%kc_kt = in_kind(source%kc_kt)
-    m%inv_s01_2 = in_kind(source%inv_s01_2)
-    m%inv_s02_2 = in_kind(source%inv_s02_2)
-    m%s02_s01_2 = in_kind(source%s02_s01_2)
-    m%s0 = in_kind(source%s0)
-    m%tau_v = in_kind(source%tau_v)
-    m%height = in_kind(source%height)
-    m%inv_height = in_kind(source%inv_height)
-    m%foot = in_kind(source%foot)
-    m%inv_w0 = in_kind(source%inv_w0)
-    m%damage0 = real(source%damage0, wp)
-    m%inv_vm = in_kind(source%inv_vm)
-    m%steep = in_kind(source%steep)
-    m%unguarded = in_kind(source%unguarded)
+    real(real64), parameter :: double = 0.0_real64
+    m%numbers_type = transfer(in_kind(transfer(source%numbers_type, [double])), m%numbers_type)
     m%guard = source%guard
     m%curved = source%curved
     m%bends = source%bends
@@ -96,7 +77,7 @@ contains
   end function material_of
 
   !> A number >= 0 in this kind, at most its largest number.
-  pure function in_kind(x) result(y)
+  elemental function in_kind(x) result(y)
     real(real64), intent(in) :: x   !! the number
     real(wp) :: y
     y = real(min(x, real(huge(1.0_wp), real64)), wp)

@@ -6,7 +6,7 @@
 !>   slip      a damaged plane in contact begins to slide
 module asperity_events
   use asperity_contract, only: plane_statev, v_offset
-  use asperity_interface, only: interface_type, start_damage
+  use asperity_interface, only: interface_type, plane_damage, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics
   use asperity_point_law, only: event_length
@@ -27,7 +27,8 @@ contains
     real(wp), intent(in) :: new(:)                      !! STATEV of this row
     logical, allocatable, intent(inout) :: regime(:, :) !! of each plane at the last row, not allocated: virgin -> here
     character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
-    logical, dimension(joint%pattern%n) :: contact, apart, slides, damaged, was_damaged, grown, was_grown
+    logical, dimension(joint%pattern%n) :: contact, apart, slides
+    real(wp), dimension(joint%pattern%n) :: damage, was_damage
     type(kinematics_type) :: kinematics
     real(wp) :: s_n
     integer :: i, k
@@ -41,14 +42,13 @@ contains
       contact(k) = s_n < 0.0_wp .or. (regime(k, in_contact) .and. .not. s_n > 0.0_wp)
       apart(k) = s_n > 0.0_wp .or. (regime(k, is_open) .and. .not. s_n < 0.0_wp)
       slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
-      damaged(k) = new(i) >= 1.0_wp
-      was_damaged(k) = start_damage(joint, old(i)) >= 1.0_wp
-      grown(k) = new(i) > start_damage(joint, 0.0_wp)
-      was_grown(k) = old(i) > start_damage(joint, 0.0_wp)
     end do
+    damage = plane_damage(joint, new)
+    was_damage = plane_damage(joint, old)
     event = ""
-    call name_event(event, "onset", any(grown) .and. .not. any(was_grown))
-    call name_event(event, "damaged", all(damaged) .and. .not. all(was_damaged))
+    call name_event(event, "onset", any(damage > start_damage(joint, 0.0_wp)) .and. &
+      .not. any(was_damage > start_damage(joint, 0.0_wp)))
+    call name_event(event, "damaged", all(damage >= 1.0_wp) .and. .not. all(was_damage >= 1.0_wp))
     call name_event(event, "open", any(regime(:, in_contact) .and. .not. contact))
     call name_event(event, "close", any(regime(:, is_open) .and. contact))
     call name_event(event, "slip", any(slides .and. .not. regime(:, slides_now)))

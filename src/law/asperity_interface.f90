@@ -2,13 +2,13 @@
 module asperity_interface
   use asperity_checks, only: read_props
   use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_flat, p_h, p_m, p_map, p_r, p_theta, p_turn, &
-    separation_limit, status_ok
+    plane_statev, separation_limit, status_ok
   use asperity_kinds, only: wp
   use asperity_material, only: material_type, new_material
   use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
   implicit none
   private
-  public :: interface_type, new_interface, separation_bound, slip_bound, start_damage
+  public :: interface_type, new_interface, separation_bound, slip_bound, start_damage, plane_damage
 
   !> Values of PROPS and what is derived from them.
   type :: interface_type
@@ -58,6 +58,17 @@ contains
     real(wp) :: start
     start = max(alpha, joint%material%damage0)
   end function start_damage
+
+  !> Damage of the planes at the start of an update.
+  pure function plane_damage(joint, state) result(alpha)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: state(:)            !! STATEV
+    real(wp) :: alpha(joint%pattern%n)
+    integer :: k
+    do k = 1, joint%pattern%n
+      alpha(k) = start_damage(joint, state(plane_statev(k)))
+    end do
+  end function plane_damage
 
   !> Largest admissible separation, length; the square of a larger one would leave the range of a double.
   pure function separation_bound(joint) result(bound)

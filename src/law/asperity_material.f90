@@ -5,12 +5,12 @@ module asperity_material
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: material_type, new_material, damage_share, joint_constants
+  public :: numbers_type, material_type, new_material, damage_share, joint_constants
 
   include "asperity_constants.inc"
 
   !> Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent.
-  real(wp), parameter, public :: largest_share = 0.99_wp
+  real(wp), parameter, public :: largest_closure_share = 0.99_wp
 
   !> Smallest stiffness of a joint without bond: its sigma0 and Gc are in their ranges.
   real(wp), parameter, public :: least_joint_stiffness = 1.0e-44_wp
@@ -63,11 +63,11 @@ contains
     if (material%wears) material%inv_w0 = 1.0_wp/props(p_w0)
     material%curved = material%height > 0.0_wp .or. material%wears
     material%damage0 = props(p_damage0)
-    material%inv_vm = 0.0_wp
-    material%steep = huge(1.0_wp)
+    material%inv_largest_closure = 0.0_wp
+    material%linear_from = huge(1.0_wp)
     if (props(p_closure) > 0.0_wp) then
-      material%inv_vm = 1.0_wp/props(p_closure)
-      material%steep = largest_share*props(p_closure)
+      material%inv_largest_closure = 1.0_wp/props(p_closure)
+      material%linear_from = largest_closure_share*props(p_closure)
     end if
     material%bends = props(p_closure) > 0.0_wp
     material%general = material%curved .or. material%bends

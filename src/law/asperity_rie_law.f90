@@ -5,7 +5,7 @@ module asperity_rie_law
     statev_table, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_elimination, only: eliminate
   use asperity_events, only: events_of_planes => find_events
-  use asperity_interface, only: interface_type, separation_bound, start_damage
+  use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
   use asperity_law, only: kinematics_type, plane_kinematics, update_point
   use asperity_point_law, only: event_length, point_law
@@ -101,13 +101,9 @@ contains
     class(rie_law), intent(in) :: law   !! the law
     real(wp), intent(in) :: state(:)    !! STATEV
     logical :: yes
-    integer :: k
     associate (joint => law%joint)
-      yes = .not. joint%material%curved
-      do k = 1, joint%pattern%n
-        yes = yes .and. start_damage(joint, state(plane_statev(k))) >= 1.0_wp .and. &
-          joint%material%mu*joint%pattern%sin_theta(k) < joint%pattern%cos_theta(k)
-      end do
+      yes = .not. joint%material%curved .and. joint%material%mu*joint%pattern%steepest < 1.0_wp
+      if (yes) yes = all(plane_damage(joint, state) >= 1.0_wp)
     end associate
   end function cannot_soften
 

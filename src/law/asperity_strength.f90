@@ -5,8 +5,7 @@
 !> strength. If the prescribed tractions exceed the sum of these strengths in one such direction, no separation carries
 !> them.
 module asperity_strength
-  use asperity_contract, only: plane_statev
-  use asperity_interface, only: interface_type, start_damage
+  use asperity_interface, only: interface_type, plane_damage
   use asperity_kinds, only: wp
   use asperity_pattern, only: plane_normal
   implicit none
@@ -89,14 +88,14 @@ contains
     real(wp), intent(in) :: state(:)            !! STATEV
     real(wp), intent(in) :: d(3)                !! unit vector (N, Tx, Ty)
     real(wp) :: strength
-    real(wp) :: alpha, normal
+    real(wp) :: alpha(joint%pattern%n), normal
     integer :: k
     strength = 0.0_wp
+    alpha = plane_damage(joint, state)
     associate (m => joint%material)
       do k = 1, joint%pattern%n
-        alpha = start_damage(joint, state(plane_statev(k)))
         normal = dot_product(d, plane_normal(joint%pattern, k))
-        strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha)/(1.0_wp - m%eta*alpha)* &
+        strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha(k))/(1.0_wp - m%eta*alpha(k))* &
           sqrt(m%k_n**2/m%inv_s01_2*normal**2 + m%k_t**2/m%inv_s02_2*max(0.0_wp, 1.0_wp - normal**2))
       end do
     end associate

@@ -1,10 +1,11 @@
 !> Warnings about an interface whose constants are admissible but outside the law's range of validity: measures, the
 !> limits above which a user is warned, and the sentences. Driver and Python take all three from here.
 module asperity_warnings
+  use asperity_contact, only: closure_under, stiffening
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_material, only: largest_share
+  use asperity_material, only: largest_closure_share
   use asperity_text, only: short
   implicit none
   private
@@ -26,7 +27,7 @@ module asperity_warnings
 
   !> Limits: a larger measure gives a warning.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
-    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_share]
+    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share]
   !> Length of a text that holds each sentence.
   integer, parameter, public :: text_size = 240
   !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
@@ -50,8 +51,8 @@ contains
     if (status /= status_ok) return
     associate (material => joint%material, n => joint%pattern%n)
       stress = stress_alone(joint, pressure)
-      closure = stress/(material%k_c + stress*material%inv_vm)
-      values(m_steep) = closure*material%inv_vm
+      closure = closure_under(material, stress)
+      values(m_steep) = closure*material%inv_largest_closure
       s_f = 0.0_wp
       ! without a bond there is no strength, and s_f is no length of the joint
       if (material%damage0 < 1.0_wp) then
@@ -64,7 +65,7 @@ contains
       if (size(props) <= n_fixed_props) then
         if (props(p_theta) < largest_radian) values(m_radians) = props(p_theta)
       end if
-      if (.not. material%height > 0.0_wp) values(m_locking) = material%mu*steepest(joint)
+      if (.not. material%height > 0.0_wp) values(m_locking) = material%mu*joint%pattern%steepest
       values(m_low) = s_f*material%inv_height
       if (s_f > 0.0_wp) values(m_soft) = closure/s_f
       values(m_deep) = closure*material%inv_height
@@ -170,7 +171,7 @@ contains
     character(len=:), allocatable :: stiffness
     real(wp) :: z
     text = ""
-    if (.not. (joint%material%inv_w0 > 0.0_wp .and. steepest(joint) > 0.0_wp)) return
+    if (.not. (joint%material%inv_w0 > 0.0_wp .and. joint%pattern%steepest > 0.0_wp)) return
     z = climbed_height(joint, slip)
     if (.not. z > 0.0_wp) z = merge(joint%material%height, 1.0_wp, joint%material%height > 0.0_wp)
     stiffness = "kc Kn"
@@ -188,10 +189,9 @@ contains
     real(wp), intent(in) :: pressure            !! largest pressure, >= 0, stress
     real(wp), intent(in) :: z                   !! climbed height, >= 0, length
     real(wp) :: slip
-    real(wp) :: per_slip, steeper
+    real(wp) :: per_slip
     associate (m => joint%material)
-      steeper = min(1.0_wp + stress_alone(joint, pressure)*m%inv_vm/m%k_c, 1.0_wp/(1.0_wp - largest_share))
-      per_slip = m%mu*z*(m%k_c*steeper**2)*m%inv_w0
+      per_slip = m%mu*z*(m%k_c*stiffening(m, closure_under(m, stress_alone(joint, pressure))))*m%inv_w0
     end associate
     slip = huge(slip)
     if (per_slip > 1.0_wp/huge(slip)) slip = 1.0_wp/per_slip
@@ -202,16 +202,9 @@ contains
     type(interface_type), intent(in) :: joint   !! the interface
     real(wp), intent(in) :: slip                !! >= 0, length
     real(wp) :: z
-    z = slip*steepest(joint)
+    z = slip*joint%pattern%steepest
     if (joint%material%height > 0.0_wp) z = joint%material%height*(1.0_wp - exp(-z*joint%material%inv_height))
   end function climbed_height
-
-  !> Slope of the steepest plane.
-  pure function steepest(joint) result(slope)
-    type(interface_type), intent(in) :: joint   !! the interface
-    real(wp) :: slope
-    slope = maxval(joint%pattern%slope(:joint%pattern%n))
-  end function steepest
 
   !> Whether a value of mode II is given (not 0) and is not that of mode I.
   pure function differs(props, second, first) result(yes)

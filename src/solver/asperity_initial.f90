@@ -4,10 +4,10 @@
 module asperity_initial
   use asperity_call_checks, only: state_status
   use asperity_checks, only: bounded
-  use asperity_contract, only: n_statev, plane_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
+  use asperity_contract, only: n_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
   use asperity_control_point, only: ramp
-  use asperity_interface, only: interface_type, start_damage
+  use asperity_interface, only: interface_type, plane_damage, start_damage
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, control_type, ended_lost, new_point, point_type, report_type
   use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
@@ -51,7 +51,7 @@ contains
     type(point_type) :: point
     type(report_type) :: report
     real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), told(3)
-    integer :: damage(joint%pattern%n), i, repeats
+    integer :: i, repeats
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
@@ -63,7 +63,6 @@ contains
     ! a rounding error of the host is no tension; the strength of a joint without bond is a number in name only
     told = target
     if (start_damage(joint, 0.0_wp) < 1.0_wp) told = merge(0.0_wp, target, abs(target) <= residual_tolerance*law%stress)
-    damage = [(plane_statev(i), i=1, size(damage))]
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, prescribed)
@@ -81,7 +80,7 @@ contains
       ! damage that the guard prevented on the load path may grow at its end: solve once more from there
       old = point%state
       point = new_point(law, old, point%s)
-      if (.not. joint%material%guard .or. all(point%state(damage) <= old(damage))) exit
+      if (.not. joint%material%guard .or. all(plane_damage(joint, point%state) <= plane_damage(joint, old))) exit
     end do
     if (present(carried)) carried = merge(ramp(first, last, reached), target, prescribed)
     if (present(endless)) endless = report%ended == ended_lost
@@ -121,7 +120,7 @@ contains
     call carry_traction(joint, target, prescribed, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
-    dead = count([(state(plane_statev(i)) >= 1.0_wp, i=1, joint%pattern%n)])
+    dead = count(plane_damage(joint, state) >= 1.0_wp)
     if (.not. endless) then
       call set_text(reason, "no equilibrium was found")
     else if (dead < joint%pattern%n) then

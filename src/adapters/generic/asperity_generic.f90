@@ -8,11 +8,11 @@ module asperity_generic
   use asperity_c, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, review, review_props
-  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, n_statev, p_m, p_map, prop_table, &
+  use asperity_contract, only: n_fixed_props, n_statev, p_m, p_map, prop_table, &
     status_initial, status_nstatv, status_ok, status_separation, status_size, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
-  use asperity_interface, only: interface_type, new_interface
+  use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
   use asperity_law, only: update_point_in_place
   use asperity_points, only: virgin_tangent
@@ -170,7 +170,7 @@ contains
       return
     end if
 
-    old_damage = state(n_point_statev + 1::n_plane_statev)
+    old_damage = plane_damage(joint, state)
     call update_point_in_place(joint, from, to, state, traction, tangent, point%dt)
     side = joint%r*joint%material%k_n*h   ! stiffness of the components of a layer that an interface does not have
     if (.not. predicting) then
