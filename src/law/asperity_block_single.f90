@@ -56,8 +56,8 @@ contains
         if (material%inv_w0 > sqrt(real(huge(1.0_wp), real64))) return
         if (max(material%height, joint%pattern%steepest**2) > sqrt(real(huge(1.0_wp), real64))) return
         ! the curvature of the separation of a facet
-        if (1.0e3_real64*joint%pattern%steepest**2*reach > real(huge(1.0_wp), real64)*material%height**2 .and. material%height > &
-          0.0_real64) return
+        if (material%height > 0.0_real64 .and. 1.0e3_real64*joint%pattern%steepest**2*reach > &
+          real(huge(1.0_wp), real64)*material%height**2) return
       end if
     end associate
     yes = .true.
