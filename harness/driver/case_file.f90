@@ -20,7 +20,7 @@ module case_file
   use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
   use asperity_point_law, only: point_law
   use asperity_rie_law, only: new_rie_law
-  use foreign_umat, only: foreign_law
+  use asperity_foreign_umat, only: foreign_law
   use recorded_strains, only: read_strains, strains_type
   use text_file, only: lower
   implicit none

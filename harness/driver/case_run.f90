@@ -4,7 +4,7 @@ module case_run
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_control_point, only: new_point
   use asperity_kinds, only: wp
-  use asperity_load_path, only: explain_loss, row_type, run_type
+  use asperity_load_path, only: run_type
   use block_replay, only: run_block_replay
   use case_file, only: case_type, expect_names, get_law
   use asperity_warnings, only: increment_text, n_measures
@@ -14,9 +14,10 @@ module case_run
   use history, only: close_history, history_type, open_history, start_from
   use asperity_mixed_control, only: ended_rejected
   use asperity_point_law, only: point_law
-  use path_run, only: run_path
+  use path_run, only: run_path, run_umat_path
   use progress_line, only: start_progress, clear_progress, progress_type
   use replay_run, only: run_replay
+  use run_report, only: write_report
   implicit none
   private
   public :: run_case, failed_file
@@ -24,10 +25,11 @@ module case_run
 contains
 
   !> Run a case, write its rows to a CSV file and its result to standard error.
-  subroutine run_case(case, label, output, planes, quiet, measures, code)
+  subroutine run_case(case, label, output, report, planes, quiet, measures, code)
     type(case_type), intent(in) :: case         !! the case
     character(len=*), intent(in) :: label       !! name of the run in messages
     character(len=*), intent(in) :: output      !! file, "-": standard output
+    character(len=*), intent(in) :: report      !! file of the report, empty: none
     logical, intent(in) :: planes               !! whether each plane has columns
     logical, intent(in) :: quiet                !! no progress line, no summary
     real(wp), intent(out) :: measures(n_measures)   !! at the largest pressure and slip
@@ -37,8 +39,10 @@ contains
     type(run_type) :: run
     class(point_law), allocatable :: law
     character(len=:), allocatable :: failure, text, why
+    logical :: broken
 
     measures = 0.0_wp
+    broken = .false.
     allocate (character(len=0) :: failure)
     code = exit_input
     call get_law(case, law)
@@ -46,7 +50,12 @@ contains
     if (table%good) then
       call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
-        call run_path(case, law, label, table, progress, run, failure)
+        if (case%umat%given) then
+          call run_umat_path(case, label, table, progress, run, failure, why)
+          broken = len(failure) > 0
+        else
+          call run_path(case, law, label, table, progress, run, failure, why)
+        end if
       else
         if (case%initial%given) call start_from(table, law, new_point(law, case%initial%carried))
         if (case%replay%block > 0) then
@@ -66,26 +75,24 @@ contains
     code = exit_ok
     text = last_row(table)
     if (len(failure) > 0) then
-      code = exit_solve
-      call say(label // ": " // failure)
+      code = merge(exit_input, exit_solve, broken)
     else if (table%last%lost .neqv. case%expect%lost) then
       code = exit_solve
-      if (table%last%lost) then
-        call explain_loss(run, table%last, why)
-        call say(label // ": " // trim(merge("stopped at             ", "equilibrium lost beyond", &
-          table%last%report%ended == ended_rejected)) // " " // text // ": " // why)
-        call keep_failed(case, run, table%last, label, output)
-      else
-        call say(label // ": the run ended at " // text // &
-          " where a loss of equilibrium was expected (&expect in line " // integer_text(case%expect%line) // ")")
-      end if
+      failure = "the run ended at " // text // " where a loss of equilibrium was expected (&expect in line " // &
+        integer_text(case%expect%line) // ")"
+      if (table%last%lost) failure = trim(merge("stopped at             ", "equilibrium lost beyond", &
+        table%last%report%ended == ended_rejected)) // " " // text // ": " // why
     else
       failure = unexpected(case, table)
       if (len(failure) > 0) then
         code = exit_solve
-        call say(label // ": unlike &expect in line " // integer_text(case%expect%line) // ": " // failure)
+        failure = "unlike &expect in line " // integer_text(case%expect%line) // ": " // failure
       end if
     end if
+    if (len(failure) > 0) call say(label // ": " // failure)
+    if (broken .and. run%law%step > 0 .or. table%last%lost .and. .not. case%expect%lost) &
+      call keep_failed(case, run, label, output)
+    call write_report(report, code, failure, table%snap_list)
     if (quiet) return
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
       " iterations (at most " // integer_text(table%most_iterations) // "), " // &
@@ -120,16 +127,15 @@ contains
   end function updates_and_snaps
 
   !> Write the failed increment as a case of its own.
-  subroutine keep_failed(case, run, row, label, output)
+  subroutine keep_failed(case, run, label, output)
     type(case_type), intent(in) :: case        !! the case
     type(run_type), intent(in) :: run          !! the run, at its end
-    type(row_type), intent(in) :: row          !! its last row
     character(len=*), intent(in) :: label      !! of the run
     character(len=*), intent(in) :: output     !! file with the rows
     character(len=:), allocatable :: path
     logical :: written
     path = failed_file(output)
-    call write_failed_case(path, case%props, case%umat, run, row, written)
+    call write_failed_case(path, case%props, case%umat, run, written)
     if (written) call say(label // ": the failed increment was written to " // path)
   end subroutine keep_failed
 

@@ -7,7 +7,7 @@ module case_state
   use asperity_text, only: append, integer_text
   use case_text, only: group_index, group_where, text_type, unknown_name
   use case_values, only: get_real, get_reals
-  use foreign_umat, only: foreign_law, u_time
+  use asperity_foreign_umat, only: foreign_law, u_time
   implicit none
   private
   public :: read_state, check_state, check_umat_state

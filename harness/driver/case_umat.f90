@@ -4,8 +4,8 @@ module case_umat
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text
   use case_text, only: entry_where, group_index, group_where, text_type, unknown_name
-  use case_values, only: get_integer, get_real, get_reals, get_string
-  use foreign_umat, only: far, foreign_law, open_umat
+  use case_values, only: get_integer, get_logical, get_real, get_reals, get_string
+  use asperity_foreign_umat, only: complete_umat, far, foreign_law, try_umat
   use text_file, only: lower
   implicit none
   private
@@ -21,7 +21,8 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
     character(len=:), allocatable :: order, reason
     real(wp) :: length, stiffness
-    integer :: e, earlier, g
+    real(wp), allocatable :: declared(:)
+    integer :: e, earlier, g, i
 
     g = group_index(text, "umat")
     if (g == 0) return
@@ -32,7 +33,7 @@ contains
     length = 0.0_wp
     stiffness = 0.0_wp
     earlier = len(message)
-    allocate (law%props(0), law%first(0))
+    allocate (law%props(0), law%first(0), declared(0))
     do e = text%groups(g)%first, text%groups(g)%last
       select case (text%entries(e)%name)
       case ("library")
@@ -58,9 +59,18 @@ contains
         call get_reals(text, e, law%first, message)
       case ("damage")
         call get_integer(text, e, 1, 1000000, law%damage, message)
+      case ("limit")
+        call get_real(text, e, law%limit, message)
+        if (.not. law%limit > 0.0_wp) call append(message, entry_where(text, e) // ": expected > 0")
+      case ("ntens")
+        call get_reals(text, e, declared, message)
+        if (.not. all([(any(abs(declared(i) - [2.0_wp, 3.0_wp, 6.0_wp]) <= 0.0_wp), i=1, size(declared))])) &
+          call append(message, entry_where(text, e) // ": expected 2, 3 or 6, one or more of them")
+      case ("energies")
+        call get_logical(text, e, law%has_energies, message)
       case default
         call unknown_name(text, e, "library, symbol, props, nstatv, length, stiffness, order, thickness, state, " // &
-          "damage", message)
+          "damage, limit, ntens, energies", message)
       end select
     end do
     if (len(message) > earlier) return
@@ -77,9 +87,16 @@ contains
     if (law%ntens == 0) call append(message, group_where(text, g) // "order = '" // order // &
       "': expected the names N, Tx, Ty (or N, Tx) in the order of the UMAT, '-' for another component; 2, 3 or 6 " // &
       "in all")
+    if (law%ntens > 0 .and. size(declared) > 0) then
+      law%declared = nint(declared(1))
+      law%declared(:min(3, size(declared))) = nint(declared(:min(3, size(declared))))
+      if (all(law%declared /= law%ntens)) call append(message, group_where(text, g) // "ntens without " // &
+        integer_text(law%ntens) // ", the number of components of order = '" // order // "'")
+    end if
     if (len(message) > earlier) return
     if (index(law%library, "/") /= 1) law%library = folder_of(text%path) // law%library
-    call open_umat(law, length, stiffness, reason)
+    call complete_umat(law, length, stiffness)
+    call try_umat(law, reason)
     if (len(reason) > 0) call append(message, group_where(text, g) // reason)
     if (len(message) > earlier) return
 

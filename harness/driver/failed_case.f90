@@ -3,10 +3,10 @@ module failed_case
   use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
   use asperity_kinds, only: wp
-  use asperity_load_path, only: row_type, run_type
+  use asperity_load_path, only: run_type
   use asperity_steps, only: component_names
   use case_material, only: in_group
-  use foreign_umat, only: foreign_law
+  use asperity_foreign_umat, only: foreign_law
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -18,26 +18,26 @@ module failed_case
 contains
 
   !> Write the file; numbers read back exactly.
-  subroutine write_failed_case(path, props, umat, run, row, written)
+  subroutine write_failed_case(path, props, umat, run, written)
     character(len=*), intent(in) :: path       !! file, replaced if it exists
     real(wp), intent(in) :: props(:)           !! PROPS
     type(foreign_law), intent(in) :: umat      !! the law instead, if it is given
     type(run_type), intent(in) :: run          !! a run, after this increment
-    type(row_type), intent(in) :: row          !! its row
     logical, intent(out) :: written            !! false: the reason is on standard error
     character(len=:), allocatable :: text
     integer :: fd, i, k
 
     call create_file(path, fd, written)
     if (.not. written) return
-    call write_line(fd, path, failed_title // integer_text(row%increment) // &
-      " of step " // integer_text(row%step) // "' /", written)
+    call write_line(fd, path, failed_title // integer_text(run%law%increment) // &
+      " of step " // integer_text(run%law%step) // "' /", written)
     if (umat%given) then
       text = "&umat library = " // quoted(umat%library) // ", symbol = '" // umat%symbol // "', nstatv = " // &
         integer_text(umat%nstatv) // "," // new_line("a") // " "
       if (size(umat%props) > 0) text = text // entry("props", umat%props)
       text = text // entry("length", [umat%length]) // entry("stiffness", [umat%stiffness]) // &
         entry("thickness", [umat%h]) // " order = '" // umat%order // "'"
+      if (umat%limit < 60.0_wp .or. umat%limit > 60.0_wp) text = text // entry("limit", [umat%limit])
       if (umat%damage > 0) text = text // " damage = " // integer_text(umat%damage)
       if (written) call write_line(fd, path, text // " /", written)
     else
@@ -68,8 +68,8 @@ contains
       end if
     end do
     if (props(p_tau_v) > 0.0_wp .or. umat%given) text = text // entry("time", [run%control%dt])
-    if (run%steps(row%step)%arc > 0.0_wp) then
-      text = text // " follow = 'branch'" // entry("arc", [run%steps(row%step)%arc])
+    if (run%steps(run%law%step)%arc > 0.0_wp) then
+      text = text // " follow = 'branch'" // entry("arc", [run%steps(run%law%step)%arc])
     else
       text = text // " increments = 1"
     end if

@@ -16,6 +16,7 @@ module history
   use asperity_load_path, only: name_events, row_type
   use asperity_point_law, only: event_length, point_law
   use row_file, only: close_file, create_file, write_line
+  use run_report, only: add_snap
   implicit none
   private
   public :: open_history, start_from, add_replayed_row, add_row, close_history
@@ -37,6 +38,7 @@ module history
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     integer, private :: file = 0           !! descriptor
+    character(len=:), allocatable :: snap_list   !! all snaps, for the report
     character(len=:), allocatable, private :: path
     integer, private :: first = huge(1)    !! first number of the state that has a column
     logical, allocatable, private :: regime(:, :)   !! of the law at the last row
@@ -55,6 +57,7 @@ contains
 
     allocate (table%last%state(law%n_state), source=0.0_wp)
     table%path = path
+    table%snap_list = ""
     call create_file(path, table%file, table%good)
     if (.not. table%good) return
     header = point_columns
@@ -114,6 +117,7 @@ contains
     table%iterations = table%iterations + row%report%iterations
     table%updates = table%updates + row%report%updates
     table%snaps = table%snaps + row%report%snaps
+    if (row%report%snaps > 0) call add_snap(table%snap_list, row)
     table%released = table%released + row%report%released
     table%most_iterations = max(table%most_iterations, row%report%iterations)
     table%least_traction = min(table%least_traction, row%traction(1))

@@ -2,22 +2,23 @@
 module path_run
   use asperity_control_point, only: new_point, point_type
   use asperity_kinds, only: wp
-  use asperity_load_path, only: start_run, next_row, row_type, run_type
+  use asperity_load_path, only: explain_loss, start_run, next_row, row_type, run_type
   use asperity_refine, only: refine_path
   use asperity_point_law, only: point_law
   use asperity_text, only: integer_text, short
+  use asperity_umat_run, only: end_umat_run, next_umat_row, start_umat_run, umat_path_type, umat_run_type
   use case_file, only: case_type
   use driver_messages, only: tell
   use history, only: add_row, history_type, start_from
   use progress_line, only: progress_type, show_progress
   implicit none
   private
-  public :: run_path
+  public :: run_path, run_umat_path, umat_path_of
 
 contains
 
   !> Run all steps, or up to a loss of equilibrium.
-  subroutine run_path(case, law, label, table, progress, run, failure)
+  subroutine run_path(case, law, label, table, progress, run, failure, why)
     type(case_type), intent(in) :: case              !! the case
     class(point_law), intent(in) :: law              !! its law
     character(len=*), intent(in) :: label            !! name of the run, for the progress line
@@ -25,20 +26,14 @@ contains
     type(progress_type), intent(inout) :: progress   !! clock
     type(run_type), intent(out) :: run               !! at its end
     character(len=:), allocatable, intent(inout) :: failure   !! a line is appended if the tolerance is not reached
+    character(len=:), allocatable, intent(out) :: why         !! why equilibrium was lost, or the UMAT has failed
     type(point_type) :: start
     type(row_type) :: row
     type(row_type), allocatable :: rows(:)
-    character(len=:), allocatable :: reason
-    real(wp) :: share
     integer :: i
     logical :: found
     start = new_point(law)
     if (case%state%given) start = new_point(law, case%state%statev, case%state%s)
-    call law%ask(share, reason)
-    if (share <= 0.0_wp) then
-      failure = reason
-      return
-    end if
     if (case%state%has_work) start%work = case%state%work
     if (case%state%given) call start_from(table, law, start)
     if (case%refines) then
@@ -56,12 +51,70 @@ contains
         call next_row(run, row, found)
       end if
       if (.not. found) exit
-      if (row%report%snaps > 0) call tell_snap(label, row, table%snaps, progress)
-      call add_row(table, row)
+      call take_row(row, label, run, table, progress)
       if (.not. table%good) exit
-      call show_progress(progress, label, run%done, run%total)
     end do
+    why = ""
+    if (row%lost) call explain_loss(run, row, why)
   end subroutine run_path
+
+  !> Run all steps with a UMAT of others in a process of its own, or up to a loss of equilibrium or a failure.
+  subroutine run_umat_path(case, label, table, progress, run, failure, why)
+    type(case_type), intent(in) :: case              !! the case
+    character(len=*), intent(in) :: label            !! name of the run, for the progress line
+    type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
+    type(progress_type), intent(inout) :: progress   !! clock
+    type(run_type), intent(out) :: run               !! at its end
+    character(len=:), allocatable, intent(inout) :: failure   !! why the UMAT has failed; empty: it has not
+    character(len=:), allocatable, intent(out) :: why         !! why the path ends before its end; empty: it does not
+    type(umat_path_type) :: path
+    type(umat_run_type) :: umat_run
+    type(row_type) :: row
+    logical :: found
+    path = umat_path_of(case)
+    do
+      call start_umat_run(path, umat_run)
+      if (table%n_rows == 0) call start_from(table, case%umat, umat_run%run%before)
+      do
+        call next_umat_row(umat_run, row, found)
+        if (.not. found) exit
+        call take_row(row, label, umat_run%run, table, progress)
+        if (.not. table%good) exit
+      end do
+      if (found) call end_umat_run(umat_run)
+      if (len(failure) == 0) failure = umat_run%failure
+      ! a path with a tolerance has its rows at its end only: it is taken again as far as it goes
+      if (len(failure) == 0 .or. .not. path%tolerance > 0.0_wp) exit
+      path%tolerance = 0.0_wp
+    end do
+    run = umat_run%run
+    why = umat_run%reason
+  end subroutine run_umat_path
+
+  !> What the UMAT of a case is to do.
+  function umat_path_of(case) result(path)
+    type(case_type), intent(in) :: case   !! the case
+    type(umat_path_type) :: path
+    path%law = case%umat
+    path%steps = case%steps
+    path%s = case%state%s
+    path%state = case%state%statev
+    path%has_work = case%state%has_work
+    path%work = case%state%work
+    if (case%refines) path%tolerance = case%tolerance
+  end function umat_path_of
+
+  !> Report and write a row.
+  subroutine take_row(row, label, run, table, progress)
+    type(row_type), intent(in) :: row                !! the row
+    character(len=*), intent(in) :: label            !! name of the run
+    type(run_type), intent(in) :: run                !! the run
+    type(history_type), intent(inout) :: table       !! the row is added
+    type(progress_type), intent(inout) :: progress   !! clock
+    if (row%report%snaps > 0) call tell_snap(label, row, table%snaps, progress)
+    call add_row(table, row)
+    if (table%good) call show_progress(progress, label, run%done, run%total)
+  end subroutine take_row
 
   !> Report a snap.
   subroutine tell_snap(label, row, earlier, progress)

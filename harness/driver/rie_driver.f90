@@ -9,16 +9,17 @@ program rie_driver
   use case_file, only: case_type, interpret_case, print_format, read_sweep
   use case_run, only: failed_file, run_case
   use case_text, only: read_text, text_type
-  use check_umat, only: check_case
+  use case_check, only: check_case
   use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
   use failed_case, only: failed_title
   use history, only: point_columns
   use row_file, only: may_replace, same_file
+  use run_report, only: write_report
   use text_file, only: lower
   implicit none
 
-  character(len=*), parameter :: usage(12) = [character(len=96) :: &
+  character(len=*), parameter :: usage(13) = [character(len=96) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--check] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
@@ -27,11 +28,12 @@ program rie_driver
     "  --echo      check the case and print it as JSON, with all defaults; no run", &
     "  --check     check the UMAT along the load path: a table instead of the file", &
     "  --only N    of the values of &sweep only the one with number N, from 1", &
+    "  --report FILE  exit code, message and snaps as JSON; not with &sweep", &
     "  --force     replace files that rie_driver did not write", &
     "  --version   print the version", &
-    "exit code: 0 ended as expected, 1 bad input, 2 equilibrium lost or another", &
-    "end than expected (the file has every row that converged)"]
-  character(len=:), allocatable :: path, output, message
+    "exit code: 0 ended as expected, 1 bad input or a UMAT of others that fails,", &
+    "2 equilibrium lost or another end than expected; every row that converged is kept"]
+  character(len=:), allocatable :: path, output, report, message
   logical :: check, echo, force, planes, quiet
   integer :: only   !! number of the only value of the sweep to run, 0: all
 
@@ -46,6 +48,7 @@ contains
     integer :: i
     path = ""
     output = ""
+    report = ""
     planes = .false.
     quiet = .false.
     check = .false.
@@ -85,6 +88,10 @@ contains
         i = i + 1
         output = argument_text(i)
         if (len(output) == 0) call reject("-o without a file name")
+      case ("--report")
+        i = i + 1
+        report = argument_text(i)
+        if (len(report) == 0) call reject("--report without a file name")
       case default
         if (index(argument, "-") == 1) call reject(argument // ": unknown option")
         if (len(path) > 0) call reject(argument // ": one case file at a time")
@@ -141,6 +148,8 @@ contains
       call echo_case(text, variable, values, cases, good)
       call finish(merge(exit_ok, exit_input, good))
     end if
+    if (size(values) > 0 .and. len(report) > 0) call append(message, path // ": --report of a case with &sweep: " // &
+      "expected no &sweep")
     if (size(values) > 0 .and. output == "-") call append(message, path // &
       ": a case with &sweep writes a file per value, not standard output")
     if (len(output) > 0) then
@@ -176,9 +185,9 @@ contains
         call check_case(cases(i), path // text_of_value, code)
       else if (size(values) > 0) then
         call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
-          result_file(stem, values, i), planes, quiet, measures, code)
+          result_file(stem, values, i), report, planes, quiet, measures, code)
       else
-        call run_case(cases(i), path, result_file(stem, values, i), planes, quiet, measures, code)
+        call run_case(cases(i), path, result_file(stem, values, i), report, planes, quiet, measures, code)
       end if
       worst = max(worst, code)
       largest = max(largest, measures)
@@ -227,9 +236,32 @@ contains
     if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
   end function without
 
+  !> Lines without the file and the number of the line with which they begin.
+  function without_place(lines) result(text)
+    character(len=*), intent(in) :: lines   !! messages
+    character(len=:), allocatable :: text
+    character(len=:), allocatable :: rest
+    integer :: last
+    text = ""
+    rest = lines // new_line("a")
+    do while (len(rest) > 0)
+      last = index(rest, new_line("a"))
+      if (index(rest, path // ":") == 1) then
+        rest = rest(len(path) + 2:)
+        if (scan(rest(1:1), "0123456789") == 1) rest = rest(index(rest, ":") + 1:)
+        rest = adjustl(rest)
+        last = index(rest, new_line("a"))
+      end if
+      text = text // rest(:last)
+      rest = rest(last + 1:)
+    end do
+    text = text(:len(text) - 1)
+  end function without_place
+
   !> End if the input has an error.
   subroutine end_on_errors()
     integer :: last
+    if (len(message) > 0) call write_report(report, exit_input, without_place(message), "")
     do while (len(message) > 0)
       last = index(message // new_line("a"), new_line("a")) - 1
       call say(message(:last))

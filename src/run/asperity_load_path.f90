@@ -12,7 +12,7 @@ module asperity_load_path
   use asperity_tolerances, only: endless, farthest, largest_arc, most_branch_steps, most_updates
   implicit none
   private
-  public :: start_run, next_row, name_events, explain_loss
+  public :: start_run, next_row, begin_row, end_row, name_events, explain_loss
 
   !> A row: the point at the end of an increment.
   type, extends(point_type), public :: row_type
@@ -39,6 +39,7 @@ module asperity_load_path
     real(wp), private :: share = 1.0_wp              !! of the way to the target
     real(wp), private :: time = 0.0_wp               !! when the way to the target began
     real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at both ends of this way
+    real(wp), private :: start(3) = 0.0_wp           !! prescribed values at the start of the last increment
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     type(branch_type), private :: branch             !! progress along the branch
     logical, allocatable, private :: regime(:, :)    !! for the events
@@ -70,9 +71,16 @@ contains
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
     logical, intent(out) :: found           !! false: the path has ended
-    real(wp) :: asked, duration, reached, start(3)
+    call begin_row(run, row, found)
+    if (found) call end_row(run, row)
+  end subroutine next_row
+
+  !> Set what the next increment prescribes, without an update of the law.
+  pure subroutine begin_row(run, row, found)
+    type(run_type), intent(inout) :: run    !! the run
+    type(row_type), intent(inout) :: row    !! the last row; at a new step its increments count from 0
+    logical, intent(out) :: found           !! false: the path has ended
     integer :: parts
-    logical :: branches
     found = .not. row%lost .and. run%step <= size(run%steps)
     if (found .and. .not. run%share < 1.0_wp) call next_target(run, row, found)
     if (.not. found) return
@@ -81,10 +89,26 @@ contains
     run%law%step = run%step
     run%law%increment = row%increment + 1
     parts = run%steps(run%step)%increments(run%target)
-    duration = run%steps(run%step)%durations(run%target)
+    run%start = run%given
+    if (run%steps(run%step)%arc > 0.0_wp) then
+      run%given = run%to
+    else
+      run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
+      if (run%n == parts) run%given = run%to
+      run%control%dt = run%steps(run%step)%durations(run%target)/real(parts, wp)
+    end if
+  end subroutine begin_row
+
+  !> Take the increment that has begun.
+  pure subroutine end_row(run, row)
+    type(run_type), intent(inout) :: run    !! the run
+    type(row_type), intent(inout) :: row    !! the last row -> the next one
+    real(wp) :: asked, reached
+    integer :: parts
+    logical :: branches
+    parts = run%steps(run%step)%increments(run%target)
     branches = run%steps(run%step)%arc > 0.0_wp
     if (branches) then
-      run%given = run%to
       run%law%attempt = run%law%attempt + 1
       call branch_step(run%law, run%branch, run%point, row%report)
       call run%law%ask(asked, run%reason)
@@ -97,16 +121,12 @@ contains
       ! the largest load factor so far, so that time never decreases
       run%share = max(run%share, run%branch%factor)
     else
-      start = run%given
-      run%given = run%from + (real(run%n, wp)*(run%to - run%from))/real(parts, wp)
-      if (run%n == parts) run%given = run%to
-      run%control%dt = duration/real(parts, wp)
-      call advance_as_asked(run%law, run%control, reshape([start, run%given], [3, 2]), run%before, run%point, reached, &
+      call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%before, run%point, reached, &
         row%report, run%reason)
       run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
     end if
     run%done = run%earlier + nint(run%share*real(parts, wp))
-    row%time = ramp(run%time, run%time + duration, run%share)
+    row%time = ramp(run%time, run%time + run%steps(run%step)%durations(run%target), run%share)
     row%turn = branches .and. run%branch%turned
     row%point_type = run%point
     row%step = run%step
@@ -114,7 +134,7 @@ contains
     row%position = real(run%passed - 1, wp) + run%share
     row%lost = row%report%ended /= ended_complete
     call name_events(run%law, run%before%state, run%point%state, run%regime, row)
-  end subroutine next_row
+  end subroutine end_row
 
   !> Begin the way to the next target, if there is one.
   pure subroutine next_target(run, row, found)

@@ -2,16 +2,17 @@
 !>
 !> A state consists of the energies per unit area in their places in STATEV of this project, what `u_work` and `u_time`
 !> name, STRESS (NTENS) and the STATEV of the UMAT.
-module foreign_umat
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_null_ptr, c_ptr
+module asperity_foreign_umat
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
   use asperity_checks, only: all_bounded
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
   use asperity_text, only: integer_text
+  use asperity_umat_worker, only: c_text, end_worker, receive_row, start_worker, worker_type
   implicit none
   private
-  public :: open_umat, fresh_umat, c_text
+  public :: absent_name, complete_umat, open_umat, try_umat, umat_name
 
   !> Places in a state: work of the traction so far, time; the numbers before STRESS and STATEV.
   integer, parameter, public :: u_work = 5, u_time = 6
@@ -21,15 +22,18 @@ module foreign_umat
   !> Separation at which the bond is broken, and largest separation, relative to `length`: that of a UMAT is not known.
   real(wp), parameter, public :: far = 100.0_wp
   real(wp), parameter :: farthest_length = 1.0e10_wp
-  !> That the numbers between the arguments are 1.
-  integer, parameter, public :: guard_one = -2
+  !> Longest path.
+  integer, parameter :: longest_path = 4096
 
-  !> Longest path or reason.
-  integer, parameter :: longest = 6000
+  !> How a UMAT is called by a check, which does not obey PNEWDT.
+  type, public :: call_type
+    logical :: strict = .false.   !! whether arguments that are the host's must not change
+    logical :: ones = .false.     !! whether the numbers between the arguments are 1, or NaN
+    integer :: absent = -1        !! argument that is NULL, from 0; -1: none
+  end type call_type
 
   !> A UMAT with its constants.
   type, extends(point_law), public :: foreign_law
-    type(c_ptr), private :: routine = c_null_ptr     !! what umat_call.c knows of it
     logical :: given = .false.                       !! false: the law is that of this project
     character(len=:), allocatable :: library, symbol, order   !! entries of &umat; empty library: this program
     real(wp), allocatable :: props(:)                !! PROPS
@@ -40,6 +44,9 @@ module foreign_umat
     real(wp) :: h = 1.0_wp                           !! thickness by which separations are divided, length
     integer :: damage = 0                            !! its state variable that is the damage, 0: none
     real(wp), allocatable :: first(:)                !! its state variables at the start
+    real(wp) :: limit = 60.0_wp                      !! longest time without a new increment, s
+    integer :: declared(3) = [2, 3, 6]               !! numbers of components that it can have
+    logical :: has_energies = .true.                 !! whether it gives SSE, SPD and SCD
   contains
     procedure :: update
     procedure, nopass :: energies
@@ -52,42 +59,40 @@ module foreign_umat
     procedure :: virgin
   end type foreign_law
 
-  ! the routines of C act on what the pointer denotes; no result of a law depends on it before `ask`
+  ! the routines of C act on the one UMAT of this process; no result of a law depends on it before `ask`
   interface
     !> Open a library.
-    function c_open(library, symbol, message, length) bind(c, name="umat_open") result(routine)
-      import :: c_char, c_int, c_ptr
+    subroutine c_open(library, symbol, checks, strict, ones, absent) bind(c, name="umat_open")
+      import :: c_char, c_int
       implicit none
-      character(kind=c_char), intent(inout) :: library(*)
-      character(kind=c_char), intent(in) :: symbol(*)
-      character(kind=c_char), intent(inout) :: message(*)
-      integer(c_int), value :: length
-      type(c_ptr) :: routine
-    end function c_open
-    !> Copy what is known of a routine, and set how it is called.
-    function c_copy(routine, fresh, checks, guard, absent, name, length) bind(c, name="umat_copy") result(copy)
-      import :: c_char, c_int, c_ptr
+      character(kind=c_char), intent(in) :: library(*), symbol(*)
+      integer(c_int), value :: checks, strict, ones, absent
+    end subroutine c_open
+    !> Name of an argument that may be NULL.
+    subroutine c_absent_name(i, name, length) bind(c, name="umat_absent_name")
+      import :: c_char, c_int
       implicit none
-      type(c_ptr), value :: routine
-      integer(c_int), value :: fresh, checks, guard, absent, length
+      integer(c_int), value :: i, length
       character(kind=c_char), intent(inout) :: name(*)
-      type(c_ptr) :: copy
-    end function c_copy
-    !> Share of the increment that the routine asks for.
-    pure subroutine c_ask(routine, share, message, length) bind(c, name="umat_ask")
-      import :: c_char, c_double, c_int, c_ptr
+    end subroutine c_absent_name
+    !> The whole path of a file.
+    subroutine c_whole_path(path, length) bind(c, name="umat_whole_path")
+      import :: c_char, c_int
       implicit none
-      type(c_ptr), value :: routine
-      real(c_double), intent(out) :: share
-      character(kind=c_char), intent(inout) :: message(*)
+      character(kind=c_char), intent(inout) :: path(*)
       integer(c_int), value :: length
+    end subroutine c_whole_path
+    !> Share of the increment that the routine asks for.
+    pure subroutine c_ask(share) bind(c, name="umat_ask")
+      import :: c_double
+      implicit none
+      real(c_double), intent(out) :: share
     end subroutine c_ask
     !> Call a routine.
-    pure subroutine c_call(routine, attempt, ntens, nstatv, nprops, props, stran, dstran, time, dtime, counts, stress, &
-                           statev, ddsdde, energies, good) bind(c, name="umat_call")
-      import :: c_double, c_int, c_ptr
+    pure subroutine c_call(attempt, ntens, nstatv, nprops, props, stran, dstran, time, dtime, counts, stress, statev, &
+                           ddsdde, energies, good) bind(c, name="umat_call")
+      import :: c_double, c_int
       implicit none
-      type(c_ptr), value :: routine
       integer(c_int), value :: attempt, ntens, nstatv, nprops
       real(c_double), intent(in) :: props(*), stran(*), dstran(*), time(2)
       real(c_double), value :: dtime
@@ -99,15 +104,14 @@ module foreign_umat
 
 contains
 
-  !> Open the library of a law whose other components are set.
-  subroutine open_umat(law, length, stiffness, message)
-    type(foreign_law), intent(inout) :: law                       !! the law, complete if nothing is appended
-    real(wp), intent(in) :: length                                !! at which the strength is reached
-    real(wp), intent(in) :: stiffness                             !! elastic stiffness of the bond
-    character(len=:), allocatable, intent(out) :: message         !! empty: it is open
-    character(kind=c_char) :: buffer(longest), path(longest)
+  !> Set the scales of a law whose other components are set, and make its path whole, as the case of a failed increment
+  !> may lie elsewhere.
+  subroutine complete_umat(law, length, stiffness)
+    type(foreign_law), intent(inout) :: law   !! with its components -> complete
+    real(wp), intent(in) :: length            !! at which the strength is reached
+    real(wp), intent(in) :: stiffness         !! elastic stiffness of the bond
+    character(kind=c_char) :: path(longest_path)
     integer :: i
-    buffer = c_null_char
     law%given = .true.
     law%n_state = n_header + law%ntens + law%nstatv
     law%first_own = u_work
@@ -123,33 +127,57 @@ contains
     law%relaxes = .true.
     path = c_null_char
     path(:len(law%library)) = [(law%library(i:i), i=1, len(law%library))]
-    law%routine = c_open(path, law%symbol // c_null_char, buffer, longest)
+    call c_whole_path(path, longest_path)
     law%library = c_text(path)
-    message = ""
-    if (.not. c_associated(law%routine)) message = c_text(buffer)
+  end subroutine complete_umat
+
+  !> Open the UMAT in this process, which must be a child: what goes wrong ends it. No process opens more than one.
+  subroutine open_umat(law, how)
+    type(foreign_law), intent(in) :: law           !! the law
+    type(call_type), intent(in), optional :: how   !! absent: as a host calls it
+    type(call_type) :: this
+    if (present(how)) this = how
+    call c_open(law%library // c_null_char, law%symbol // c_null_char, merge(1_c_int, 0_c_int, present(how)), &
+      merge(1_c_int, 0_c_int, this%strict), merge(1_c_int, 0_c_int, this%ones), int(this%absent, c_int))
   end subroutine open_umat
 
-  !> The same law with a routine of its own, which does not obey PNEWDT, for a check.
-  function fresh_umat(law, again, strict, guard, absent, name) result(fresh)
-    type(foreign_law), intent(in) :: law            !! any
-    logical, intent(in) :: again                    !! whether the library is loaded again
-    logical, intent(in), optional :: strict         !! whether arguments that are the host's must not change
-    integer, intent(in), optional :: guard          !! guard_one: numbers between the arguments are 1, absent: NaN
-    integer, intent(in), optional :: absent         !! argument that is NULL, from 0
-    character(len=:), allocatable, intent(out), optional :: name   !! its name, empty: there is none
-    type(foreign_law) :: fresh
+  !> Try in a child to open the UMAT.
+  subroutine try_umat(law, message)
+    type(foreign_law), intent(in), target :: law            !! the law
+    character(len=:), allocatable, intent(out) :: message   !! why it cannot be opened; empty: it can
+    type(worker_type) :: worker
+    real(wp) :: none(1)
+    logical :: found
+    call start_worker(c_funloc(try), c_loc(law), law%limit, worker)
+    call receive_row(worker, none, found)
+    call end_worker(worker)
+    message = worker%failure
+  end subroutine try_umat
+
+  !> The work of that child.
+  subroutine try(data) bind(c, name="asperity_umat_try")
+    type(c_ptr), value :: data   !! law
+    type(foreign_law), pointer :: law
+    call c_f_pointer(data, law)
+    call open_umat(law)
+  end subroutine try
+
+  !> Name of argument i, from 0, of those that hosts may not have; empty beyond the last one.
+  function absent_name(i) result(name)
+    integer, intent(in) :: i   !! its number
+    character(len=:), allocatable :: name
     character(kind=c_char) :: buffer(16)
-    integer :: how(3)
-    how = [1, -1, -1]
-    if (present(strict)) how(1) = merge(2, 1, strict)
-    if (present(guard)) how(2) = guard
-    if (present(absent)) how(3) = absent
-    buffer = c_null_char
-    fresh = law
-    fresh%routine = c_copy(law%routine, merge(1_c_int, 0_c_int, again), int(how(1), c_int), int(how(2), c_int), &
-      int(how(3), c_int), buffer, size(buffer))
-    if (present(name)) name = c_text(buffer)
-  end function fresh_umat
+    call c_absent_name(int(i, c_int), buffer, size(buffer, kind=c_int))
+    name = c_text(buffer)
+  end function absent_name
+
+  !> Name of the UMAT in messages.
+  pure function umat_name(law) result(name)
+    class(foreign_law), intent(in) :: law   !! the law
+    character(len=:), allocatable :: name
+    name = law%symbol
+    if (len(law%library) > 0) name = name // " of " // law%library
+  end function umat_name
 
   !> Name of a number of a state behind the energies, for a column.
   pure function state_name(law, i) result(name)
@@ -164,18 +192,6 @@ contains
       name = "statev_" // integer_text(i - n_header - law%ntens)
     end if
   end function state_name
-
-  !> Text of C up to its end.
-  pure function c_text(buffer) result(text)
-    character(kind=c_char), intent(in) :: buffer(:)   !! characters
-    character(len=:), allocatable :: text
-    integer :: i
-    text = ""
-    do i = 1, size(buffer)
-      if (buffer(i) == c_null_char) exit
-      text = text // buffer(i)
-    end do
-  end function c_text
 
   !> State of a virgin point.
   pure function virgin(law) result(state)
@@ -216,7 +232,7 @@ contains
     statev = state_old(n_header + law%ntens + 1:)
     energies = state_old(ledger)/law%h
     time = max(0.0_wp, state_old(u_time) - [law%origin + law%began, 0.0_wp])
-    call c_call(law%routine, int(law%attempt, c_int), int(law%ntens, c_int), int(law%nstatv, c_int), &
+    call c_call(int(law%attempt, c_int), int(law%ntens, c_int), int(law%nstatv, c_int), &
       size(law%props, kind=c_int), law%props, stran, dstran, time, max(dt, no_time), &
       int([law%step, law%increment], c_int), stress, statev, ddsdde, energies, good)
     state = state_old
@@ -284,15 +300,12 @@ contains
     opening = 0.0_wp
   end function contact_opening
 
-  !> Share of the increment that the UMAT asks for by PNEWDT; 0: it has failed.
+  !> Share of the increment that the UMAT asks for by PNEWDT; one that fails ends the process.
   pure subroutine ask(law, share, reason)
-    class(foreign_law), intent(in) :: law                    !! the law
-    real(wp), intent(out) :: share                           !! 0 to 1
-    character(len=:), allocatable, intent(inout) :: reason   !! set if it has failed
-    character(kind=c_char) :: buffer(longest)
-    buffer = c_null_char
-    call c_ask(law%routine, share, buffer, size(buffer))
-    if (share <= 0.0_wp) reason = c_text(buffer)
+    class(foreign_law), intent(in) :: law                    !! not used
+    real(wp), intent(out) :: share                           !! above 0, to 1
+    character(len=:), allocatable, intent(inout) :: reason   !! not changed
+    call c_ask(share)
   end subroutine ask
 
-end module foreign_umat
+end module asperity_foreign_umat

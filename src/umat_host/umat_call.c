@@ -1,0 +1,281 @@
+/* Calls of a UMAT in a shared library, as Abaqus/Standard calls it. Each process has one UMAT, which it opens once.
+ *
+ * All arguments lie in one block, with guards between them and pages without access around it: what a routine writes
+ * outside its arguments, or reads beyond them, is found. What is wrong ends the process with the reason. */
+#define _GNU_SOURCE
+#include "umat_worker.h"
+#include <dlfcn.h>
+#include <fenv.h>
+#include <math.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+typedef void umat_routine(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd,
+                          double *rpl, double *ddsddt, double *drplde, double *drpldt, double *stran, double *dstran,
+                          double *time, double *dtime, double *temp, double *dtemp, double *predef, double *dpred,
+                          char *cmname, int *ndi, int *nshr, int *ntens, int *nstatv, double *props, int *nprops,
+                          double *coords, double *drot, double *pnewdt, double *celent, double *dfgrd0, double *dfgrd1,
+                          int *noel, int *npt, int *layer, int *kspt, int *kstep, int *kinc, size_t cmname_length);
+
+/* Arguments; those before STRAN may be written. */
+enum {
+  STRESS, STATEV, DDSDDE, SSE, SPD, SCD, RPL, DDSDDT, DRPLDE, DRPLDT, PNEWDT, STRAN, DSTRAN, TIME, DTIME, TEMP, DTEMP,
+  PREDEF, DPRED, PROPS, COORDS, DROT, CELENT, DFGRD0, DFGRD1, NDI, NSHR, NTENS, NSTATV, NPROPS, NOEL, NPT, LAYER, KSPT,
+  KSTEP, KINC, ARGUMENTS
+};
+static const char *const names[ARGUMENTS] = {
+  "STRESS", "STATEV", "DDSDDE", "SSE", "SPD", "SCD", "RPL", "DDSDDT", "DRPLDE", "DRPLDT", "PNEWDT", "STRAN", "DSTRAN",
+  "TIME", "DTIME", "TEMP", "DTEMP", "PREDEF", "DPRED", "PROPS", "COORDS", "DROT", "CELENT", "DFGRD0", "DFGRD1", "NDI",
+  "NSHR", "NTENS", "NSTATV", "NPROPS", "NOEL", "NPT", "LAYER", "KSPT", "KSTEP", "KINC"
+};
+/* Arguments that hosts without temperatures, elements or orientations pass as NULL. */
+static const int may_be_absent[] = {RPL, DDSDDT, DRPLDE, DRPLDT, TEMP, DTEMP, PREDEF, DPRED, COORDS, DROT, PNEWDT,
+                                    CELENT, DFGRD0, DFGRD1, NOEL, NPT, LAYER, KSPT};
+enum { MAY_BE_ABSENT = sizeof may_be_absent / sizeof may_be_absent[0] };
+
+/* Numbers between two arguments, and bytes without access on either side of the block. */
+enum { GUARD = 64, REACH = 1 << 28 };
+
+void umat_(void); /* that of this project, which is called without a library */
+
+/* The UMAT, and how it is called. */
+static umat_routine *routine;
+static int checks;      /* requests for smaller increments are not obeyed */
+static int strict;      /* arguments that are the host's must not change */
+static double fill;     /* what the guards have */
+static int absent = -1; /* the argument that is NULL */
+
+/* The arguments of a thread. */
+typedef struct {
+  double *block;
+  double pnewdt; /* smallest request in this attempt at an increment */
+  int attempt;
+  int size[ARGUMENTS], place[ARGUMENTS + 1]; /* the last place is the end */
+} arguments_type;
+static _Thread_local arguments_type own = {.pnewdt = 1.0};
+
+/* Utility of Abaqus: ends the analysis. */
+void xit_(void) { umat_worker_fail("it called XIT, which ends the analysis"); }
+
+/* Utility of Abaqus: a message; an error (level -2, -3) ends the analysis. */
+void stdb_abqerr_(const int *level, const char *text, const int *integers, const double *reals, const char *words,
+                  size_t text_length, size_t words_length) {
+  char said[600];
+  (void)integers, (void)reals, (void)words, (void)words_length;
+  snprintf(said, sizeof said, "it called STDB_ABQERR: %.*s", (int)(text_length < 500 ? text_length : 500), text);
+  if (*level < -1) umat_worker_fail(said);
+  fprintf(stderr, "%s\n", said);
+}
+
+/* Name of argument i, from 0, of those that may be NULL; empty beyond the last one. */
+void umat_absent_name(int i, char *name, int length) {
+  snprintf(name, (size_t)length, "%s", i < MAY_BE_ABSENT ? names[may_be_absent[i]] : "");
+}
+
+/* End the process if something was written outside the arguments: what lies nearer to the one before a guard is its. */
+static void check_guards(void) {
+  uint64_t expected, found;
+  char reason[200];
+  memcpy(&expected, &fill, sizeof expected);
+  for (int k = 0; own.block != NULL && k <= ARGUMENTS; k++) {
+    const double *const guard = own.block + own.place[k] - GUARD;
+    int first = 0;
+    for (int i = GUARD - 1; i >= 0; i--) {
+      memcpy(&found, guard + i, sizeof found);
+      if (found != expected) first = i + 1;
+    }
+    if (first == 0) continue;
+    const int before = k > 0 && (first <= GUARD / 2 || k == ARGUMENTS), l = before ? k - 1 : k;
+    snprintf(reason, sizeof reason, "it wrote to %s(%d), of %d%s", names[l],
+             before ? own.size[l] + first : first - GUARD, own.size[l],
+             l == STATEV ? ": expected a larger nstatv" : "");
+    umat_worker_fail(reason);
+  }
+}
+
+/* A routine that goes far beyond its arguments may have written to the guards before. */
+static void struck(int number) {
+  signal(number, SIG_DFL);
+  check_guards();
+}
+
+/* Open the UMAT of a library, or that of this project for an empty name, and set how it is called: `ones` fills the
+ * guards with 1 instead of NaN, which_absent is an argument that is NULL (from 0; -1: none). */
+void umat_open(const char *library, const char *symbol, int checked, int strictly, int ones, int which_absent) {
+  checks = checked;
+  strict = strictly;
+  fill = ones ? 1.0 : nan("0x77");
+  absent = which_absent >= 0 ? may_be_absent[which_absent] : -1;
+  signal(SIGSEGV, struck);
+  signal(SIGBUS, struck);
+  routine = (umat_routine *)umat_;
+  if (library[0] == '\0') return;
+  void *const handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
+  void *const found = handle != NULL ? dlsym(handle, symbol) : NULL;
+  if (found == NULL) umat_worker_fail(dlerror());
+  memcpy(&routine, &found, sizeof found);
+}
+
+/* Share of the increment that the routine asks for by PNEWDT: 1, or less. */
+void umat_ask(double *share) { *share = own.pnewdt < 1.0 ? fmax(own.pnewdt, 1e-3) : 1.0; }
+
+/* Place the arguments of this thread; the block ends where a page without access begins. */
+static void place_arguments(int ntens, int nstatv, int nprops) {
+  const int of_ntens[] = {STRESS, DDSDDT, DRPLDE, STRAN, DSTRAN};
+  const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+  size_t total = GUARD, reach = REACH;
+  for (int k = 0; k < ARGUMENTS; k++) own.size[k] = 1;
+  for (int i = 0; i < 5; i++) own.size[of_ntens[i]] = ntens;
+  own.size[DDSDDE] = ntens * ntens;
+  own.size[STATEV] = nstatv;
+  own.size[PROPS] = nprops;
+  own.size[COORDS] = 3;
+  own.size[TIME] = own.size[KSTEP] = 2;
+  own.size[DROT] = own.size[DFGRD0] = own.size[DFGRD1] = 9;
+  for (int k = 0; k < ARGUMENTS; k++) {
+    own.place[k] = (int)total;
+    total += (size_t)own.size[k] + GUARD;
+  }
+  own.place[ARGUMENTS] = (int)total;
+  const size_t bytes = (total * sizeof *own.block + page - 1) / page * page;
+  char *memory = MAP_FAILED;
+  for (; memory == MAP_FAILED && reach >= page; reach /= 2) {
+    memory = mmap(NULL, bytes + 2 * reach, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (memory != MAP_FAILED) break;
+  }
+  if (memory == MAP_FAILED || mprotect(memory + reach, bytes, PROT_READ | PROT_WRITE) != 0) abort();
+  own.block = (double *)(memory + reach + bytes) - total;
+  for (size_t i = 0; i < total; i++) own.block[i] = fill;
+}
+
+/* Pointer to an argument; NULL if it is absent. */
+static double *at(int k) { return k == absent ? NULL : own.block + own.place[k]; }
+
+/* One call with new arguments. */
+static void call_once(const double *const *input) {
+  char name[81];
+  fenv_t floating;
+  for (int k = 0; k < ARGUMENTS; k++) memcpy(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block);
+  snprintf(name, sizeof name, "%-80s", "INTERFACE");
+  feholdexcept(&floating);
+#define I(k) (int *)at(k)
+  routine(at(STRESS), at(STATEV), at(DDSDDE), at(SSE), at(SPD), at(SCD), at(RPL), at(DDSDDT), at(DRPLDE), at(DRPLDT),
+          at(STRAN), at(DSTRAN), at(TIME), at(DTIME), at(TEMP), at(DTEMP), at(PREDEF), at(DPRED), name, I(NDI), I(NSHR),
+          I(NTENS), I(NSTATV), at(PROPS), I(NPROPS), at(COORDS), at(DROT), at(PNEWDT), at(CELENT), at(DFGRD0),
+          at(DFGRD1), I(NOEL), I(NPT), I(LAYER), I(KSPT), I(KSTEP), I(KINC), 80);
+  fesetenv(&floating);
+}
+
+/* First result that is not finite, by the argument and its index from 1; 0: all are finite. */
+static int not_finite(int *argument) {
+  for (int k = STRESS; k <= SCD; k++) {
+    for (int i = 0; i < own.size[k]; i++) {
+      *argument = k;
+      if (!isfinite(own.block[own.place[k] + i])) return i + 1;
+    }
+  }
+  return 0;
+}
+
+/* End the process as a result is not finite; what a guard of ones makes finite was read there. */
+static void fail_for(int argument, int index, const double *const *input) {
+  const int suspects[] = {PROPS, STATEV};
+  char reason[300];
+  int other, length = snprintf(reason, sizeof reason, "it returned no finite number in %s(%d)", names[argument], index);
+  for (int i = 0; i < 2; i++) {
+    double *const behind = own.block + own.place[suspects[i]] + own.size[suspects[i]];
+    for (int j = 0; j < GUARD; j++) behind[j] = 1.0;
+    call_once(input);
+    if (not_finite(&other) == 0) {
+      snprintf(reason + length, sizeof reason - (size_t)length, ", as it read more than the %d values of %s",
+               own.size[suspects[i]], names[suspects[i]]);
+      break;
+    }
+    for (int j = 0; j < GUARD; j++) behind[j] = fill;
+  }
+  umat_worker_fail(reason);
+}
+
+/* Call the UMAT from the values at the start of an increment; results only if `good`, which is not so after a request
+ * for a smaller increment. */
+void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *props, const double *stran,
+               const double *dstran, const double *time, double dtime, const int *counts, double *stress,
+               double *statev, double *ddsdde, double *energies, int *good) {
+  static const double zeros[6] = {0.0}, one = 1.0, unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  const double tangent[36] = {0.0};
+  const int direct = ntens == 6 ? 3 : 1;
+  /* KSTEP is the first of the four numbers of JSTEP; 1 is a static analysis */
+  const int integers[][4] = {{direct}, {ntens - direct}, {ntens}, {nstatv}, {nprops}, {1}, {1}, {1}, {1},
+                             {counts[0], 1, 0, 0}, {counts[1]}};
+  const double *input[ARGUMENTS];
+  char reason[100];
+  int argument;
+  *good = 0;
+  if (attempt != own.attempt) {
+    own.pnewdt = 1.0;
+    umat_worker_begin(counts[0], counts[1]);
+  }
+  own.attempt = attempt;
+  if (own.pnewdt < 1.0 && !checks) return;
+  if (own.block == NULL) place_arguments(ntens, nstatv, nprops);
+  for (int k = 0; k < ARGUMENTS; k++) input[k] = zeros;
+  input[STRESS] = stress;
+  input[STATEV] = statev;
+  input[DDSDDE] = tangent;
+  for (int i = 0; i < 3; i++) input[SSE + i] = energies + i;
+  input[STRAN] = stran;
+  input[DSTRAN] = dstran;
+  input[TIME] = time;
+  input[DTIME] = &dtime;
+  input[PROPS] = props;
+  input[PNEWDT] = input[CELENT] = &one;
+  input[DROT] = input[DFGRD0] = input[DFGRD1] = unit;
+  for (int k = NDI; k <= KINC; k++) input[k] = (const double *)integers[k - NDI];
+  call_once(input);
+  check_guards();
+  for (int k = STRAN; strict && k < ARGUMENTS; k++) {
+    if (memcmp(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block) == 0) continue;
+    snprintf(reason, sizeof reason, "it wrote to %s, which is the host's", names[k]);
+    umat_worker_fail(reason);
+  }
+  const double asked = absent == PNEWDT ? 1.0 : own.block[own.place[PNEWDT]];
+  if (isnan(asked)) umat_worker_fail("it returned no number in PNEWDT");
+  own.pnewdt = fmin(own.pnewdt, asked);
+  const int index = not_finite(&argument);
+  if (index > 0 && !(own.pnewdt < 1.0)) fail_for(argument, index, input);
+  if (index > 0 && checks) umat_worker_fail("it returned no numbers, and asked for a smaller increment");
+  if (own.pnewdt < 1.0 && !checks) return;
+  *good = 1;
+  memcpy(stress, own.block + own.place[STRESS], (size_t)ntens * sizeof *stress);
+  memcpy(statev, own.block + own.place[STATEV], (size_t)nstatv * sizeof *statev);
+  memcpy(ddsdde, own.block + own.place[DDSDDE], (size_t)(ntens * ntens) * sizeof *ddsdde);
+  for (int i = 0; i < 3; i++) energies[i] = own.block[own.place[SSE + i]];
+}
+
+typedef struct {
+  void (*work)(int, void *);
+  void *data;
+  int which;
+} job_type;
+
+static void *start(void *argument) {
+  const job_type *const job = argument;
+  job->work(job->which, job->data);
+  return NULL;
+}
+
+/* Do two pieces of work, 1 and 2, at once. */
+void umat_threads(void (*work)(int, void *), void *data) {
+  job_type job[2] = {{work, data, 1}, {work, data, 2}};
+  pthread_t thread;
+  const int started = pthread_create(&thread, NULL, start, &job[0]) == 0;
+  if (!started) start(&job[0]);
+  start(&job[1]);
+  if (started) pthread_join(thread, NULL);
+}
