@@ -31,7 +31,7 @@ module case_file
     "expect", "sweep", "replay", "state", "initial", "umat"]
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter :: case_format(46) = [character(len=104) :: &
+  character(len=*), parameter :: case_format(48) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
@@ -42,7 +42,9 @@ module case_file
     "             or normals = n_N, n_Tx, n_Ty, ..., weights = gamma, ...", &
     "  &umat      instead of both: library = 'file', symbol = 'umat_', props = ..., nstatv = 0,", &
     "             length, stiffness (separation at the strength, elastic stiffness), order = 'N,Tx,Ty',", &
-    "             thickness = 1, state = ... (STATEV at the start), damage = 0 (STATEV for this column)", &
+    "             thickness = 1, state = ... (STATEV at the start), damage = 0 (STATEV for this column),", &
+    "             limit = 60 (s for an increment); for checks ntens = 2, 3, 6 (numbers of components that it", &
+    "             can have), energies = .true.", &
     "  &step      one or more; each starts from the end of the last one", &
     "    s_N | t_N, s_Tx | t_Tx, s_Ty | t_Ty   target separation or traction: one value or a list", &
     "               (a shorter list repeats its last value); without an entry a component keeps its last", &

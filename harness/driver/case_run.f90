@@ -90,8 +90,9 @@ contains
       end if
     end if
     if (len(failure) > 0) call say(label // ": " // failure)
-    if (broken .and. run%law%step > 0 .or. table%last%lost .and. .not. case%expect%lost) &
+    if (broken .and. run%law%step > 0 .or. table%last%lost .and. .not. case%expect%lost) then
       call keep_failed(case, run, label, output)
+    end if
     call write_report(report, code, failure, table%snap_list)
     if (quiet) return
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &

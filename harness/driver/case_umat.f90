@@ -64,8 +64,10 @@ contains
         if (.not. law%limit > 0.0_wp) call append(message, entry_where(text, e) // ": expected > 0")
       case ("ntens")
         call get_reals(text, e, declared, message)
-        if (.not. all([(any(abs(declared(i) - [2.0_wp, 3.0_wp, 6.0_wp]) <= 0.0_wp), i=1, size(declared))])) &
+        do i = 1, size(declared)
+          if (any(abs(declared(i) - [2.0_wp, 3.0_wp, 6.0_wp]) <= 0.0_wp)) cycle
           call append(message, entry_where(text, e) // ": expected 2, 3 or 6, one or more of them")
+        end do
       case ("energies")
         call get_logical(text, e, law%has_energies, message)
       case default

@@ -249,7 +249,7 @@ contains
       if (index(rest, path // ":") == 1) then
         rest = rest(len(path) + 2:)
         if (scan(rest(1:1), "0123456789") == 1) rest = rest(index(rest, ":") + 1:)
-        rest = adjustl(rest)
+        rest = rest(verify(rest, " "):)
         last = index(rest, new_line("a"))
       end if
       text = text // rest(:last)

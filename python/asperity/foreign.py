@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import re
+import json
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,11 +21,6 @@ from .steps import Point, Step
 
 _ENTRIES = ("damage", *ENERGIES[:3])
 """Columns that begin a state; those from umat_work on are its rest."""
-
-_SNAP = re.compile(r"step (\d+) increment (\d+): snap from s = \((.*?)\) to \((.*?)\), (\S+) released")
-
-_STOPPED = "ended the program"
-
 
 @dataclass(frozen=True)
 class ForeignUmat:
@@ -49,6 +45,10 @@ class ForeignUmat:
         STATEV (nstatv,) at the start; None is zero.
     damage
         Number, from 1, of the state variable that is the damage.
+    limit
+        Longest time for an increment, s.
+
+    Raises FileNotFoundError if there is no such library.
     """
 
     library: str | Path
@@ -61,6 +61,12 @@ class ForeignUmat:
     thickness: float = 1.0
     state: Sequence[float] | None = None
     damage: int | None = None
+    limit: float = 60.0
+
+    def __post_init__(self) -> None:
+        """Check that the library is there."""
+        if not Path(self.library).is_file():
+            raise FileNotFoundError(f"library = {self.library}: expected the path of a shared library")
 
     def run(
         self,
@@ -88,7 +94,7 @@ class ForeignUmat:
         Raises
         ------
         ValueError
-            With the messages of the driver, for wrong input.
+            For wrong input, or if the tolerance is not reached.
         EquilibriumLost
             Where no equilibrium is found or the UMAT fails, with the rows before and the reason.
         """
@@ -99,25 +105,19 @@ class ForeignUmat:
             groups += [("state", {"separation": start.separation, "statev": start.state, "work": start.work})]
         groups += [("step", step.given()) for step in path]
         with TemporaryDirectory() as folder:
-            case, output = Path(folder, "case.nml"), Path(folder, "out.csv")
+            case, output, report = (Path(folder, name) for name in ("case.nml", "out.csv", "out.json"))
             case.write_text("".join(_group(name, given) for name, given in groups), encoding="utf-8")
-            done = subprocess.run(
-                [driver(), case, "-o", output, "--planes"], capture_output=True, text=True, check=False
-            )
-            text = re.sub(rf"(rie_driver: )?{re.escape(str(case))}(:\d+)?: ", "", done.stderr)
-            if done.returncode not in (0, 2) or not output.is_file():
-                raise ValueError(text.replace("rie_driver: ", "").strip())
-            history, lost = _history(output.read_text(encoding="utf-8"), text)
-        if done.returncode == 2:
-            lines = [line.replace("rie_driver: ", "") for line in text.splitlines()]
-            said = "beyond step", "stopped at", _STOPPED
-            reason = next((line for line in lines if any(words in line for words in said)), lines[0])
-            own = [line for line in done.stderr.splitlines() if line and not line.startswith("rie_driver:")]
-            if own:
-                reason += f"; the UMAT wrote: {own[0]}"
-            if not lost and len(history) > 0 and _STOPPED not in reason:
-                raise ValueError(reason)
-            raise EquilibriumLost(reason, history.ended(reason))
+            # what the UMAT prints last is in the message
+            command = [driver(), case, "-o", output, "--planes", "--quiet", "--report", report]
+            subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+            told = json.loads(report.read_text(encoding="utf-8"))
+            if not output.is_file():
+                raise ValueError(told["message"])
+            history, lost = _history(output.read_text(encoding="utf-8"), told["snaps"])
+        if told["code"] == 2 and not lost:
+            raise ValueError(told["message"])
+        if told["code"] != 0:
+            raise EquilibriumLost(told["message"], history.ended(told["message"]))
         return history
 
     def _given(self) -> dict[str, object]:
@@ -143,7 +143,7 @@ def _group(name: str, given: dict[str, object]) -> str:
     return "\n".join([f"&{name}", *entries, "/\n"])
 
 
-def _history(text: str, messages: str) -> tuple[History, bool]:
+def _history(text: str, told: list[dict[str, Any]]) -> tuple[History, bool]:
     """History of the rows of the driver, without the row of a lost equilibrium, and whether there is one."""
     header, *lines = (line.split(",") for line in text.splitlines())
     lost = bool(lines) and "lost" in lines[-1][header.index("event")].split("+")
@@ -158,10 +158,9 @@ def _history(text: str, messages: str) -> tuple[History, bool]:
 
     places = {(int(a), int(b)): i for i, (a, b) in enumerate(table(("step", "increment")))}
     snaps = []
-    for step, increment, before, after, released in _SNAP.findall(messages):
-        ends = (tuple(map(float, part.split(","))) for part in (before, after))
-        if (int(step), int(increment)) in places:
-            snaps.append(Snap(places[int(step), int(increment)], *ends, float(released)))
+    for snap in told:
+        if (place := places.get((snap["step"], snap["increment"]))) is not None:
+            snaps.append(Snap(place, tuple(snap["before"]), tuple(snap["after"]), float(snap["released"])))
     events = tuple((i, str(event)) for i, event in enumerate(cells[:, header.index("event")]) if event)
     assert all(name in EVENTS for _, event in events for name in event.split("+"))
     parts = table(SEPARATION), table(TRACTION), number["damage"], table((*_ENTRIES, *rest)), number["work"]

@@ -121,8 +121,8 @@ contains
       ! the largest load factor so far, so that time never decreases
       run%share = max(run%share, run%branch%factor)
     else
-      call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%before, run%point, reached, &
-        row%report, run%reason)
+      call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%before, run%point, &
+        reached, row%report, run%reason)
       run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
     end if
     run%done = run%earlier + nint(run%share*real(parts, wp))

@@ -215,6 +215,8 @@ contains
       if (check%measured > check%limit) call judge(check, failed, place(path, i) // "SPD + SCD decrease by " // &
         short(check%measured))
       if (.not. any(abs(sums) > 0.0_wp)) call judge(check, not_judged, "SPD and SCD are zero")
+    case default
+      call judge(check, not_judged, "no such check")
     end select
     if (any(check%name == ["energies   ", "dissipation"]) .and. .not. path%law%has_energies) then
       call judge(check, not_declared, "energies = .false.")
@@ -440,7 +442,7 @@ contains
         call send_row([a, b])
       case (in_threads)
         call send_row(merge(0.0_wp, 1.0_wp, plan%alike))
-      case (with_differences)
+      case default
         call send_row(differences_at(law, plan, i))
       end select
     end do

@@ -2,10 +2,10 @@
 module asperity_umat_run
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_ptr
   use asperity_control_point, only: new_point, point_type, report_type
-  use asperity_events, only: event_length
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat, umat_name
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_row, end_row, explain_loss, row_type, run_type, start_run
+  use asperity_point_law, only: event_length
   use asperity_refine, only: refine_path
   use asperity_steps, only: step_type
   use asperity_umat_worker, only: end_worker, leave_notes, receive_row, send_row, start_worker, worker_type

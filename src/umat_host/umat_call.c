@@ -58,7 +58,7 @@ typedef struct {
   int attempt;
   int size[ARGUMENTS], place[ARGUMENTS + 1]; /* the last place is the end */
 } arguments_type;
-static _Thread_local arguments_type own = {.pnewdt = 1.0};
+static _Thread_local arguments_type own = {.pnewdt = 1.0, .attempt = -1};
 
 /* Utility of Abaqus: ends the analysis. */
 void xit_(void) { umat_worker_fail("it called XIT, which ends the analysis"); }

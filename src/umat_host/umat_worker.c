@@ -123,7 +123,6 @@ static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
 /* Begin the work in a child; NULL: there is none, the reason is in errno. */
 worker_type *umat_worker_start(void (*work)(void *), void *data, double limit) {
-  static const int errors[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGINT, SIGTERM, SIGHUP};
   worker_type *const worker = calloc(1, sizeof *worker);
   int rows[2] = {-1, -1}, text[2] = {-1, -1};
   const pid_t parent = getpid();
@@ -147,8 +146,6 @@ worker_type *umat_worker_start(void (*work)(void *), void *data, double limit) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);
 #endif
-    /* without the reports of the Fortran run-time library */
-    for (size_t i = 0; i < sizeof errors / sizeof *errors; i++) signal(errors[i], SIG_DFL);
     board = worker->board;
     rows_file = rows[1];
     fstat(rows_file, &rows_known);
@@ -281,7 +278,7 @@ int umat_worker_receive(worker_type *worker, double *numbers, int n) {
  * increment that began (step -1: none), and the notes. Both texts have `length` bytes. */
 void umat_worker_end(worker_type *worker, int n, double *notes, int *counts, char *text, char *reason, int length) {
   const board_type *const told = worker->board;
-  char why[TEXT + 100];
+  char why[TEXT + 100], printed[LINE + 30] = "";
   if (!worker->over) {
     if (!told->done) kill(-worker->child, SIGKILL);
     while (wait_some(worker)) worker->filled = worker->taken = 0;
@@ -300,10 +297,9 @@ void umat_worker_end(worker_type *worker, int n, double *notes, int *counts, cha
     snprintf(why, sizeof why, "it ended the program with exit code %d, as STOP or exit do",
              WEXITSTATUS(worker->status));
   }
-  const int printed = why[0] != '\0' && worker->length > 0;
-  snprintf(reason, (size_t)length, "%s%s%.*s", why, printed ? "; it printed last: " : "", (int)worker->length * printed,
-           worker->line);
-  snprintf(text, (size_t)length, "%.*s", TEXT, told->text);
+  if (worker->length > 0) snprintf(printed, sizeof printed, "; it printed last: %.*s", (int)worker->length, worker->line);
+  snprintf(reason, (size_t)length, "%s%s", why, why[0] != '\0' ? printed : "");
+  snprintf(text, (size_t)length, "%.*s%s", TEXT, told->text, told->text[0] != '\0' ? printed : "");
   counts[0] = told->begun > 0 ? told->step : -1;
   counts[1] = told->increment;
   memcpy(notes, told->notes, (size_t)n * sizeof *notes);

@@ -3,14 +3,7 @@
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
-  use, intrinsic :: iso_c_binding, only: c_int
   implicit none
-  interface
-    subroutine end_at_once(status) bind(c, name="_exit")
-      import :: c_int
-      integer(c_int), value :: status
-    end subroutine end_at_once
-  end interface
   integer :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, kstep, kinc
   double precision :: stress(ntens), statev(*), ddsdde(ntens, ntens), sse, spd, scd, rpl, ddsddt(ntens), drplde(ntens), &
     drpldt, stran(ntens), dstran(ntens), time(2), dtime, temp, dtemp, predef(1), dpred(1), props(*), coords(3), &
@@ -91,14 +84,16 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     celent = 2d0
   case (12)
     if (lambda > s0) stop
-  case (13)
-    if (lambda > s0) statev(1000000000) = 1d0
   case (14)
     if (lambda > s0) pnewdt = 0.999999d0
   case (15)
     if (lambda > s0) pnewdt = sqrt(-lambda)
-  case (16)
-    if (lambda > s0) call end_at_once(0_c_int)
+  case (17)
+    if (lambda > s0) error stop
+  case (18)
+    do while (lambda > s0)
+      lambda = max(lambda, s0 + 1d0)
+    end do
   case (11)
     stress = stress*(1d0 + 0d0*coords(1))
   end select

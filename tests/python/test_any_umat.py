@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import re
 import shutil
+import signal
 import subprocess
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +30,22 @@ MIXED = """&step s_N = 0.05, s_Tx = 0.04, increments = 20 /
 &step s_N = 0.02, s_Tx = -0.2, s_Ty = 0.02, increments = 40 /
 """
 """Path with mixed modes, unloading, closing and reloading."""
+
+ATTACKER = """
+#define _GNU_SOURCE
+#include <fcntl.h>
+#include <fenv.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
+           double *ddsddt, double *drplde, double *drpldt, double *stran, double *dstran) {
+  for (int i = 0; i < 3; i++) stress[i] = 100 * (stran[i] + dstran[i]), ddsdde[4 * i] = 100;
+  if (stran[0] + dstran[0] > 0.0035) { ATTACK }
+}
+"""
+"""Elastic UMAT that does something at larger openings."""
 
 HIDDEN = {"repeated", "cut", "alternating", "threads"}
 """Checks that hidden state fails."""
@@ -57,10 +75,41 @@ def of_python(library: Path, fault: int = 0) -> ForeignUmat:
     return ForeignUmat(library, ONSET, STIFFNESS, (STIFFNESS, ONSET, BROKEN, SHARE, fault), 7, damage=1)
 
 
+@pytest.fixture
+def attacker(tmp_path: Path):
+    """Return a function that makes a case of an elastic UMAT with a statement for increments from 4 on."""
+
+    def case(statement: str, limit: float = 0.5) -> str:
+        source, path = tmp_path / "attacker.c", tmp_path / "attacker.so"
+        source.write_text(ATTACKER.replace("ATTACK", statement), encoding="utf-8")
+        subprocess.run(["gcc", "-shared", "-fPIC", "-w", source, "-o", path, "-lm"], check=True)
+        return (
+            f"&umat library = '{path}', length = 0.01, stiffness = 100, nstatv = 1, limit = {limit} /\n"
+            "&step s_N = 0.008, increments = 8 /\n"
+        )
+
+    return case
+
+
+def wait_for(condition) -> None:
+    """Wait until a condition holds, at most 20 s."""
+    end = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def children(pid: int) -> list[str]:
+    """Return the processes that a process has started."""
+    return Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
+
+
 def verdicts(text: str) -> dict[str, str]:
     """Return the verdict of each check in a table."""
-    rows = re.findall(r"^(passed|FAILED|stated|      )  (\w+)", text, re.MULTILINE)
-    return {name: verdict.strip() for verdict, name in rows}
+    return dict(
+        (name, verdict)
+        for verdict, name in re.findall(r"^(passed|FAILED|stated|not \w+) +(\w+)", text, re.MULTILINE)
+    )
 
 
 # --- load paths ---------------------------------------------------------------------------------------------
@@ -146,22 +195,99 @@ def test_order_thickness_and_state(run, library: Path) -> None:
 @pytest.mark.parametrize(
     ("fault", "nstatv", "said", "rows"),
     [
-        (4, 2, r"wrote to STATEV\(3\), of 2: expected a larger nstatv", 0),
-        (5, 7, "called XIT", 4),
-        (6, 7, r"no finite number in STRESS\(1\)", 4),
+        (4, 2, r"at the start of the path it wrote to STATEV\(3\), of 2: expected a larger nstatv", 0),
+        (5, 7, "in step 1 increment 4 it called XIT", 3),
+        (6, 7, r"no finite number in STRESS\(1\)", 3),
         (8, 7, "read more than the 5 values of PROPS", 0),
-        (9, 7, "called STDB_ABQERR: no more of this", 4),
-        (12, 7, "ended the program, as STOP does", 3),
-        (13, 7, r"ended by signal 11 \(Segmentation fault\)", 4),
-        (15, 7, "no number in PNEWDT", 4),
-        (16, 7, "ended the program by _exit", 4),
+        (9, 7, "called STDB_ABQERR: no more of this", 3),
+        (12, 7, "ended the program with exit code 0, as STOP or exit do", 3),
+        (15, 7, "no number in PNEWDT", 3),
+        (17, 7, "exit code 1, as STOP or exit do; it printed last: ERROR STOP", 3),
     ],
 )
 def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: str, rows: int) -> None:
-    """A failure is an error that names routine, library and reason; the rows before it are kept."""
-    result = run(planted(library, fault, nstatv) + "&step s_N = 0.025, increments = 8 /\n", code=2)
+    """A failure is an error that names UMAT, increment and reason; the rows before it are kept."""
+    result = run(planted(library, fault, nstatv) + "&step s_N = 0.025, increments = 8 /\n", code=1)
     assert re.search(rf"umat_ of {library}: .*{said}", result.messages)
     assert len(result.rows) == rows
+
+
+SIGNAL = r"ended by signal {} \({}\)"
+
+
+@pytest.mark.parametrize(
+    ("attack", "said"),
+    {
+        "*(volatile int *)8 = 1;": SIGNAL.format(11, "Segmentation fault"),
+        "statev[1000000000] = 1;": SIGNAL.format(11, "Segmentation fault"),
+        "for (int i = 0; i < 1000; i++) statev[i] = 1;": r"STATEV\(2\), of 1: expected a larger nstatv",
+        "for (int i = 0; i < 1000000; i++) statev[i] = 1;": r"wrote to STATEV\(2\), of 1",
+        "statev[1000000] = 1;": SIGNAL.format(11, "Segmentation fault"),
+        "exit(0);": "ended the program with exit code 0",
+        "_exit(0);": "ended the program with exit code 0",
+        "quick_exit(3);": "ended the program with exit code 3",
+        "abort();": SIGNAL.format(6, "Aborted"),
+        "raise(SIGFPE);": SIGNAL.format(8, "Floating point exception"),
+        "for (;;);": r"did not complete the increment within the limit of 0\.5 s",
+        "signal(SIGTERM, SIG_IGN); raise(SIGSTOP);": r"limit of 0\.5 s",
+        "alarm(1); signal(SIGALRM, SIG_DFL); for (;;);": r"limit of 0\.5 s",
+        "if (fork() == 0) for (;;) pause(); abort();": SIGNAL.format(6, "Aborted"),
+        "for (int i = 3; i < 1000; i++) close(i);": "closed a file of this program",
+        "for (int i = 3; i < 99; i++) close(i), open(\"/dev/null\", 1);": "closed a file of this program",
+        "exit(puts(\"negative damage\"));": "it printed last: negative damage",
+    }.items(),
+)
+def test_attacks(run, attacker, attack: str, said: str) -> None:
+    """A UMAT that crashes, ends the program, loops, or closes files is told of; the rows are kept."""
+    result = run(attacker(attack), code=1)
+    assert re.search(rf"umat_ of .*attacker\.so: in step 1 increment 4 .*{said}", result.messages)
+    assert len(result.rows) == 3
+    failed = result.messages.split("the failed increment was written to ")[1].split()[0]
+    assert failed == "case.failed.nml"
+
+
+@pytest.mark.parametrize(
+    "attack",
+    [
+        "close(1); close(2);",
+        "for (int i = 0; i < 100000; i++) puts(\"text\");",
+        "if (fork() == 0) for (;;) pause();",
+        "chdir(\"/\");",
+        "feenableexcept(FE_ALL_EXCEPT);",
+        "fesetround(FE_UPWARD);",
+        "signal(SIGALRM, SIG_IGN); alarm(1);",
+        "char c; read(0, &c, 1);",
+    ],
+)
+def test_harmless(run, attacker, attack: str) -> None:
+    """Closed output, much of it, processes, folders, exceptions, alarms and input of a UMAT change no row."""
+    plain, found = run(attacker("")), run(attacker(attack))
+    assert found.rows == plain.rows and len(found.rows) == 8
+
+
+def test_no_process_is_left(run, attacker) -> None:
+    """Processes that a UMAT started end with it."""
+    run(attacker('if (fork() == 0) execlp("sleep", "sleep", "98765", NULL);'))
+    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    assert "98765" not in listed.stdout
+
+
+def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> None:
+    """SIGINT to the driver ends the UMAT, too, and keeps the rows."""
+    (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
+    with subprocess.Popen([driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+        wait_for(lambda: (tmp_path / "case.csv").is_file())
+        wait_for(lambda: (tmp_path / "case.csv").read_text().count("\n") == 4)
+        [child] = children(process.pid)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == -signal.SIGINT
+    wait_for(lambda: not Path(f"/proc/{child}").exists())
+
+
+def test_a_path_with_a_tolerance_keeps_rows(run, attacker) -> None:
+    """A UMAT that fails while increments are refined: the rows of the increments as they are given."""
+    result = run("&case tolerance = 1e-3 /\n" + attacker("abort();"), code=1)
+    assert "Aborted" in result.messages and len(result.rows) == 3
 
 
 def test_failed_increment_runs_again(driver: Path, library: Path, tmp_path: Path) -> None:
@@ -217,18 +343,20 @@ def test_python_is_the_driver(run, library: Path) -> None:
     assert len(lost.value.history) == 8
     with pytest.raises(asperity.EquilibriumLost, match="called XIT"):
         of_python(library, 5).run(Step(s_N=0.1))
-    with pytest.raises(asperity.EquilibriumLost, match="ended the program, as STOP does") as stopped:
+    with pytest.raises(asperity.EquilibriumLost, match="exit code 0, as STOP or exit do") as stopped:
         of_python(library, 12).run(Step(s_N=0.025, increments=8))
     assert len(stopped.value.history) == 3
+    with pytest.raises(asperity.EquilibriumLost, match=r"within the limit of 0.5 s"):
+        replace(of_python(library, 18), limit=0.5).run(Step(s_N=0.1))
     with pytest.raises(ValueError, match=r"^&umat: thickness = 0: expected > 0$"):
         replace(of_python(library), thickness=0.0).run(Step(s_N=0.1))
     with pytest.raises(ValueError, match=r"^props: expected a list of numbers$"):
         replace(of_python(library), props=[[1.0], [2.0]]).run(Step(s_N=0.1))
     own = asperity.ForeignUmat(asperity.library(), 0.02, 150.0, props=(-3.0, 0.3, 0.9, 0.5), nstatv=23)
-    with pytest.raises(asperity.EquilibriumLost, match=r"the UMAT wrote: .*sigma0 = -3: expected > 0"):
+    with pytest.raises(asperity.EquilibriumLost, match=r"it printed last: .*sigma0 = -3: expected > 0"):
         own.run(Step(s_N=0.01))
-    with pytest.raises(ValueError, match="cannot open shared object"):
-        of_python(library.with_name("nothing.so")).run(Step(s_N=0.1))
+    with pytest.raises(FileNotFoundError, match=r"nothing\.so: expected the path of a shared library"):
+        of_python(library.with_name("nothing.so"))
 
 
 def test_commands(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
@@ -281,8 +409,32 @@ def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int,
     assert {name for name, verdict in found.items() if verdict == "FAILED"} == failed
     assert done.returncode == (1 if failed else 0)
     if failed & HIDDEN:
-        assert found["tangent"] == found["energies"] == ""
+        assert found["tangent"] == found["energies"] == "not judged"
     if fault == 1:
         assert "DDSDDE is symmetric" in done.stdout
     if fault == 11:
         assert "it uses COORDS" in done.stdout
+
+
+def test_what_a_umat_does_not_declare(driver: Path, attacker, tmp_path: Path) -> None:
+    """Components and energies that a UMAT does not have are no failures; without a word they are."""
+    case = attacker("")
+    for more, expected in (("", "FAILED"), (", ntens = 3, energies = .false.", "not declared")):
+        (tmp_path / "case.nml").write_text(case.replace(" /", more + " /", 1), encoding="utf-8")
+        done = call(driver, "case.nml", "--check", folder=tmp_path)
+        found = verdicts(done.stdout)
+        assert found["components"] == found["energies"] == expected
+        assert done.returncode == (expected == "FAILED")
+
+
+@pytest.mark.parametrize(
+    ("attack", "said"),
+    [("abort();", "Aborted"), ("for (;;);", "limit of 0.5 s"), ("exit(0);", "exit code 0")],
+)
+def test_the_table_is_whole(driver: Path, attacker, tmp_path: Path, attack: str, said: str) -> None:
+    """A UMAT that fails in a check leaves the table whole."""
+    case = attacker(f"if (statev[0]++ > 0) {{ {attack} }}")
+    (tmp_path / "case.nml").write_text(case, encoding="utf-8")
+    done = call(driver, "case.nml", "--check", folder=tmp_path)
+    assert done.returncode == 1 and len(verdicts(done.stdout)) == 12
+    assert verdicts(done.stdout)["path"] == "FAILED" and said in done.stdout
