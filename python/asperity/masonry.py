@@ -21,8 +21,8 @@ OPTIONAL = ("tan_psi", "delta")
 PRESSURES = "-0.05,-0.3,-1.21"
 """Normal tractions of the peaks, as in tests of mortar joints in MPa."""
 
-INCREMENTS = 2000
-"""Of the slip in which a peak is found."""
+INCREMENTS, SHOWN_INCREMENTS = 2000, 400
+"""Of the slip in which a peak is found, and of that in the case."""
 
 SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height")
 """Constants in the group &material; others have their default."""
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("values NAME=VALUE", names, str, {"nargs": "*"}),
         ("--sigma-N SIGMA_N,...", pressures, str, {"nargs": "+", "default": [PRESSURES]}),
     )
-    add_output(parser, "FILE.nml", "write the groups, a new file")
+    add_output(parser, "CASE.nml", "write a case, a slip under each of these tractions, a new file")
     # a list that begins with a minus sign is a value, as a number is
     parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.set_defaults(action=_run)
@@ -62,8 +62,7 @@ def pattern_of(tan_psi: float) -> Pattern:
 
 def peak(material: Material, pattern: Pattern, sigma_N: float) -> float:
     """Largest shear traction of the joint in a slip test."""
-    reach = 2.0 * (material.Gc2 / material.sigma02)
-    slips = np.linspace(0.0, reach, INCREMENTS + 1)[1:]
+    slips = np.linspace(0.0, _reach(material), INCREMENTS + 1)[1:]
     return float(Interface(material, pattern).confined_slip(0.0, slips, sigma_N).traction[:, 1].max())
 
 
@@ -110,9 +109,26 @@ def _run(options: argparse.Namespace) -> int:
                 better = strength_for_peak(material, pattern, sigma_N, wanted)
             print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
-        options.output.write_text(group, encoding="utf-8")
+        options.output.write_text(f"{group}{_steps(material, stresses)}", encoding="utf-8")
         print(f"\n{options.output}")
     return 0
+
+
+def _steps(material: Material, stresses: list[float]) -> str:
+    """Groups of a case: a slip to rupture under each normal traction, largest first."""
+    held = sorted({*stresses}, reverse=True)
+    several = f"&sweep name = 'sigma_N', values = {', '.join(f'{one:g}' for one in held)} /\n"
+    return (
+        "&case title = 'Mortar joint' /\n"
+        f"{several if len(held) > 1 else ''}"
+        f"&step t_N = {'sigma_N' if len(held) > 1 else f'{held[0]:g}'}, increments = 20 /\n"
+        f"&step slip = {_reach(material):.6g}, increments = {SHOWN_INCREMENTS} /\n"
+    )
+
+
+def _reach(material: Material) -> float:
+    """Slip at which the bond is broken."""
+    return 2.0 * material.Gc2 / material.sigma02
 
 
 def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:

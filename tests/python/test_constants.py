@@ -166,8 +166,18 @@ def test_command_masonry(
     expected = [[-0.3, 0.504, 0.575], [-0.05, 0.362, 0.388], [-1.21, 1.117, 1.258], [-2.12, 1.760, 1.940]]
     np.testing.assert_allclose([row[:3] for row in rows], expected, rtol=0.0, atol=6e-4)
     assert rows[0][3] == pytest.approx(0.428, abs=1e-3)
-    Path("case.nml").write_text(Path("joint.nml").read_text() + "&step s_N = 0.1 /\n", encoding="utf-8")
-    assert read_case("case.nml").runs[0].material.eta == pytest.approx(0.97883, abs=5e-6)
+    case = read_case("joint.nml")
+    assert case.runs[0].material.eta == pytest.approx(0.97883, abs=5e-6)
+    assert [run.value for run in case.runs] == [-0.05, -0.3, -1.21, -2.12]
+    # the case runs, is a card and an element whose five rows lie on both sides of the peak
+    assert main(["run", "joint.nml", "--quiet"]) == 0 and main(["card", "abaqus", "joint.nml"]) == 0
+    assert main(["export", "calculix", "kit", "--case", "joint.nml", "--value", "-0.3"]) == 0
+    shown = re.findall(
+        r"^\| (\S+) \| \S+ \| (\S+) \|", capsys.readouterr().out.split("---|")[-1], re.MULTILINE
+    )
+    forces = [float(force) for _, force in shown]
+    assert len(forces) == 5 and forces[0] < max(forces) > forces[4] > 0.225
+    assert max(forces) == pytest.approx(0.504, abs=0.01)
     for arguments, message in (
         ([*JOINT[1:], "ks2=3", "tan_psi=x", "--sigma-N", "0.3", "y"], "kn is missing: expected kn=VALUE\n"),
         ([*JOINT, "ks2=3", "--sigma-N", "0.3"], "ks2 = 3: expected one of kn, ks, ft"),

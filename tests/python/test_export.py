@@ -400,3 +400,23 @@ def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.Monk
     ctypes.CDLL(str(tmp_path / "libabaqus.so"), mode=ctypes.RTLD_GLOBAL)
     end = run_standard(model(WRITTEN["single_standard.inp"]), tmp_path / "libuser.so")[-1]
     assert abs(end[2] - ROUGH.residual_strength(THETA)) < 1.0e-9
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize("host", kit.HOSTS)
+def test_readme_names_files_that_are_there(host: str, tmp_path: Path) -> None:
+    """Every file of a kit with a case of one's own that its README names is there, or written by a run."""
+    case = tmp_path / "joint.nml"
+    case.write_text(
+        "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /\n&pattern sides = 0 /\n"
+        "&step t_N = -1.0, increments = 10 /\n&step slip = 5.0, increments = 500 /\n",
+        encoding="utf-8",
+    )
+    element = Element.of_case(case)
+    names = kit.files(host, element, examples=False)
+    named = set(re.findall(r"`([\w.-]+\.[a-z]\w*)`", names["README.md"].decode()))
+    written = {"single.dat", "single.out", "single.npz", "single_standard.dat"}
+    assert named - written <= {*names}, named - written - {*names}
+    # the slip ends where the five rows lie on both sides of the peak
+    forces = [row[2] for row in element.rows]
+    assert element.slip < 1.0 and forces[0] < max(forces) > forces[-1] > 0.5

@@ -7,6 +7,15 @@ from asperity.export.element import Element
 
 from .decks import EXAMPLES, single_explicit, single_standard
 
+EXPLICIT = """\
+A `single_explicit.inp` is the same joint for Abaqus/Explicit. RF1 and U3 over U1 follow the rows, with
+oscillations:
+
+    abaqus job=single_explicit user=asperity_abaqus.f90 double=both
+
+"""
+"""What the README says of the deck for Abaqus/Explicit."""
+
 
 def files(element: Element, examples: bool = True) -> dict[str, str | bytes]:
     """Contents of the kit by file name; examples: with the decks of an explicit element and larger models."""
@@ -16,6 +25,9 @@ def files(element: Element, examples: bool = True) -> dict[str, str | bytes]:
         decks |= {f"{write.__name__}.inp": write() for write in EXAMPLES}
     listed = "\n".join(f"| `{name}` | {text.splitlines()[1]} |" for name, text in decks.items())
     environment = (installed.kit("abaqus") / "abaqus_v6.env").read_text(encoding="ascii")
-    texts = {"README.md": element.readme("abaqus", decks=listed), "abaqus_v6.env": environment}
+    texts = {
+        "README.md": element.readme("abaqus", decks=listed, explicit=EXPLICIT if examples else ""),
+        "abaqus_v6.env": environment,
+    }
     sources = {path.name: path.read_bytes() for path in sorted(installed.abaqus().glob("*.f90"))}
     return texts | {"joint.nml": element.text} | decks | sources
