@@ -13,6 +13,9 @@ from .case_files import read_run
 from .options import add_options, add_output, check_outputs
 from .remarks import shown_warnings
 
+HEAD = 5
+"""Lines of a case in which its comments are."""
+
 START = r".{,80}asperity \d|\{\s+\"elements\": \[\s+\"Geo_U"
 """Start of a block; JSON, for Kratos, has no comments."""
 
@@ -50,6 +53,12 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     card.set_defaults(action=_card)
 
 
+def _accepted(case: Path) -> list[str]:
+    """What the user of a fit has accepted, from the comments of its case."""
+    lines = case.read_text(encoding="utf-8").splitlines()[:HEAD]
+    return [line[2:] for line in lines if line.startswith("! Accepted with")]
+
+
 def _card(options: argparse.Namespace) -> int:
     """Print or write the block; each warning is a line on standard error."""
     check_outputs(options.force, [options.case], ("-o", options.output, START))
@@ -67,6 +76,7 @@ def _card(options: argparse.Namespace) -> int:
             modulus=options.modulus,
             size=options.size,
             direction=options.direction,
+            notes=_accepted(options.case),
             **of_host | {name: value for name, value in given.items() if value is not None},
         )
     if options.host == "mtest":

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 
 from . import installed
 
-PACKAGES = ("numpy", "scipy", "matplotlib", "tqdm")
+PACKAGES = ("numpy", "scipy", "matplotlib", "tqdm", "pandas", "pint", "lmfit")
 """Packages that the commands need."""
 
 HOST_PROGRAMS = {"CalculiX": ("ccx", "ccx_2.20"), "Abaqus": ("abaqus",), "gfortran": ("gfortran",)}

@@ -14,7 +14,6 @@ from . import contract
 from .contract import Floats
 from .pattern import direction_vector
 from .steps import Point
-from .tables import read_table
 
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
@@ -294,8 +293,9 @@ class History(_Named):
         except ValueError:
             even = False
         if not even or not np.isfinite(numbers).all():
-            read_table(source, "rows of the driver").numbers(places[:-1], COLUMNS[:-1])
-            raise ValueError(f"{path}: expected finite numbers, as the driver writes them")
+            raise ValueError(
+                f"{path}: {_first_bad(lines, names)}: expected finite numbers, as the driver writes"
+            )
         column = dict(zip(COLUMNS, numbers.T, strict=False))
         state = np.zeros((len(lines), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
@@ -311,6 +311,21 @@ class History(_Named):
             if i >= 0:
                 texts[i] = f"{texts[i]}+{text}" if texts[i] else text
         return texts
+
+
+def _first_bad(lines: list[list[str]], names: list[str]) -> str:
+    """Row and cell of the first one that is no finite number, or row of another length."""
+    for row, line in enumerate(lines, 1):
+        if len(line) != len(names):
+            return f"row {row}: {len(line)} values under {len(names)} names"
+        for name, text in zip(names, line, strict=True):
+            try:
+                good = name not in COLUMNS[:-1] or np.isfinite(float(text))
+            except ValueError:
+                good = False
+            if not good:
+                return f"row {row}, column {name}: {text}"
+    return "numbers"
 
 
 def _freeze(*arrays: Floats) -> None:

@@ -438,6 +438,7 @@ class Interface:
         modulus: float | None = None,
         size: float | None = None,
         direction: float | None = None,
+        notes: Sequence[str] = (),
     ) -> str:
         """Material block of the input of a host: "abaqus", "akantu", "calculix", "kratos", "mtest", "ogs"
         or "oofem".
@@ -445,11 +446,12 @@ class Interface:
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
         elements; direction: of the slip, degrees from Tx towards Ty.  They are checked: remarks go into the
-        block, and problems also give a ModelWarning.
+        block after the notes, and problems also give a ModelWarning.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
         found = remarks(self.material, self.pattern, stress, modulus, size, direction)
-        texts = [remark.text if remark.good else f"WARNING: {remark.text}" for remark in found]
+        texts = [*notes]
+        texts += [remark.text if remark.good else f"WARNING: {remark.text}" for remark in found]
         block = cards.Block(
             name,
             self.props(h, map, dalpha, r),

@@ -9,8 +9,17 @@ import signal
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
+from importlib import import_module
 from pathlib import Path
 from typing import Any
+
+
+def imported(module: str) -> Any:
+    """Import a library; raises ValueError with the line that installs it."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise ValueError(f"{module} is not installed: expected pip install {module}") from None
 
 
 def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> None:

@@ -15,10 +15,11 @@ from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
 from asperity.fit import fitting, outcome
 from asperity.fit import model as fit_model
+from asperity.fit.constants import to_scale
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import residual_ratio
 from asperity.fit.records import read_tests
-from asperity.fit.report import case_text, identifiability, report
+from asperity.fit.report import case_text, doubts_of, report
 from asperity.fit.search import COVARIANCE, HEADING
 from asperity.fit.shear_test import ShearTest
 from asperity.options import PICTURES, may_replace
@@ -51,7 +52,8 @@ def three_percent() -> outcome.Fit:
 @pytest.fixture(scope="module")
 def no_dilation() -> outcome.Fit:
     """Fit of the same tests without dilation."""
-    return fit(study.synthetic(0.03, 0, dilation=False), fixed=study.SET, start=AT_TRUTH, starts=1)
+    tests = study.synthetic(0.03, 0, dilation=False)
+    return fit(tests, study.FREE, study.SET, start=AT_TRUTH, starts=1)
 
 
 # --- constant normal stiffness ------------------------------------------------------------------------------
@@ -128,7 +130,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
     misses = 0
     for one in fits:
         half = 0.6745 * np.sqrt(np.diag(one.covariance))
-        exact = [fit_model.SCALES[name].to(TRUTH[name]) for name in one.problem.free]
+        exact = [float(to_scale(name, TRUTH[name])) for name in one.problem.free]
         misses += int(np.sum(np.abs(one.x - exact) > half))
     of = repetitions * len(AT_TRUTH)
     assert 0.25 < misses / of < 0.75
@@ -152,19 +154,19 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fitting, "REFINEMENTS", 0)
     coarse = fit(tests, fixed=study.SET, start=start, starts=1)
     assert coarse.problem.refinement == 1 and coarse.shift > outcome.ENOUGH
-    assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.004
-    assert "the increments are too long: finer ones change" in "\n".join(identifiability(coarse))
+    assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.003
+    assert "the increments are too long: finer ones change" in "\n".join(doubts_of(coarse))
 
 
 @pytest.mark.slow
 def test_own_starts_and_derivatives(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random starts find the minimum near the true values; derivatives with a smaller step agree."""
     problem = three_percent.problem
-    truth = np.array([fit_model.SCALES[name].to(TRUTH[name]) for name in problem.free])
-    assert three_percent.costs[0] <= float(np.sum(problem.residuals(truth) ** 2))
+    truth = np.array([float(to_scale(name, TRUTH[name])) for name in problem.free])
+    assert three_percent.result.chisqr <= float(np.sum(problem.residuals(truth) ** 2))
     assert three_percent.agreeing > 1
-    monkeypatch.setattr(fit_model, "STEP", 0.1 * fit_model.STEP)
-    finer = problem.jacobian(three_percent.x) - three_percent.jacobian
+    small = 0.1 * fitting.STEP
+    finer = fitting.differences(problem.residuals, three_percent.x, small) - three_percent.jacobian
     assert (np.linalg.norm(finer, axis=0) < 1e-3 * np.linalg.norm(three_percent.jacobian, axis=0)).all()
 
 
@@ -190,12 +192,10 @@ def test_coupling_without_dilation(no_dilation: outcome.Fit, three_percent: outc
     mu = no_dilation.estimates["mu"]
     worse = (mu.high - mu.low) / mu.value / ((ratio.high - ratio.low) / ratio.value)
     assert worse > 5.0
-    text = identifiability(no_dilation)[0]
+    [text] = [one for one in doubts_of(no_dilation) if one.startswith("no dilation")]
     assert "no dilation: mu and theta cannot be separated" in text
     assert f"= {ratio.value:.5g} is known" in text and f"{no_dilation.correlation[i, j]:.4f}" in text
-    told = re.search(r"known (\d+) times worse", text)
-    assert told and int(told[1]) >= int(worse)
-    assert "are separated by the dilation" in identifiability(three_percent)[0]
+    assert "are separated by the dilation" in doubts_of(three_percent)[0]
 
 
 def test_residual_alone_does_not_tell_the_bond() -> None:
@@ -206,45 +206,33 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
         assert test.s_N is not None
         late.append(ShearTest(test.name, test.slip[rows], test.tau[rows], test.s_N[rows], test.sigma_N))
     found = fit(late, fixed=study.SET, start=AT_TRUTH, starts=1)
-    text = "\n".join(identifiability(found))
-    assert "K cannot be separated: sigma0 not at all, Gc not at all, K +-" in text, text
+    text = "\n".join(doubts_of(found))
+    assert "sigma0 and Gc cannot be separated (correlation 1.0000)" in text, text
+    assert found.undetermined == ["Gc", "sigma0"]
     # tau hardly changes, so that its range is the noise; this is no poor fit
-    assert "Gc is not determined" in text and "poor" not in text, text
-
-
-def test_bond_that_is_told_apart(three_percent: outcome.Fit) -> None:
-    """The reported widths are those of the intervals, for K = sigma0^2/(2 Gc (1 - eta)) from both."""
-    [text] = [one for one in identifiability(three_percent) if one.startswith("sigma0, Gc and K")]
-    told = re.fullmatch(r"sigma0, Gc and K are separated: sigma0 \+-(\S+)%, Gc \+-(\S+)%, K \+-(\S+)%", text)
-    assert told, text
-    free = three_percent.problem.free
-    weights = np.array([{"sigma0": 2.0, "Gc": -1.0}.get(name, 0.0) for name in free])
-    covariance = three_percent.covariance
-    errors = [*np.sqrt(np.diag(covariance)[:2]), np.sqrt(weights @ covariance @ weights)]
-    # intervals are symmetric in the logarithms
-    widths = 100.0 * np.sinh(three_percent.quantile * np.array(errors))
-    assert free[:2] == ("sigma0", "Gc")
-    assert [float(one) for one in told.groups()] == pytest.approx(widths.tolist(), abs=0.006)
+    assert "poor" not in text, text
+    assert len(re.findall(r"^\S+ .* not determined  ", report(found), re.MULTILINE)) >= 2
+    assert "rows between peak and residual strength would" in report(found)
 
 
 def test_bounds_and_ends_are_told(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     """A parameter at its bound and a fit that did not converge are reported."""
     tests = three_percent.problem.tests
     found = fit(tests, fixed=study.SET, bounds={"mu": (0.6, 0.9)}, starts=2)
-    text = "\n".join(identifiability(found))
-    assert "mu and theta are not separated, with mu at a bound" in text
+    text = "\n".join(doubts_of(found))
+    assert "mu and theta cannot be separated" in text
     assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in text
     assert found.converged
     monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 2)
     found = fit(tests, fixed=study.SET, starts=1)
-    assert "ended before they converged" in "\n".join(identifiability(found))
+    assert "ended before they converged" in "\n".join(doubts_of(found))
 
 
 def test_model_that_does_not_fit_is_reported() -> None:
     """A flat joint cannot dilate, so that neighbouring residuals are correlated."""
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
     assert found.neighbours > 0.9
-    text = "\n".join(identifiability(found))
+    text = "\n".join(doubts_of(found))
     assert "intervals are too narrow" in text and "the fit is poor: the residuals are" in text
 
 
@@ -263,7 +251,6 @@ def test_model_that_does_not_fit_is_reported() -> None:
         ("", "no rows: expected a header"),
         (HEADER, "no rows: expected a header"),
         (HEADER + "".join(ROWS.splitlines(True)[:4]), "record.csv: 4 rows: expected at least 5"),
-        (HEADER + ROWS + "0.9,nan,0.1,-1\n", "line 9, column tau: nan: expected a finite number"),
         (HEADER + ROWS + "0.9,1,0.1,inf\n", "line 9, column sigma_N: inf: expected a finite number"),
         (HEADER + ROWS + "0.9,high,0.1,-1\n", "line 9, column tau: high: expected a finite number"),
         (
@@ -278,10 +265,13 @@ def test_model_that_does_not_fit_is_reported() -> None:
             "line 1: column sigma_N has no unit: expected one for every column, as slip [mm] has, or none",
         ),
         (
-            "slip [furlong],tau [MPa],sigma_N [MPa]\n",
-            "line 1: slip [furlong]: expected m, cm, mm, um, nm, in, ft",
+            "slip [mmm],tau [MPa],sigma_N [MPa]\n",
+            "line 1: slip [mmm]: expected m, cm, mm, um, in or ft",
         ),
-        ("slip [mm],tau [mm],sigma_N [MPa]\n", "line 1: tau [mm]: expected Pa, kPa, MPa, GPa, bar, psi, ksi"),
+        (
+            "slip [mm],tau [mm],sigma_N [MPa]\n",
+            "line 1: tau [mm]: expected Pa, kPa, MPa, N/mm2, kN/m2, bar, psi or ksi",
+        ),
         (
             "slip [mm],tau [MPa],sigma_N [MPa],k_N [kN/mm]\n",
             "k_N [kN/mm]: expected a unit of stress/length, such as MPa/mm",
@@ -354,12 +344,16 @@ def test_files_of_instruments(tmp_path: Path) -> None:
     other = text.replace("slip", "Shear displacement (mm)").replace("tau", "Shear stress (MPa)")
     other = other.replace("dilation", "dilation (mm)").replace("sigma_N", "sigma_N (MPa)")
     path = write(tmp_path, other)
+    [test] = read_tests([path])
+    assert np.array_equal(test.slip, plain.slip) and np.array_equal(test.tau, plain.tau)
+    other = other.replace("Shear displacement", "Weg oben").replace("Shear stress", "S1")
+    path = write(tmp_path, other)
     with pytest.raises(ValueError, match=r"expected slip, tau, too .*--columns slip=HEADER for a column"):
         read_tests([path])
-    names = {"slip": "shear displacement", "tau": "Shear stress"}
+    names = {"slip": "weg Oben", "tau": "S1"}
     [test] = read_tests([path], columns=names)
     assert np.array_equal(test.tau, plain.tau) and test.units == {"length": "mm", "stress": "MPa"}
-    with pytest.raises(ValueError, match=r"line 1: columns Shear.*: expected Weg, too"):
+    with pytest.raises(ValueError, match=r"line 1: columns Weg oben.*: expected Weg, too"):
         read_tests([path], columns={"slip": "Weg"})
     lines = text.splitlines()
     lines[2:2] = ["0,15;;0,01;-1", "0,16;1;;-1"]
@@ -388,9 +382,9 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         IsADirectoryError, match=r": is a directory: expected a CSV file with slip, tau, sigma_N"
     ):
         read_tests([tmp_path])
-    path = tmp_path / "old.csv"
-    path.write_bytes((HEADER + ROWS).replace("tau", "tau [\u00b5]").encode("latin-1"))
-    with pytest.raises(ValueError, match=r"old.csv: byte 10 is no text in UTF-8: expected a CSV file"):
+    path = tmp_path / "old.xls"
+    path.write_bytes(b"\xd0\xcf\x11\xe0\0\0\0")
+    with pytest.raises(ValueError, match=r"old.xls is no text: expected a CSV file with slip, tau, sigma_N"):
         read_tests([path])
     path = write(tmp_path, HEADER + ROWS)
     with pytest.raises(ValueError, match=r"record.csv: given twice: expected each file once"):
@@ -523,7 +517,7 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
     )
     with pytest.warns(asperity.ModelWarning, match=r"record.csv: columns not used: time"):
         a, b, c = read_tests([path, plain], k_N=7.0, compression_positive=True)
-    assert (a.sigma_N, a.k_N, b.sigma_N, b.k_N, c.sigma_N, c.k_N) == (-2.0, 7.0, -3.0, 4.0, -1.0, 7.0)
+    assert (a.sigma_N, a.k_N, b.sigma_N, b.k_N) == pytest.approx((-2.0, 7.0, -3.0, 4.0)) and c.k_N == 7.0
     assert a.units == c.units == {"length": "mm", "stress": "MPa"}
     assert "test a" in a.name and c.s_N is None and b.slip.tolist() == [-1, -2, -3, -4, -5, -6]
     assert a.s_N is not None and a.s_N.tolist() == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -535,12 +529,15 @@ def test_records_of_all_kinds(tmp_path: Path) -> None:
     [
         ({"free": ("sigma0", "cohesion")}, "free: cohesion: expected one of sigma0, Gc"),
         ({"free": ()}, "free: none: expected names"),
-        ({"free": ("mu",), "fixed": {"mu": 0.5}}, "mu: expected it free or set, not both"),
+        ({"free": ("mu",), "fixed": {"mu": 0.5}}, "mu: free or set: expected one of the two"),
         (
             {"fixed": SOME, "model_error": -0.1},
             "model_error = -0.1: expected a fraction of the range, 0 to 1",
         ),
-        ({"free": ("sigma0", "Gc", "mu")}, "theta: expected it among the free ones, or a value set"),
+        (
+            {"free": ("sigma0", "Gc", "mu")},
+            "theta: expected it among the free ones, or a value, --set theta=",
+        ),
         ({"free": ("sigma0", "Gc", "mu", "theta"), "sides": 0}, "expected inclined planes"),
         ({"fixed": {"eta": 1.5}}, "eta = 1.5"),
         ({"bounds": {"mu": (0.5, 0.1)}}, "bounds: mu = 0.5, 0.1: expected 0 < low < high"),
@@ -634,10 +631,10 @@ def test_case_without_a_sweep() -> None:
         (["--bounds", "mu=0.1"], "--bounds mu=0.1: expected NAME=LOW,HIGH"),
         (["--plot", "fit.jpg"], "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         (["--units", "mm"], "--units mm: expected LENGTH,STRESS"),
-        (["--units", "mm,mm"], "--units mm,mm: expected LENGTH,STRESS, of m, cm, mm, um, nm, in, ft and Pa"),
+        (["--units", "mm,mm"], "--units mm,mm: [mm]: expected Pa, kPa, MPa, N/mm2"),
         (
             ["--free", "sigma0,mu"],
-            "--free sigma0,mu: Gc, eta, theta, flat, kc: expected each parameter free or",
+            "Gc: expected it among the free ones, or a value, --set Gc=",
         ),
         (["--set", "kc=2", "--set", "kc=3"], "--set kc=3: kc is given twice: expected one value"),
         (["--plot", "none/fit.png"], "--plot none/fit.png: no folder none: expected one that is there"),
@@ -663,7 +660,7 @@ def test_bad_options(
 def test_units_of_the_results(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The results have the units of the option; --units of a header without units is an error."""
+    """The results have the units of the option, which are those of numbers without units."""
     monkeypatch.chdir(tmp_path)
     study.write_record(Path("record.csv"), study.synthetic(0.01, 0))
     options = ["--set", "kc=20 eta=0.9 flat=0.3333", "--starts", "1", "--increments", "60"]
@@ -680,8 +677,8 @@ def test_units_of_the_results(
     write(tmp_path, re.sub(r" \[[^]]*\]", "", text))
     assert main(["fit", "record.csv", *options]) == 0
     assert re.search(r"^Gc .* stress length$", capsys.readouterr().out, re.MULTILINE)
-    assert main(["fit", "record.csv", *options, "--units", "m,kPa"]) == 1
-    assert "--units m,kPa: expected units in the header of record.csv" in capsys.readouterr().err
+    assert main(["fit", "record.csv", *options, "--units", "m,kPa"]) == 0
+    assert re.search(r"^Gc .* kPa m$", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_arguments_of_the_functions() -> None:

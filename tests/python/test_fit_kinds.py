@@ -54,7 +54,7 @@ def test_headers_and_numbers_of_instruments(tmp_path: Path) -> None:
     path.write_text("# box\nTest #,slip [mm],tau # MPa\n1,0.1,0.2 # first\n")
     table = read_table(path, "numbers")
     assert (table.names, table.units) == (["Test #", "slip", "tau"], ["", "mm", ""])
-    assert table.cells == [["1", "0.1", "0.2"]]
+    assert table.cells.values.tolist() == [["1", "0.1", "0.2"]]
     path.write_text("nan,nan\n1,2\n")
     table = read_table(path, "numbers")
     assert table.names == [] and len(table.cells) == 2
@@ -63,6 +63,91 @@ def test_headers_and_numbers_of_instruments(tmp_path: Path) -> None:
     path.write_text("x,y\n1_0,2\n")
     with pytest.raises(ValueError, match="line 2, column x: 1_0: expected a finite number"):
         read_table(path, "numbers").numbers([0], ["x"])
+
+
+LABS = {
+    "spreadsheet in German": (
+        "utf-8-sig",
+        "Labor f\u00fcr Felsmechanik;;;\nDatum;12.03.2024;;\nVersuch;Scher 3;;\n;;;\n"
+        "Schubspannung [kPa];Vertikalverschiebung [mm];Horizontalverschiebung [mm];Normalspannung [kPa]\n",
+        lambda x, y, z: f"{1000 * y:.2f};{z:.4f};{x:.3f};-1000,00\n".replace(".", ","),
+    ),
+    "thousands, in Windows": (
+        "cp1252",
+        "Scherweg / mm;Scherspannung in kPa;Normalspannung, kPa;Dilatanz [\u00b5m]\n",
+        lambda x, y, z: f"{x:.3f};{1000 * y:,.1f};-1,000.0;{1000 * z:.3f}\n".translate(
+            {ord(","): ".", ord("."): ","}
+        ),
+    ),
+    "tabs, row of units": (
+        "utf-16",
+        "Test A\n\nShear displ.\tShear stress\tNormal stress\tDilation\nmm\tMPa\tN/mm\u00b2\tmm\n",
+        lambda x, y, z: f"{x:.3f}\t{y:.5f}\t-1\t{z:.5f}\n",
+    ),
+    "French": (
+        "utf-8",
+        "D\u00e9placement tangentiel (mm),Contrainte de cisaillement (MPa),D\u00e9placement normal (mm),"
+        "Contrainte normale (MPa),Force normale (kN)\n",
+        lambda x, y, z: f"{x:.3f},{y:.5f},{z:.5f},-1.0,7\n",
+    ),
+    "errors of a spreadsheet": (
+        "utf-8",
+        "Spostamento orizzontale [mm];Tensione tangenziale [MPa];Tensione normale [MPa];"
+        "Spostamento verticale [mm]\n"
+        "#DIV/0!;#WERT!;-1;0\n",
+        lambda x, y, z: f"{x:.3f};{y:.5f};-1;{z:.5f}\n",
+    ),
+}
+"""Encoding, head and rows of files."""
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize("name", LABS)
+def test_files_of_laboratories(name: str, tmp_path: Path) -> None:
+    """Languages, decimal commas, thousands, units in the header or below, preambles and errors are read."""
+    encoding, head, row = LABS[name]
+    tau, s_N = box(-1.0), 0.1 * SLIP
+    path = tmp_path / "box.csv"
+    path.write_text(head + "".join(map(row, SLIP, tau, s_N)), encoding=encoding)
+    [test] = read_tests([path])
+    for found, expected in ((test.slip, SLIP), (test.tau, tau), (test.s_N, s_N)):
+        assert found == pytest.approx(expected, abs=1e-4)
+    assert test.sigma_N == pytest.approx(-1.0) and test.units == {"length": "mm", "stress": "MPa"}
+
+
+def test_normal_tractions_of_the_command(tmp_path: Path) -> None:
+    """Files without sigma_N have that of the argument, one for each or one for all."""
+    paths = []
+    for i in (1, 2):
+        paths.append(tmp_path / f"{i}.csv")
+        paths[-1].write_text("slip,tau\n" + rows(SLIP, i * SLIP), encoding="utf-8")
+    assert [one.sigma_N for one in read_tests(paths, sigma_N=[0.5, 1.0])] == [-0.5, -1.0]
+    assert [one.sigma_N for one in read_tests(paths, sigma_N=-2.0)] == [-2.0, -2.0]
+    with pytest.raises(ValueError, match=r"sigma_N: 3 values for 2 tests without that column"):
+        read_tests(paths, sigma_N=[1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match=r"expected sigma_N, too .*--sigma-N VALUE"):
+        read_tests(paths)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "slip;tau;sigma_N\n0,1;950;-1\n0,2;1,234;-1\n",
+            "column tau: 950 beside 1,234: expected no separators",
+        ),
+        ("slip;tau;sigma_N\n0.5;1,5;-1\n0.2;2;-1\n", "expected one decimal mark"),
+        (
+            "slip,tau,sigma_N\n0.1,0.2,-1\n0.2,MPa,-1\n0.3,0.3,-1\n",
+            "line 3, column tau: MPa: expected a finite",
+        ),
+        ("slip,tau,sigma_N\n0.1,0.2,-1\n0.2,0.3,-1,7\n", "line 3: 4 values: expected 3"),
+    ],
+)
+def test_wrong_files(text: str, message: str, tmp_path: Path) -> None:
+    """What can be read in two ways is refused."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        read_tests([written(tmp_path, text)])
 
 
 def test_measured_path_of_the_normal_traction(tmp_path: Path) -> None:
@@ -127,7 +212,7 @@ def test_verdict_where_no_other_pattern_fits(tmp_path: Path, capsys: pytest.Capt
         (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "line 3, column peak: 1: expected at least the residual"),
         (ENVELOPE + "-1,2,1,-5\n", {}, "line 2, column slip: -5: expected > 0"),
         (ENVELOPE + "1,2,1,5\n", {}, "line 2, column sigma_N: 1 is tension: expected compression"),
-        (ENVELOPE + "-1,2,,5\n", {}, "line 2, column residual: empty: expected a finite number"),
+        (ENVELOPE + "-1,2,,5\n-1,2,,5\n", {}, "box.csv: 0 rows: expected at least 1"),
         ("sigma_N,peak,slip\n-1,2,5\n", {}, "line 1: columns sigma_N, peak, slip: expected residual, too"),
         (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected columns slip, tau, sigma_N"),
         (LINE, {"k_T": 0.0}, "k_T = 0: expected a finite stiffness > 0"),

@@ -18,12 +18,12 @@ import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import drive, read_case
 from asperity.cli import main
-from asperity.fit import covariance
+from asperity.fit.covariance import covariance_text
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
 from asperity.installed import named_case
-from asperity.uncertainty.distribution import of_deviations
+from asperity.uncertainty.distribution import of_deviations, read
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread, uncertainty
 
@@ -102,8 +102,8 @@ def test_units_do_not_change_samples() -> None:
 def test_samples_of_a_fit_have_its_intervals(found: Fit, tmp_path: Path) -> None:
     """The file of a fit gives samples whose intervals are those of the fit, also of the residual ratio."""
     path = tmp_path / "case.fit.json"
-    path.write_text(covariance.covariance_text(found))
-    known = covariance.read(path)
+    path.write_text(covariance_text(found))
+    known = read(path)
     drawn = known.draw(40000, 3)
     tail = 0.5 * (1.0 - found.confidence)
     for i, name in enumerate(known.names):
@@ -180,7 +180,7 @@ def test_from_a_record_to_quantiles(
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
     path.write_text(case_text(found))
-    beside.write_text(covariance.covariance_text(found))
+    beside.write_text(covariance_text(found))
     command = ["uncertainty", str(path), "--samples", "100", "-o", str(tmp_path / "out.csv")]
     printed = []
     for jobs in ("1", "2"):
@@ -298,7 +298,7 @@ def test_file_that_is_none_of_a_fit(content: str, tmp_path: Path) -> None:
     path = tmp_path / "case.fit.json"
     path.write_text(content)
     with pytest.raises(ValueError, match=r"case\.fit\.json: expected"):
-        covariance.read(path)
+        read(path)
 
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "uncertainty.md"

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
+from asperity.fit.constants import from_scale, plausible, to_scale
+from asperity.fit.fitting import minimise
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
@@ -21,20 +23,6 @@ from ..tables import refresh
 
 DATA = Path(__file__).parent / "data"
 DOCS = Path(__file__).parents[3] / "docs"
-
-BOUNDS = {
-    "mu": (0.1, 1.5),
-    "theta": (2.0, 60.0),
-    "flat": (0.01, 0.95),
-    "height": (0.05, 50.0),
-    "kn": (0.05, 1e6),
-    "ks": (0.05, 1e6),
-    "closure": (0.005, 20.0),
-    "W0": (1.0, 1e4),
-    "sigma0": (0.3, 12.0),
-    "Gc": (0.01, 10.0),
-}
-"""Bounds of the constants: mm, MPa, degrees."""
 
 ETA, KC = 0.9, 100.0
 """Shape of the softening and stiffness of the contact of a joint with a bond."""
@@ -69,28 +57,32 @@ def rms(difference: Floats) -> float:
 def fitted(
     residuals: Callable[[Constants], Floats],
     starts: Sequence[Mapping[str, float]],
+    size: tuple[float, float],
     fixed: Mapping[str, float] | None = None,
     step: float = 1e-3,
 ) -> Constants:
     """Constants of the smallest sum of squares from all starts, rounded to four digits, and the fixed ones.
 
-    The search runs in their logarithms, between BOUNDS, with differences of a relative step.
+    size: largest stress, MPa, and length, mm, of the tests.  step: of the differences.
     """
-    from scipy.optimize import least_squares
-
     names = list(starts[0])
-    low, high = np.log([BOUNDS[name] for name in names]).T
+    bounds = {name: plausible(name, *size) for name in names}
 
     def named(x: Floats) -> Constants:
-        return dict(fixed or {}) | dict(zip(names, np.exp(x).tolist(), strict=True))
+        pairs = zip(names, x, strict=True)
+        return dict(fixed or {}) | {name: float(from_scale(name, one)) for name, one in pairs}
 
-    ends = []
-    for start in starts:
-        x = np.clip(np.log([start[name] for name in names]), low + 1e-6, high - 1e-6)
-        ends.append(
-            least_squares(lambda x: residuals(named(x)), x, bounds=(low, high), diff_step=step, max_nfev=60)
+    results = [
+        minimise(
+            lambda x: residuals(named(x)),
+            names,
+            np.array([float(to_scale(name, start[name])) for name in names]),
+            bounds,
+            step=step,
         )
-    best = min(ends, key=lambda end: float(end.cost))
+        for start in starts
+    ]
+    best = min(results, key=lambda one: float(one.chisqr))
     return {name: float(f"{value:.4g}") for name, value in named(best.x).items()}
 
 

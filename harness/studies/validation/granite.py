@@ -130,6 +130,7 @@ def fits() -> dict[str, Constants]:
                 else fitted(
                     lambda one, name=name, count=count: differences(one, name)[:, :count].ravel(),  # type: ignore[misc]
                     STARTS[name],
+                    (float(measured(name)["tau"].max()), float(measured(name)["ds"].max())),
                 )
             )
     return found

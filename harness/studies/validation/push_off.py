@@ -116,7 +116,12 @@ def residuals(constants: Mapping[str, float], names: tuple[str, ...]) -> Floats:
 def fits() -> dict[str, Constants]:
     """Fit every form of the law to each specimen and to both."""
     return {
-        f"{form} {ending}": fitted(lambda one, names=names: residuals(one, names), starts, fixed)  # type: ignore[misc]
+        f"{form} {ending}": fitted(
+            lambda one, names=names: residuals(one, names),  # type: ignore[misc]
+            starts,
+            (RANGE[1], float(SLIPS[-1])),
+            fixed,
+        )
         for form, (starts, fixed) in VARIANTS.items()
         for ending, names in FITS.items()
     }

@@ -76,6 +76,7 @@ def fits() -> dict[str, Constants]:
             found[f"{form} {name}"] = fitted(
                 lambda one, first=first: numbers(one, first[0]) / first[1:] - 1.0,  # type: ignore[misc]
                 starts,
+                (float(first[1]), float(SLIPS[-1])),
                 fixed,
                 STEP,
             )

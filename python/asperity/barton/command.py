@@ -11,8 +11,8 @@ import numpy as np
 
 from .. import contract
 from ..contract import Floats
+from ..fit.constants import BOND, KS
 from ..fit.fitting import fit
-from ..fit.model import BOND, KS
 from ..fit.outcome import Fit
 from ..fit.search import Search, add_search, check_search, write
 from ..fit.shear_test import ShearTest
@@ -187,7 +187,7 @@ def compare(joint: Joint, found: Fit) -> list[Row]:
     """Both laws side by side for each normal stress of a fit."""
     rows = []
     problem = found.problem
-    models = problem.curves(found.values)
+    models = found.curves
     for test, path, (tau, s_N, _) in zip(problem.tests, problem.paths, models, strict=True):
         sigma_n = -test.sigma_N
         assert test.s_N is not None

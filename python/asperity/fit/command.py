@@ -1,16 +1,18 @@
-"""Command `asperity fit`: parameters from shear-box tests."""
+"""Command `asperity fit`: constants from shear-box tests."""
 
 from __future__ import annotations
 
 import argparse
+import re
 import shlex
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from .. import contract
 from ..options import add_options, assigned, command_line
 from ..remarks import doubts, shown_warnings
-from .model import SIDES
+from .constants import AUTO, MORTAR, ROCK
 from .outcome import Fit
 from .records import read_tests
 from .search import Search, add_search, check_search, write
@@ -24,13 +26,16 @@ NO_RESULT = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     columns = (
-        "CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test; or one row per test with "
-        "slip, peak, residual, sigma_N"
+        "CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test, or the names of a "
+        "laboratory, as Shear stress [kPa]; or one row per test with slip, peak, residual, sigma_N"
     )
     add_options(parser, ("records DATA.csv", columns, Path, {"nargs": "+"}))
+    forms = "without bond, with bond, or that of the two which the tests support (default: auto)"
+    add_options(parser, ("--joint FORM", forms, str, {"choices": (ROCK, MORTAR, AUTO), "metavar": None}))
     add_search(parser)
     add_options(
         parser,
+        ("--sigma-N VALUE,...", "normal traction of each test, or of all, in files without that column", str),
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
         (
             "--k-T STIFFNESS",
@@ -38,11 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             float,
         ),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
-        (
-            "--columns NAME=HEADER",
-            "column of the files with another name, as slip='Shear displacement'",
-            list,
-        ),
+        ("--columns NAME=HEADER", "column of the files with another name, as slip='Weg oben'", list),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
         ("--confidence CONFIDENCE", "confidence of the intervals", 0.95),
         (
@@ -53,14 +54,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ),
         (
             "--units LENGTH,STRESS",
-            "units of the results; numbers whose header has units are converted to them (default: "
-            f"{','.join(DEFAULT)}, without units in the header none)",
+            "units of the results, to which numbers with units are converted, and of numbers without "
+            f"(default: {','.join(DEFAULT)}, or none)",
             str,
         ),
+        ("--accept", "take constants that are no result: the best ones, marked as accepted"),
+        ("--auto", "where the constants are no result, go on with the command that is proposed next"),
     )
-    add_options(parser, ("--accept", "take constants that are no result: the best ones, marked as poor"))
+    # a list that begins with a minus sign is a value, as a number is
+    parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.description = (
-        "Identify parameters from shear-box tests. Where the tests do not give the parameters, the exit code "
+        "Identify constants from shear-box tests. Where the tests do not give the constants, the exit code "
         "is 3 and no PROPS, case or card is written; the report says why, and which command to run next."
     )
     parser.set_defaults(action=partial(_run, parser))
@@ -68,8 +72,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     check_search(options)
-    searching = Search(options, strict=True)
-    target = DEFAULT if options.units is None else check_target(options.units.split(","))
+    searching = Search(options)
+    target = None if options.units is None else check_target(options.units.split(","))
+    held = options.sigma_N and [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
     with shown_warnings():
         tests = read_tests(
             options.records,
@@ -79,36 +84,42 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             options.k_T,
             options.sigma_N_path,
             assigned(options.columns, "--columns", "NAME=HEADER", ".+"),
-        )
-    if options.units is not None and not tests[0].units:
-        raise ValueError(
-            f"--units {options.units}: expected units in the header of {options.records[0]}, such as slip "
-            "[mm], tau [MPa], from which the numbers are converted"
+            held,
         )
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
-    from .report import props_line, report
+    from .report import accepted_text, props_line
 
     with searching.shown() as fitted:
-        found = fitted(tests, searching.given)
-        reasons = refusals(found)
-        print(report(found, units))
-        for one in outliers(found):
-            print(one.text)
-        interface = found.interface
-        slip = max(test.slip.max() for test in tests)
-        pressed = (test.pressed for test in tests)
-        for text in doubts(interface.material, interface.pattern, *pressed, slip=slip):
-            print(f"warning: {text}")
+        given, found = searching.given, fitted(tests, searching.given)
+        reasons = _print(found, units)
         if reasons and not options.accept:
             print(f"\nno result: {'; '.join(reasons)}", flush=True)
-            better = propose(
-                found, searching.given, lambda change: fitted(tests, change), options.sides is not None
-            )
-            print(_next(parser, options, searching.given, found, better))
-        else:
-            print(f"\npoor: {'; '.join(reasons)}" if reasons else "", f"{props_line(found)}", sep="\n")
-    write(options, found, units, reasons=reasons)
+            better = propose(found, given, lambda change: fitted(tests, change))
+            print(_next(parser, options, given, found, better))
+            if options.auto and better is not None:
+                (given, found), reasons = better, []
+                print()
+                _print(found, units)
+    taken = reasons if options.accept else []
+    accepted = accepted_text(found, taken) if taken or given.model_error > 0.0 else ""
+    if not reasons or options.accept:
+        print(f"\n{accepted}" if accepted else "", f"{props_line(found)}", sep="\n")
+    write(options, found, units, reasons=[] if options.accept else reasons, accepted=accepted)
     return NO_RESULT if reasons and not options.accept else 0
+
+
+def _print(found: Fit, units: tuple[str, str]) -> list[str]:
+    """Print the report of a fit and what is doubtful; the reasons why it is no result."""
+    from .report import report
+
+    print(report(found, units))
+    for one in outliers(found):
+        print(one.text)
+    interface, tests = found.interface, found.problem.tests
+    slip = max(test.slip.max() for test in tests)
+    for text in doubts(interface.material, interface.pattern, *(test.pressed for test in tests), slip=slip):
+        print(f"warning: {text}")
+    return refusals(found)
 
 
 def _next(
@@ -118,12 +129,15 @@ def _next(
     found: Fit,
     proposal: tuple[Change, Fit] | None,
 ) -> str:
+    """Text with the command to run next, which is never that which was refused."""
+
     def command(change: Change, *more: str, **others: object) -> str:
         changed = {
             "free": change.free and ",".join(change.free),
             "set": [*(f"{name}={value:.10g}" for name, value in change.fixed.items()), *more],
-            "sides": None if change.sides == SIDES and options.sides is None else change.sides,
+            "sides": change.sides,
             "model_error": change.model_error,
+            "auto": False,
         }
         return shlex.join(command_line(parser, options, changed | others))
 
@@ -136,15 +150,19 @@ def _next(
             f"next: put # before these lines if they are errors of reading: {', '.join(moving)}\n"
             f"      {command(given)}"
         )
-    unknown = ["theta"] if found.inseparable else []
+    unshown = (
+        not found.problem.dilation and not found.problem.values(found.x)["theta"] and given.sides is None
+    )
+    unknown = ["theta"] if found.inseparable or unshown else []
     unknown += [name for name in found.undetermined if name not in found.at_bounds]
-    if unknown and not found.dependent:
-        free = given.free and tuple(name for name in given.free if name != unknown[0])
+    if unknown and (unshown or not found.dependent):
+        free = given.free and tuple(name for name in given.free if name.removeprefix("+") != unknown[0])
         return (
-            f"next: {command(replace(given, free=free), f'{unknown[0]}=VALUE')}\n      with the value of "
-            f"{unknown[0]} from another test: these tests do not contain it"
+            f"next: {command(replace(given, free=free or None), f'{unknown[0]}=VALUE')}\n      with the "
+            f"value of {unknown[0]} from another test: these tests do not contain it"
         )
     return (
-        f"next: {command(given, plot=options.plot or Path('fit.png'))}\n      and look where test and fit "
-        "differ: units, signs, pattern (--sides), rows to leave out; --accept takes these constants"
+        f"next: {command(given, plot=options.plot or Path('fit.png'), accept=True)}\n      takes these "
+        "constants as they are; look first where test and fit differ: units, signs, pattern (--sides), rows "
+        "to leave out"
     )

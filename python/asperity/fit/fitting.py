@@ -1,26 +1,49 @@
-"""Parameters of the law from shear-box tests: least squares on the forward model."""
+"""Constants of the law from shear-box tests: least squares on the forward model, by lmfit."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from .. import contract
 from ..contract import Floats
+from ..options import imported
 from ..parallel import map_in_order
-from ..steps import thinned
-from .model import INCREMENTS, SCALES, SIDES, Problem
+from .checks import LARGEST_RATIO
+from .constants import (
+    AUTO,
+    BOND,
+    DEFAULTS,
+    INCLINED,
+    KS,
+    ROCK,
+    ROCK_VALUES,
+    SCALES,
+    default_free,
+    from_scale,
+    joints,
+    plausible,
+    sizes,
+    start_range,
+    to_scale,
+)
+from .model import INCREMENTS, SIDES, Problem
 from .outcome import ENOUGH, REFINE, SAME, Fit
-from .ranges import SAMPLES, checked_problem, hypercube, needed
 from .shear_test import ShearTest
 
-if TYPE_CHECKING:
-    from scipy.optimize import OptimizeResult
+STEP = 1.0e-3
+"""Step of the differences on the scales of the constants, relative to their ranges of the order of one.
+
+The error of central ones is STEP**2 times the third derivative, 1e-6 where the law is smooth; that of the
+solver, 1e-13 to 1e-12 over STEP, is far below.
+"""
+
+SAMPLES = 48
+"""Points of a Latin hypercube; the best of them are the starts."""
 
 STARTS_TRIED = 5
 """Number of starts. About one in four ends in the local minimum of a curve that never softens (small s_f)."""
@@ -28,14 +51,11 @@ STARTS_TRIED = 5
 AGREEING, MORE_STARTS = 3, 3
 """Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
 
-FOUND = 1.0e-8
-"""Relative change of the sum of squares at which the least squares end."""
+FOUND, SEARCHED = 1.0e-8, 1.0e-4
+"""Relative change of the sum of squares at which the least squares end, and a search from a start."""
 
-SEARCHED, MOST_SEARCHED = 1.0e-4, 250
-"""The same for a start, and the most rows of a test that it uses."""
-
-MOST_STEPS = 4
-"""Largest number of Gauss-Newton steps of a finer model with the derivatives of the coarser one."""
+MOST_WEIGHT = 5.0
+"""Largest weight of the dilation beside tau, which weighs each by its own scatter, and its inverse."""
 
 REFINEMENTS = 3
 """Largest number of refinements, which divide an increment by at most 64."""
@@ -59,7 +79,7 @@ def fit(
     fixed: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    sides: int = SIDES,
+    sides: int | None = None,
     direction: float = 0.0,
     increments: int = INCREMENTS,
     starts: int = STARTS_TRIED,
@@ -68,22 +88,24 @@ def fit(
     tick: Tick = lambda _: None,
     model_error: float = 0.0,
     executor: Executor | None = None,
+    joint: str = AUTO,
 ) -> Fit:
-    """Least-squares parameters of measured tests.
+    """Least-squares constants of measured tests.
 
     Parameters
     ----------
     tests
         As `read_tests` returns them from files, or made of arrays.
     free, fixed
-        Names, and values by name; theta in degrees. Without `free` every parameter of a bonded joint is free
-        that is not fixed. Others have their default. With ks in one of them the joint has no bond.
+        Names, and values by name; theta in degrees. Without `free` those are free that shear-box tests show
+        and that are not fixed, and names that begin with + are added to them. Others have their default.
     start, bounds
         An additional start, and (low, high), by name.
     sides, direction
-        Inclined planes of the pattern, and the direction of the slip, degrees.
+        Inclined planes of the pattern (None: 8, or 0 for tests without dilation and theta), and the direction
+        of the slip, degrees.
     increments
-        Smallest number along a test at first; they are refined until the parameters converge.
+        Smallest number along a test at first; they are refined until the constants converge.
     starts, seed
         Number of starts, and seed of their Latin hypercube.
     confidence
@@ -95,6 +117,9 @@ def fit(
         noise; the intervals are then wider.
     executor
         As in `parallel.map_in_order`; the result is the same with any.
+    joint
+        "mortar" with a bond, "rock" without, or "auto": that of the two with the smaller information
+        criterion.
 
     Returns
     -------
@@ -105,7 +130,7 @@ def fit(
     Raises
     ------
     ValueError
-        For inadmissible names and values and for fewer data than the free parameters need.
+        For inadmissible names and values and for fewer data than the free constants need.
 
     Examples
     --------
@@ -125,144 +150,279 @@ def fit(
             raise ValueError(f"{name} = {value!r}: expected 1 to {most}, a whole number")
     if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
         raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
-    starts, increments, seed = int(starts), int(increments), int(seed)
     if isinstance(tests, ShearTest | str) or not all(isinstance(one, ShearTest) for one in tests):
         raise ValueError(f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
+    if not tests:
+        raise ValueError("no tests: expected at least one")
     if isinstance(free, str):
         raise ValueError(f"free = {free!r}: expected a sequence of names")
-    if free is None:
-        free = [name for name in needed(sides, fixed or {}) if name not in (fixed or {})]
     if not 0.0 <= model_error < 1.0:
         raise ValueError(f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
-    problem = checked_problem(tests, free, fixed or {}, bounds or {}, sides, direction, increments)
-    for name, value in (start or {}).items():
-        if name not in problem.free:
-            raise ValueError(f"start: {name}: expected one of the free ones, {', '.join(problem.free)}")
-        if not problem.bounds[name][0] <= contract.number(name, value) <= problem.bounds[name][1]:
-            ends = "{:g} to {:g}".format(*problem.bounds[name])
-            unit = " in degrees" if name == "theta" else ""
-            raise ValueError(f"start: {name} = {value:g}: expected {ends}, its bounds{unit}")
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
-    low, high = (
-        np.array([SCALES[name].to(problem.bounds[name][i]) for name in problem.free]) for i in (0, 1)
+    problems = {}
+    given = {*(name.lstrip("+") for name in free or ()), *(fixed or {}), *(start or {})}
+    for form in joints(given, joint):
+        problems[form] = _checked(
+            list(tests),
+            form,
+            free,
+            dict(fixed or {}),
+            bounds or {},
+            start or {},
+            sides,
+            direction,
+            int(increments),
+        )
+    found: dict[str, list[Any]] = {}
+    for form, problem in problems.items():
+        found[form] = []
+        for one in search(problem.coarse(), start or {}, int(starts), int(seed), executor):
+            found[form].append(one)
+            tick(f"start {len(found[form])} of {starts}" + (f", {form}" if len(problems) > 1 else ""))
+    rough: dict[str, Fit] = {}
+    for form, solutions in found.items():
+        best = min(solutions, key=lambda one: one.chisqr)
+        costs = tuple(sorted(float(one.chisqr) for one in solutions))
+        rough[form] = Fit(problems[form].coarse(), best, confidence, model_error, costs, form=form)
+    criteria = {form: one.result.bic for form, one in rough.items()}
+    # a bond that the tests do not determine is not there
+    supported = [form for form, one in rough.items() if not {"sigma0", "Gc"} & {*one.undetermined}] or [
+        *rough
+    ]
+    form = min(supported, key=lambda one: criteria[one])
+    problem, best, costs = problems[form], rough[form].result, rough[form].costs
+    # residuals that are no noise say nothing about weights
+    if not rough[form].dependent:
+        problem = replace(problem, weight=_weight(problem.coarse(), best.residual))
+    result = minimise(
+        problem.residuals,
+        problem.free,
+        np.array(best.x),
+        problem.bounds,
+        derivatives=lambda x: differences(problem.residuals, x, executor=executor),
     )
-    few = replace(problem, tests=[_with_fewer_rows(test) for test in problem.tests])
-    points = _starts(few, start or {}, low, high, starts, seed, executor)
-    tick("starts")
-    solve = partial(_solve, low, high)
-    solutions: list[OptimizeResult] = []
-    costs: tuple[float, ...] = ()
-    for i, one in enumerate(_solutions(few, solve, points, starts, executor)):
-        if i >= starts and costs[min(AGREEING, starts) - 1] <= SAME * costs[0]:
-            break
-        solutions.append(one)
-        costs = tuple(sorted(2.0 * float(one.cost) for one in solutions))
-        tick(f"start {i + 1} of {starts}")
-    best = solve(problem, min(solutions, key=lambda one: float(one.cost)).x, executor)
-    x, residuals = best.x, best.fun
     while True:
-        jacobian = problem.jacobian(x, executor=executor)
-        found = Fit(problem, x, residuals, jacobian, confidence, model_error, best.status > 0, costs)
+        outcome = Fit(problem, result, confidence, model_error, costs, form=form, criteria=criteria)
         parts = problem.refinement * REFINE
-        problem = replace(problem, refinement=parts)
-        fine = problem.residuals(x)
-        shift = found.shift_by(fine - residuals)
+        finer = replace(problem, refinement=parts)
+        shift = outcome.shift_by(finer.residuals(outcome.x) - outcome.residuals)
         tick(f"1/{parts} of the increments")
-        longest = max(path.slips.size for path in problem.paths)
+        longest = max(path.slips.size for path in finer.paths)
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
-            break
-        residuals = fine
-        for _ in range(MOST_STEPS):
-            step = np.clip(x - found.inverse @ residuals, low, high)
-            fine = problem.residuals(step)
-            if not fine @ fine < residuals @ residuals:
-                break
-            x, residuals = step, fine
-    return replace(found, shift=shift)
+            return replace(outcome, shift=shift)
+        problem = finer
+        # the derivatives of the coarser model are near enough
+        slopes = outcome.jacobian
+        result = minimise(
+            problem.residuals, problem.free, outcome.x, problem.bounds, FOUND, lambda _, slopes=slopes: slopes
+        )
 
 
-def _with_fewer_rows(test: ShearTest) -> ShearTest:
-    """Test with the rows from which the starts search."""
-    if test.slip.size <= MOST_SEARCHED:
-        return test
-    rows = thinned(test.slip, MOST_SEARCHED)
-    columns = {name: getattr(test, name) for name in ("slip", "tau", "s_N", "path_N")}
-    return replace(
-        test, **{name: one if one is None else one[rows] for name, one in columns.items()}, lines=()
-    )
-
-
-def _solve(
-    low: Floats,
-    high: Floats,
-    problem: Problem,
+def minimise(
+    residuals: Callable[[Floats], Floats],
+    names: Sequence[str],
     x: Floats,
-    executor: Executor | None = None,
-    searching: bool = False,
-) -> OptimizeResult:
-    """Least squares from a start; searching: with forward differences, to the accuracy of a search."""
-    from scipy.optimize import least_squares
+    bounds: Mapping[str, tuple[float, float]],
+    tolerance: float = FOUND,
+    derivatives: Callable[[Floats], Floats] | None = None,
+    step: float = STEP,
+) -> Any:
+    """Result of lmfit for constants on their scales, between bounds, from x on.
 
-    last: list[Floats] = []
+    derivatives: of the residuals; None: forward differences with a step.
+    """
+    lmfit = imported("lmfit")
+    parameters = lmfit.Parameters()
+    for name, value in zip(names, x, strict=True):
+        low, high = to_scale(name, bounds[name]).tolist()
+        margin = 1e-6 * (high - low)
+        parameters.add(name, float(np.clip(value, low + margin, high - margin)), min=low, max=high)
 
-    def residuals(x: Floats) -> Floats:
-        last[:] = x, problem.residuals(x)
-        return last[1]
+    def vector(parameters: Any) -> Floats:
+        return np.array([parameters[name].value for name in names])
 
     def jacobian(x: Floats) -> Floats:
-        return problem.jacobian(x, executor, last[1] if searching and np.array_equal(x, last[0]) else None)
+        return derivatives(x) if derivatives else differences(residuals, x, step, residuals(x))
 
-    tolerance = SEARCHED if searching else FOUND
-    return least_squares(
-        residuals,
-        x,
-        jacobian,
-        bounds=(low, high),
-        x_scale=1.0,
-        ftol=tolerance,
-        xtol=10.0 * tolerance,
-        gtol=tolerance,
-        max_nfev=MOST_EVALUATIONS,
-    )
+    # the errors of constants without influence are no numbers
+    with np.errstate(invalid="ignore"):
+        result = lmfit.minimize(
+            lambda now: residuals(vector(now)),
+            parameters,
+            method="least_squares",
+            jac=lambda now: jacobian(vector(now)),
+            x_scale="jac",
+            ftol=tolerance,
+            xtol=10.0 * tolerance,
+            gtol=tolerance,
+            max_nfev=MOST_EVALUATIONS,
+        )
+    if result.aborted:
+        result.x = vector(result.params)
+        result.jac = jacobian(result.x)
+    return result
 
 
-def _solutions(
-    problem: Problem,
-    solve: Callable[..., OptimizeResult],
-    points: Sequence[Floats],
-    starts: int,
-    executor: Executor | None,
-) -> Iterator[OptimizeResult]:
-    """Solutions from the points, in their order, as far as they are asked for.
+def differences(
+    residuals: Callable[[Floats], Floats],
+    x: Floats,
+    step: float = STEP,
+    here: Floats | None = None,
+    executor: Executor | None = None,
+) -> Floats:
+    """Derivatives of residuals by central differences, or with the residuals at x by forward ones."""
+    steps = step * np.maximum(1.0, 0.1 * np.abs(x))
+    points = [x + shift for shift in np.diag(steps)] + [x - shift for shift in np.diag(steps) if here is None]
+    found = np.array(map_in_order(residuals, points, executor))
+    if here is None:
+        return (found[: x.size] - found[x.size :]).T / (2.0 * steps)
+    return (found - here).T / steps
 
-    Without an executor the derivatives are distributed over threads; with one, `starts` searches at a time.
+
+def search(
+    problem: Problem, start: Mapping[str, float], starts: int, seed: int, executor: Executor | None
+) -> Iterator[Any]:
+    """Solutions from the given start, if any, and from the best points of a Latin hypercube.
+
+    They end where AGREEING of them reach the same smallest sum of squares.
     """
-    if executor is None:
-        yield from (solve(problem, x, searching=True) for x in points)
-        return
-    for i in range(0, len(points), starts):
-        yield from map_in_order(partial(solve, problem, searching=True), points[i : i + starts], executor)
-
-
-def _starts(
-    problem: Problem,
-    start: Mapping[str, float],
-    low: Floats,
-    high: Floats,
-    count: int,
-    seed: int,
-    executor: Executor | None,
-) -> list[Floats]:
-    """Starts: the given one, if any, and the best points of a Latin hypercube."""
-    margin = 1e-6 * (high - low)
-    ranked = []
-    if set(start) != set(problem.free) or count > 1:
-        points = [np.clip(x, low + margin, high - margin) for x in hypercube(problem, seed)]
+    ranked: list[Floats] = []
+    if set(start) != set(problem.free) or starts > 1:
+        points = _hypercube(problem, seed)
         costs = [float(r @ r) for r in map_in_order(problem.residuals, points, executor)]
         ranked = [points[i] for i in np.argsort(costs)]
     if start:
         given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
-        x = np.array([SCALES[name].to(given[name]) for name in problem.free])
-        ranked.insert(0, np.clip(x, low + margin, high - margin))
-    return ranked[: MORE_STARTS * count if count > 1 else 1]
+        ranked.insert(0, np.array([float(to_scale(name, given[name])) for name in problem.free]))
+    costs = []
+    for x in ranked[: MORE_STARTS * starts if starts > 1 else 1]:
+        if len(costs) >= starts and sorted(costs)[min(AGREEING, starts) - 1] <= SAME * min(costs):
+            return
+        one = minimise(problem.residuals, problem.free, x, problem.bounds, SEARCHED)
+        costs.append(float(one.chisqr))
+        yield one
+
+
+def _hypercube(problem: Problem, seed: int) -> list[Floats]:
+    """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
+    from scipy.stats import qmc
+
+    names, size = problem.free, sizes(problem.tests)
+    drawn = ["s_f" if name == "Gc" else name for name in names]
+    low, high = np.array([start_range(name, *size) for name in drawn]).T
+    points = []
+    for x in qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), low, high):
+        if "Gc" in names:
+            at = names.index("Gc")
+            sigma0 = problem.values(x)["sigma0"]
+            x[at] += np.log(0.5 * sigma0)
+        ends = np.array([to_scale(name, problem.bounds[name]) for name in names]).T
+        points.append(np.clip(x, *ends))
+    return points
+
+
+def _weight(problem: Problem, residuals: Floats) -> float:
+    """Weight of the dilation with which its residuals scatter as those of tau do."""
+    tau, dilation = (residuals[problem.is_dilation == which] for which in (False, True))
+    size = float(np.sqrt(np.mean(dilation**2))) if dilation.size else 0.0
+    if size == 0.0:
+        return 1.0
+    return float(np.clip(np.sqrt(np.mean(tau**2)) / size, 1.0 / MOST_WEIGHT, MOST_WEIGHT))
+
+
+def _checked(
+    tests: list[ShearTest],
+    form: str,
+    wanted: Sequence[str] | None,
+    fixed: dict[str, float],
+    bounds: Mapping[str, tuple[float, float]],
+    start: Mapping[str, float],
+    sides: int | None,
+    direction: float,
+    increments: int,
+) -> Problem:
+    """Problem of a fit; raises ValueError for inadmissible names, values, bounds and too few data."""
+    for what, names in (("free", wanted or ()), ("set", fixed), ("bounds", bounds), ("start", start)):
+        unknown = [name for name in names if name.removeprefix("+") not in SCALES]
+        if unknown:
+            raise ValueError(f"{what}: {unknown[0]}: expected one of {', '.join(SCALES)}")
+    more = [name.removeprefix("+") for name in wanted or () if name.startswith("+")]
+    both = [name.removeprefix("+") for name in wanted or () if name.removeprefix("+") in fixed]
+    if both:
+        raise ValueError(f"{both[0]}: free or set: expected one of the two")
+    if sides is None:
+        inclines = {"theta", *INCLINED} & {*(wanted or ()), *more, *(n for n, v in fixed.items() if v)}
+        sides = SIDES if inclines or any(test.s_N is not None for test in tests) else 0
+    if wanted is None or more:
+        free = [
+            name for name in default_free(tests, form, sides, fixed) if name not in fixed and name not in more
+        ]
+        free += [name.removeprefix("+") for name in wanted or ()]
+    else:
+        free = list(wanted)
+    if not free or len(set(free)) < len(free):
+        raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
+    for what, names in (("bounds", bounds), ("start", start)):
+        other = [name for name in names if name not in free]
+        if other:
+            raise ValueError(f"{what}: {other[0]}: expected one of the free ones, {', '.join(free)}")
+    inclined = [name for name in INCLINED if name in free]
+    if sides == 0 and inclined:
+        raise ValueError(
+            f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have"
+        )
+    known = DEFAULTS | (ROCK_VALUES if form == ROCK else {}) | ({"theta": 0.0} if sides == 0 else {}) | fixed
+    names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
+    missing = [name for name in names if name not in free and name not in known]
+    if missing:
+        why = " (no dilation was measured that shows it)" if missing[0] == "theta" and wanted is None else ""
+        raise ValueError(
+            f"{missing[0]}: expected it among the free ones, or a value, --set {missing[0]}={why}"
+        )
+    stress, length = sizes(tests)
+    flattest = plausible("theta", stress, length)[0]
+    if 0.0 < known.get("theta", 0.0) < flattest:
+        raise ValueError(
+            f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {flattest:g} "
+            f"(a radian is {np.degrees(1.0):.1f})"
+        )
+    within = {name: plausible(name, stress, length) for name in free}
+    for name, (low, high) in bounds.items():
+        top = {"logit": 1.0, "linear": 90.0}.get(SCALES[name], np.inf)
+        if not 0.0 < low < high < top:
+            raise ValueError(f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {top:g}")
+        within[name] = (low, high)
+    for name, value in start.items():
+        if not within[name][0] <= contract.number(name, value) <= within[name][1]:
+            ends = "{:g} to {:g}".format(*within[name]) + ", its bounds" + " in degrees" * (name == "theta")
+            raise ValueError(f"start: {name} = {value:g}: expected {ends}")
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
+    values = {name: contract.number(name, known[name]) for name in names if name not in free}
+    problem = Problem(tests, tuple(free), values, within, sides, float(direction), increments)
+    middle = {name: float(from_scale(name, to_scale(name, ends).mean())) for name, ends in within.items()}
+    problem.interface(values | middle)
+    if form != ROCK:
+        _check_lengths(problem, length)
+    count = problem.is_dilation.size
+    if count <= 2 * len(free):
+        raise ValueError(
+            f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice "
+            f"the {len(free)} free constants"
+        )
+    return problem
+
+
+def _check_lengths(problem: Problem, length: float) -> None:
+    """Raise ValueError where the slips cannot have the unit of 2 Gc/sigma0."""
+    ends = [
+        [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
+        for name in ("Gc", "sigma0")
+    ]
+    shortest, longest = 2.0 * ends[0][0] / ends[1][1], 2.0 * ends[0][1] / ends[1][0]
+    if not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest:
+        raise ValueError(
+            f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
+            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})"
+        )

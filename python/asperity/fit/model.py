@@ -1,21 +1,18 @@
-"""Model of shear-box tests: residuals as a function of transformed parameters, and their derivatives."""
+"""Model of shear-box tests: residuals as a function of the constants on their scales."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from .. import contract
 from ..contract import Floats
 from ..interface import Interface, slip_path
-from ..material import Material
-from ..parallel import map_in_order
 from ..pattern import Pattern
+from ..steps import thinned
+from .constants import from_scale, material_of
 from .shear_test import ShearTest
 
 SIDES = 8
@@ -24,32 +21,8 @@ SIDES = 8
 INCREMENTS = 200
 """Smallest number of increments along a test, with which a fit begins."""
 
-TIMELESS = tuple(
-    row
-    for row in contract.owned("law", "pattern")
-    if not row.integral and row.lower >= 0.0 and row.name != "tau_v"
-)
-"""Constants that can be identified: numbers >= 0 that matter in tests without a time."""
-
-MATERIAL = tuple(row.name for row in TIMELESS if row.owner == "law")
-"""Parameters of the material; the others are those of the pattern."""
-
-KS = "ks"
-"""Shear stiffness of a joint without bond, a parameter in place of those of the bond."""
-
-BOND = ("sigma0", "Gc", "eta", "sigma02", "Gc2", "damage0")
-"""Parameters of the material that a joint without bond does not have."""
-
 PRELOAD = 50
 """Increments in which sigma_N is applied before the slip."""
-
-STEP = 1.0e-3
-"""Step of central differences in the transformed parameters, which are of the order of one.
-
-Their error is STEP**2 times the third derivative, 1e-6 where the law is smooth; that of the solver, 1e-13 to
-1e-12 over STEP, is far below.  If a plane begins to slip, breaks or opens in a row within the step, the
-difference is a mean of the two slopes.
-"""
 
 PENALTY = 3.0
 """Residual, in multiples of the range, added to a row that the model does not reach (lost equilibrium)."""
@@ -60,40 +33,8 @@ LEAST_SPREAD = 0.05
 A test with less dilation shows mostly noise.
 """
 
-LARGEST_EXPONENT = 700.0
-"""Largest exponent of e that doubles hold."""
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Transform of a parameter to the real line: logarithm, or logit of its quotient by `top`."""
-
-    top: float = np.inf
-
-    def to(self, value: float) -> float:
-        """Transformed value."""
-        return float(np.log(value) if self.top == np.inf else np.log(value / (self.top - value)))
-
-    def back(self, x: ArrayLike) -> Floats:
-        """Parameters from their transformed values, which are cut to the range of doubles."""
-        x = np.clip(x, -LARGEST_EXPONENT, LARGEST_EXPONENT)
-        found: Floats = np.exp(x) if self.top == np.inf else self.top / (1.0 + np.exp(-x))
-        return found
-
-
-LARGEST_TOP = 90.0
-"""Largest upper end of a range (theta in degrees, fractions) that does not only keep products finite."""
-
-SCALES = {
-    row.name: Scale(float(np.ceil(row.upper)) if row.upper <= LARGEST_TOP else np.inf) for row in TIMELESS
-} | {KS: Scale()}
-"""Transforms of the parameters that can be identified."""
-
-
-def transformed(name: str) -> str:
-    """Text of the transformed value of a parameter."""
-    top = SCALES[name].top
-    return f"log {name}" if top == np.inf else f"logit {name}" + (f"/{top:g}" if top != 1.0 else "")
+MOST_SEARCHED = 80
+"""Rows of a test, and increments, from which the starts search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +47,12 @@ class SlipPath:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Residuals of measured tests as a function of the transformed parameters.
+    """Residuals of measured tests as a function of the constants on their scales.
 
-    tests: the measured tests.  free: names of the parameters to identify.  fixed: values of the others.
-    sides: inclined planes of the pattern.  direction: of the slip, degrees.  increments: smallest number
-    along a test.  refinement: number of sub-increments of each of these and of each preload increment.
+    tests: the measured tests.  free: names of the constants to identify.  fixed: values of the others.
+    bounds: of the free ones.  sides: inclined planes of the pattern.  direction: of the slip, degrees.
+    increments: smallest number along a test.  refinement: number of sub-increments of each of these and of
+    each preload increment.  weight: of the residuals of the dilation.
     """
 
     tests: Sequence[ShearTest]
@@ -121,6 +63,7 @@ class Problem:
     direction: float = 0.0
     increments: int = INCREMENTS
     refinement: int = 1
+    weight: float = 1.0
     paths: list[SlipPath] = field(init=False)
     spreads: list[tuple[float, float]] = field(init=False)
 
@@ -156,13 +99,13 @@ class Problem:
         return np.concatenate([np.full(test.slip.size, name == "dilation") for test, name, _ in self.parts])
 
     def values(self, x: Floats) -> dict[str, float]:
-        """Values of all parameters by name, from the transformed free ones."""
+        """Values of all constants by name, from the free ones on their scales."""
         return dict(self.fixed) | {
-            name: float(SCALES[name].back(value)) for name, value in zip(self.free, x, strict=True)
+            name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)
         }
 
     def interface(self, values: Mapping[str, float]) -> Interface:
-        """The interface with these parameters."""
+        """The interface with these constants."""
         return Interface(material_of(values), Pattern.regular(self.sides, values["theta"], values["flat"]))
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
@@ -173,7 +116,7 @@ class Problem:
         return [slip_curve(interface, test, path, self.direction, preload) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
-        """Model less measurement, divided by the range of tau or of s_N of each test."""
+        """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
         parts = []
         curves = self.curves(self.values(x))
         for test, spread, path, (tau, s_N, done) in zip(
@@ -181,30 +124,20 @@ class Problem:
         ):
             rows = path.rows
             lost = PENALTY * (rows >= done)
-            parts.append((_read(test, tau, rows) - test.tau) / spread[0] + lost)
+            parts.append((at_rows(test, tau, rows) - test.tau) / spread[0] + lost)
             if test.s_N is not None and spread[1] > 0.0:
-                parts.append((s_N[rows] - test.s_N) / spread[1] + lost)
+                parts.append(self.weight * ((s_N[rows] - test.s_N) / spread[1] + lost))
         return np.concatenate(parts)
 
-    def jacobian(self, x: Floats, executor: Executor | None = None, here: Floats | None = None) -> Floats:
-        """Central differences of the residuals, whose evaluations the executor distributes.
-
-        here: residuals at x, with which there are forward differences only, for half of the evaluations.
-        """
-        shifts = STEP * np.eye(x.size)
-        points = [x + shift for shift in shifts] + [x - shift for shift in shifts if here is None]
-        found = np.array(map_in_order(self.residuals, points, executor))
-        if here is None:
-            return (found[: x.size] - found[x.size :]).T / (2.0 * STEP)
-        return (found - here).T / STEP
-
-
-def material_of(values: Mapping[str, float]) -> Material:
-    """Material of parameters by name, or their defaults; with ks that of a joint without bond."""
-    given = {name: values[name] for name in MATERIAL if name in values}
-    if KS not in values:
-        return Material(**given)
-    return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
+    def coarse(self) -> Problem:
+        """Problem with few rows and increments, on which the starts search."""
+        tests = []
+        for test in self.tests:
+            rows = thinned(test.slip, MOST_SEARCHED) if test.slip.size > MOST_SEARCHED else slice(None)
+            columns = {name: getattr(test, name) for name in ("slip", "tau", "s_N", "path_N")}
+            some = {name: one if one is None else one[rows] for name, one in columns.items()}
+            tests.append(replace(test, **some, lines=()))
+        return replace(self, tests=tests, increments=min(self.increments, MOST_SEARCHED))
 
 
 def _path(slip: Floats, increments: int, refinement: int) -> SlipPath:
@@ -219,7 +152,7 @@ def _path(slip: Floats, increments: int, refinement: int) -> SlipPath:
     return SlipPath(np.concatenate([[0.0], *pieces]), np.cumsum(parts))
 
 
-def _read(test: ShearTest, tau: Floats, rows: np.ndarray) -> Floats:
+def at_rows(test: ShearTest, tau: Floats, rows: np.ndarray) -> Floats:
     """Shear traction of the model in the rows of a test; the peak of an envelope is the largest one."""
     return np.array([tau.max(), tau[rows[1]]]) if test.envelope else tau[rows]
 

@@ -21,7 +21,7 @@ def draw(found: Fit, path: Path, units: tuple[str, str] = NONE, of_tests: str = 
     has_dilation = any(test.s_N is not None for test in problem.tests)
     figure, axes = new_figure(TWO if has_dilation else ONE, 3.0, ncols=1 + has_dilation)
     for i, (test, track, (tau, s_N, done)) in enumerate(
-        zip(problem.tests, problem.paths, problem.curves(found.values), strict=True)
+        zip(problem.tests, problem.paths, found.curves, strict=True)
     ):
         colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
         label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−")

@@ -1,266 +1,283 @@
-"""Read and check shear-box tests: CSV files of slip, shear traction and dilation under a normal traction."""
+"""Read shear-box tests: files of slip, shear traction and dilation under a normal traction."""
 
 from __future__ import annotations
 
+import re
+import unicodedata
 import warnings
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..contract import Floats
+from .. import contract
 from ..material import ModelWarning
 from ..tables import Table, raise_all, read_table
 from . import checks, units
 from .shear_test import ShearTest
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 REQUIRED = ("slip", "tau", "sigma_N")
 ENVELOPE = ("slip", "peak", "residual", "sigma_N")
 OPTIONAL = ("dilation", "k_N", "test")  # the first one not in an envelope
 KNOWN = tuple(dict.fromkeys(REQUIRED + ENVELOPE + OPTIONAL))
-ALIASES = {"s_N": "dilation"}
-"""Columns of a file and their other accepted names, regardless of case; ENVELOPE: a row for each test."""
+"""Columns of a file; ENVELOPE: a row for each test."""
 
 LEAST_ROWS = 5
 """Smallest number of rows of a test: fewer show no stiffness, peak or residual strength."""
 
-
-@dataclass(frozen=True)
-class _Rows:
-    """Rows of a test: lines, columns as the file has them, factors to the units of the test.
-
-    sign: -1 where compression is positive in the file.
-    """
-
-    path: Path
-    name: str
-    lines: tuple[int, ...]
-    values: Mapping[str, Floats]
-    factors: Mapping[str, float]
-    units: dict[str, str]
-    sign: float
-
-    def column(self, name: str) -> Floats:
-        """Column in the units and with the sign of the test; NaN where there is none."""
-        scale = self.factors.get(name, 1.0) * (self.sign if name == "sigma_N" else 1.0)
-        return scale * self.values.get(name, np.full(len(self.lines), np.nan))
-
-    def place(self, row: int) -> str:
-        """File and line of a row."""
-        return f"{self.path}: line {self.lines[row]}"
-
-    def stiffness(self, k_N: float | None) -> float:
-        """k_N of the test, that of the option where the file has none."""
-        found = np.unique(self.column("k_N")[~np.isnan(self.column("k_N"))])
-        if found.size > 1:
-            raise ValueError(f"{self.name}: column k_N: {found.size} values: expected one a test")
-        stiffness = float(found[0]) if found.size else k_N or 0.0
-        if stiffness < 0.0:
-            raise ValueError(f"{self.place(0)}, column k_N: {stiffness:g}: expected a stiffness >= 0")
-        return stiffness
-
-    def check_compression(self) -> None:
-        """Raise ValueError where sigma_N is tension."""
-        wrong = np.flatnonzero(self.column("sigma_N") > 0.0)
-        if wrong.size:
-            hint = "leave out --compression-positive" if self.sign < 0.0 else "or give --compression-positive"
-            raise ValueError(
-                f"{self.place(wrong[0])}, column sigma_N: {self.values['sigma_N'][wrong[0]]:g} is tension: "
-                f"expected compression, <= 0 ({hint})"
-            )
+SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
+NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
+PATH = r"(?=.*(displ|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
+STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
+STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
+OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|strain"
+RULES = {
+    "peak": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){STRENGTH}",
+    "residual": rf"(?=.*resid){STRENGTH}",
+    "slip": rf"{SHEAR}{PATH}|schlupf|glissement",
+    "tau": rf"{SHEAR}{STRESS}|tau\b",
+    "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?\b",
+    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat",
+    "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
+    "test": r"(specimen|sample|versuch|probe|essai|prova|provino|ensayo|ensaio)\b",
+}
+"""Names of the columns in English, German, French, Italian, Spanish and Portuguese."""
 
 
 def read_tests(
     paths: Iterable[str | Path] | str | Path,
     k_N: float | None = None,
     compression_positive: bool = False,
-    target: tuple[str, str] = units.DEFAULT,
+    target: tuple[str, str] | None = None,
     k_T: float | None = None,
     sigma_N_path: bool = False,
     columns: Mapping[str, str] | None = None,
+    sigma_N: float | Sequence[float] | None = None,
 ) -> list[ShearTest]:
-    """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation (or s_N), k_N, test.
+    """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation, k_N, test.
 
-    Numbers with a unit in brackets after the name of their column are converted to the units of length and
-    stress of the target; numbers without units stay as they are.  A row with an empty cell is left out.  A
-    ModelWarning has the number of these rows, unused columns, tests whose rows seem to be out of order, and
+    Numbers with a unit are converted to the units of length and stress of the target, mm and MPa without one;
+    numbers without units have those of the target, if there is one.  A row with an empty cell is left out.
+    A ModelWarning has the number of these rows, unused columns, tests whose rows seem to be out of order, and
     sizes that contradict their unit.  k_N: for files without that column, in the units of the target.
     compression_positive: sigma_N in the files is > 0 in compression.  k_T: stiffness of the machine,
     stress/length; tau/k_T is taken off the slip.  sigma_N_path: sigma_N of each row is prescribed as it was
-    measured.  columns: other names of columns in the files, by name.
+    measured.  columns: other names of columns in the files, by name.  sigma_N: compression of each test, or
+    of all, with any sign, for files without that column.
     Raises ValueError with file, line, column and value of every inadmissible entry, OSError for a file that
     cannot be read.
     """
-    if k_N is not None and not 0.0 <= k_N < np.inf:
-        raise ValueError(f"k_N = {k_N:g}: expected a finite stiffness >= 0")
-    if k_T is not None and not 0.0 < k_T < np.inf:
-        raise ValueError(f"k_T = {k_T:g}: expected a finite stiffness > 0")
+    for name, value, least in (("k_N", k_N, ">= 0"), ("k_T", k_T, "> 0")):
+        if value is not None and not (0.0 <= value < np.inf and (value or name == "k_N")):
+            raise ValueError(f"{name} = {value:g}: expected a finite stiffness {least}")
     for name in columns or {}:
         if name not in KNOWN:
             raise ValueError(f"columns: {name}: expected one of {', '.join(KNOWN)}")
-    tests: list[ShearTest] = []
+    held = [] if sigma_N is None else np.atleast_1d(contract.array("sigma_N", sigma_N)).tolist()
+    if not np.isfinite(held).all():
+        raise ValueError(f"sigma_N = {contract.shown(sigma_N)}: expected finite tractions")
     bad: list[str] = []
-    seen: list[Path] = []
-    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
-        if path.resolve() in seen:
+    found: dict[str, tuple[Path, DataFrame]] = {}
+    of_files: dict[str, str] = {}
+    files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
+    if not files:
+        raise ValueError("no test: expected a file")
+    for path in files:
+        if [one.resolve() for one in files].count(path.resolve()) > 1:
             raise ValueError(f"{path}: given twice: expected each file once")
-        seen.append(path.resolve())
         try:
-            found = _read(path, target, columns or {}, -1.0 if compression_positive else 1.0)
+            groups, labels = _read(
+                path, target, columns or {}, -1.0 if compression_positive else 1.0, bool(held)
+            )
         except ValueError as error:
             bad.append(str(error))
             continue
-        for rows in found:
-            try:
-                if "tau" in rows.values:
-                    tests.append(_test(rows, k_N, k_T, sigma_N_path))
-                    continue
-                if k_T is not None or sigma_N_path:
-                    wanted = f"expected columns {', '.join(REQUIRED)}"
-                    raise ValueError(f"{rows.name}: k_T, sigma_N_path: {wanted}")
-                tests += _envelope(rows, k_N)
-            except ValueError as error:
-                bad.append(str(error))
+        for name, rows in groups.items():
+            found[name], of_files[name] = (path, rows), labels
     raise_all(bad)
-    if not tests:
-        raise ValueError("no test: expected a file")
+    without = [name for name, (_, rows) in found.items() if "sigma_N" not in rows]
+    if held and len(held) not in (1, len(without)):
+        raise ValueError(
+            f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for "
+            "each, or one for all"
+        )
+    for name, value in zip(without, held * (len(without) if len(held) == 1 else 1), strict=True):
+        found[name][1]["sigma_N"] = -abs(value)
+    tests: list[ShearTest] = []
+    for name, (path, rows) in found.items():
+        try:
+            if "k_N" not in rows or rows.k_N.isna().all():
+                rows["k_N"] = k_N or 0.0
+            _check(path, rows, compression_positive)
+            made = _test if "tau" in rows else _envelope
+            tests += made(
+                name, path, rows, of_files[name], k_T, sigma_N_path, -1.0 if compression_positive else 1.0
+            )
+        except ValueError as error:
+            bad.append(str(error))
+    raise_all(bad)
     checks.of_all(tests)
     return tests
 
 
-def _read(path: Path, target: tuple[str, str], renamed: Mapping[str, str], sign: float) -> list[_Rows]:
-    """Rows of a file by test, in their order."""
+def _read(
+    path: Path, target: tuple[str, str] | None, renamed: Mapping[str, str], sign: float, optional: bool
+) -> tuple[dict[str, DataFrame], Any]:
+    """Rows of a file by test, in their order and in the units of the target, and these units.
+
+    optional: whether sigma_N may be missing.
+    """
+    from pandas import DataFrame
+
     table = read_table(path, f"a CSV file with {', '.join(REQUIRED)}")
-    names = _columns(table, renamed) if table.names else []
+    where, none = (
+        f"{path}: line {table.line}",
+        "no rows: expected a header with slip, tau, sigma_N, then numbers",
+    )
+    if not table.names:
+        raise ValueError(f"{path}: {none}")
+    names = _columns(where, table, renamed, optional)
     measured = [name for name in names if name in units.KINDS]
-    given = {
-        name: unit for name, unit in zip(names, table.units, strict=True) if unit and name in units.KINDS
-    }
-    factors = units.factors(f"{path}: line {table.line}", measured, given, target)
-    if not table.names or not table.cells:
-        raise ValueError(f"{path}: no rows: expected a header with {', '.join(REQUIRED)}, then numbers")
-    gaps = measured if "tau" in names else OPTIONAL
-    data = table.numbers([names.index(name) for name in measured], measured, gaps)
-    of_test = [row[names.index("test")] if "test" in names else "" for row in table.cells]
-    found, left_out = [], []
-    for test in dict.fromkeys(of_test):
-        rows = np.array([name == test for name in of_test])
+    given = {name: unit for name, unit in zip(names, table.units, strict=True) if unit and name in measured}
+    factors = units.factors(where, measured, given, target or units.DEFAULT)
+    if not len(table.cells):
+        raise ValueError(f"{path}: {none}")
+    data = table.numbers([names.index(name) for name in measured], measured, measured)
+    data = data * [factors.get(name, 1.0) * (sign if name == "sigma_N" else 1.0) for name in measured]
+    rows = DataFrame(data, index=table.lines, columns=measured)
+    of_test = table.cells[names.index("test")].tolist() if "test" in names else [""] * len(rows)
+    labels = target or (units.DEFAULT if factors else ())
+    found, left_out = {}, []
+    for test, group in rows.groupby(of_test, sort=False):
         # a column without any number in a test is not measured in it
-        needed = [name in REQUIRED + ENVELOPE for name in measured]
-        needed |= (np.array(measured) == "dilation") & ~np.isnan(data[rows]).all(axis=0)
-        gap = np.isnan(data[:, needed]).any(axis=1) & rows
-        left_out += np.flatnonzero(gap).tolist()
-        rows &= ~gap
-        lines = tuple(table.lines[i] for i in np.flatnonzero(rows))
-        values = dict(zip(measured, data[rows].T, strict=True))
-        name = f"{path}: test {test}" if test else str(path)
-        of_file = dict(zip(("length", "stress"), target, strict=True)) if factors else {}
-        found.append(_Rows(path, name, lines, values, factors, of_file, sign))
+        group = group.drop(
+            columns=[name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
+        )
+        kept = group.dropna(subset=[name for name in group if name != "k_N"])
+        left_out += sorted({*group.index} - {*kept.index})
+        found[f"{path}: test {test}" if test else str(path)] = kept
     if left_out:
-        places = ", ".join(str(table.lines[i]) for i in sorted(left_out)[:10])
-        more = ", ..." if len(left_out) > 10 else ""
-        text = f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {places}{more})"
+        places = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
+        text = f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {places})"
         warnings.warn(text, ModelWarning, stacklevel=4)
-    return found
+    return found, dict(zip(("length", "stress"), labels, strict=False))
 
 
-def _columns(table: Table, renamed: Mapping[str, str]) -> list[str]:
-    """Names of the columns, those of this program where it knows them."""
-    where, missing = f"{table.path}: line {table.line}", []
-    known = {name.lower(): name for name in KNOWN} | {name.lower(): one for name, one in ALIASES.items()}
-    for name, header in renamed.items():
-        if header.lower() not in map(str.lower, table.names):
-            missing.append(header)
-        known[header.lower()] = name
+def standard(name: str) -> str:
+    """Column that a name of a laboratory stands for, or the name."""
+    text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").lower()
+    text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    if re.search(OTHER, text):
+        return name
+    return next((column for column, rule in RULES.items() if re.match(rule, text.strip())), name)
+
+
+def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: bool) -> list[str]:
+    """Columns of the file, "" for those that are not used.
+
+    A name of the user comes before one of this program, and this before one of a laboratory.
+    """
+    headers, lower = table.names, [name.lower() for name in table.names]
+    missing = [header for header in renamed.values() if header.lower() not in lower]
     if missing:
-        raise ValueError(f"{where}: columns {', '.join(table.names)}: expected {missing[0]}, too (--columns)")
-    names = [known.get(name.lower(), name) for name in table.names]
+        raise ValueError(f"{where}: columns {', '.join(headers)}: expected {missing[0]}, too (--columns)")
+    exact = {name.lower(): name for name in KNOWN if name not in renamed}
+    exact |= {header.lower(): name for name, header in renamed.items()}
+    taken = {*renamed, *(exact[name] for name in lower if name in exact)}
+    names = [exact.get(name.lower(), name if standard(name) in taken else standard(name)) for name in headers]
     required = ENVELOPE if {"peak", "residual"} & {*names} and "tau" not in names else REQUIRED
-    missing = [name for name in required if name not in names]
+    missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
     if missing:
         raise ValueError(
-            f"{where}: columns {', '.join(names)}: expected {', '.join(missing)}, too (needed: "
+            f"{where}: columns {', '.join(headers)}: expected {', '.join(missing)}, too (needed: "
             f"{', '.join(required)}; as measured: {', '.join(OPTIONAL)}; --columns {missing[0]}=HEADER for a "
-            "column with another name)"
+            "column with another name, --sigma-N VALUE for files without sigma_N)"
         )
-    twice = [name for name in KNOWN if names.count(name) > 1]
+    twice = next((name for name in KNOWN if names.count(name) > 1), "")
     if twice:
-        raise ValueError(f"{where}: column {twice[0]} is there twice: expected one column")
+        raise ValueError(f"{where}: column {twice} is there twice: expected one, or --columns {twice}=HEADER")
     used = required + OPTIONAL[required is ENVELOPE :]
-    unused = [name for name in names if name not in used]
+    unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
     if unused:
         warnings.warn(f"{table.path}: columns not used: {', '.join(unused)}", ModelWarning, stacklevel=5)
     return [name if name in used else "" for name in names]
 
 
-def _test(rows: _Rows, k_N: float | None, k_T: float | None, sigma_N_path: bool) -> ShearTest:
+def _check(path: Path, rows: DataFrame, compression_positive: bool) -> None:
+    """Raise ValueError where sigma_N is tension or k_N is no stiffness."""
+    hint = "leave out" if compression_positive else "or give"
+    hint = f"expected compression, <= 0 ({hint} --compression-positive)"
+    stiffness = rows.k_N.dropna()
+    if stiffness.nunique() > 1 and "tau" in rows:
+        raise ValueError(f"{path}: column k_N: {stiffness.nunique()} values: expected one a test")
+    for line, value in rows.sigma_N[rows.sigma_N > 0.0].items():
+        shown = -value if compression_positive else value
+        raise ValueError(f"{path}: line {line}, column sigma_N: {shown:g} is tension: {hint}")
+    for line, value in stiffness[stiffness < 0.0].items():
+        raise ValueError(f"{path}: line {line}, column k_N: {value:g}: expected a stiffness >= 0")
+
+
+def _test(
+    name: str, path: Path, rows: DataFrame, labels: Any, k_T: float | None, sigma_N_path: bool, sign: float
+) -> list[ShearTest]:
     """Test from its rows, after checks of the rows against each other."""
-    where, count = rows.name, len(rows.lines)
-    if count < LEAST_ROWS:
-        raise ValueError(f"{where}: {count} rows: expected at least {LEAST_ROWS}")
-    rows.check_compression()
-    slip, tau, sigma_N = (rows.column(name) for name in REQUIRED)
-    s_N = rows.column("dilation")
-    s_N = None if np.isnan(s_N).all() else s_N
+    if len(rows) < LEAST_ROWS:
+        raise ValueError(f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
+    slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
+    s_N = rows["dilation"].to_numpy() if "dilation" in rows else None
+    stiffness = float(rows.k_N.dropna().iloc[0])
     if k_T is not None:
-        slip = _slip_of_the_joint(rows, slip, tau, k_T)
-    stiffness = rows.stiffness(k_N)
+        backward = np.flatnonzero(np.diff(np.abs(slip)) < 0.0)
+        first = int(np.argmax(np.abs(tau[: backward[0] + 1 if backward.size else None])))
+        if (slip[first] - tau[first] / k_T) * slip[first] <= 0.0:
+            raise ValueError(
+                f"{path}: line {rows.index[first]}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip "
+                f"{slip[first]:g}: expected more than tau/slip = {tau[first] / slip[first]:g}"
+            )
+        slip = slip - tau / k_T
     held = float(sigma_N[0] if sigma_N_path else np.mean(sigma_N))
     if sigma_N_path and stiffness > 0.0:
-        raise ValueError(f"{where}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N")
-    if stiffness == 0.0 and not sigma_N_path:
-        away = np.abs(sigma_N - held)
-        worst = int(np.argmax(away))
-        if away[worst] > checks.HELD * abs(held):
-            raise ValueError(
-                f"{rows.place(worst)}, column sigma_N: {rows.sign * sigma_N[worst]:g} is more than "
-                f"{checks.HELD:.0%} off the mean {rows.sign * held:g}: expected a constant normal "
-                "traction, k_N, or --sigma-N-path"
-            )
+        raise ValueError(f"{name}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N")
+    worst = int(np.argmax(np.abs(sigma_N - held)))
+    if stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > checks.HELD * abs(held):
+        raise ValueError(
+            f"{path}: line {rows.index[worst]}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
+            f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal "
+            "traction, k_N, or --sigma-N-path"
+        )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
         # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
     if not held <= 0.0:
-        raise ValueError(f"{where}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")
-    path_N = sigma_N if sigma_N_path else None
-    test = ShearTest(where, slip, tau, s_N, held, stiffness, rows.units, rows.lines, path_N)
+        raise ValueError(f"{name}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")
+    lines, path_N = tuple(rows.index.tolist()), sigma_N if sigma_N_path else None
+    test = ShearTest(name, slip, tau, s_N, held, stiffness, labels, lines, path_N)
     checks.of_rows(test, sigma_N)
-    return test
+    return [test]
 
 
-def _envelope(rows: _Rows, k_N: float | None) -> list[ShearTest]:
+def _envelope(
+    name: str, path: Path, rows: DataFrame, labels: Any, k_T: float | None, sigma_N_path: bool, sign: float
+) -> list[ShearTest]:
     """Tests of which peak and residual strength are known, and the slip of the latter: one for each row."""
-    rows.check_compression()
+    if k_T is not None or sigma_N_path:
+        raise ValueError(f"{name}: k_T, sigma_N_path: expected columns {', '.join(REQUIRED)}")
+    if not len(rows):
+        raise ValueError(f"{name}: 0 rows: expected at least 1")
     tests = []
-    columns = np.column_stack([rows.column(name) for name in (*ENVELOPE, "k_N")])
-    for i, (slip, peak, residual, sigma_N, own) in enumerate(columns.tolist()):
-        stiffness = (k_N or 0.0) if np.isnan(own) else own
-        for name, value, least in (
-            ("slip", slip, 0.0),
-            ("residual", residual, 0.0),
-            ("peak", peak, residual),
-        ):
-            if value < least or value == 0.0:
-                wanted = f"at least the residual strength, {least:g}" if name == "peak" else "> 0"
-                raise ValueError(f"{rows.place(i)}, column {name}: {value:g}: expected {wanted}")
+    for line, row in rows.iterrows():
+        for column, least in (("slip", 0.0), ("residual", 0.0), ("peak", row.residual)):
+            if row[column] < least or row[column] == 0.0:
+                wanted = f"at least the residual strength, {least:g}" if column == "peak" else "> 0"
+                raise ValueError(f"{path}: line {line}, column {column}: {row[column]:g}: expected {wanted}")
         # the slip of the peak is not read
-        slips, tau, lines = np.array([0.5 * slip, slip]), np.array([peak, residual]), (rows.lines[i],) * 2
-        made = ShearTest(
-            rows.place(i), slips, tau, None, sigma_N, stiffness, rows.units, lines, envelope=True
+        slips, tau = np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual])
+        place, stiffness = f"{path}: line {line}", 0.0 if np.isnan(row.k_N) else row.k_N
+        tests.append(
+            ShearTest(place, slips, tau, None, row.sigma_N, stiffness, labels, (line, line), envelope=True)
         )
-        tests.append(made)
     return tests
-
-
-def _slip_of_the_joint(rows: _Rows, slip: Floats, tau: Floats, k_T: float) -> Floats:
-    """Slip without that of the machine; raises ValueError where this is more than the whole slip."""
-    backward = np.flatnonzero(np.diff(np.abs(slip)) < 0.0)
-    first = int(np.argmax(np.abs(tau[: backward[0] + 1 if backward.size else None])))
-    left: Floats = slip - tau / k_T
-    if left[first] * slip[first] <= 0.0:
-        raise ValueError(
-            f"{rows.place(first)}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip "
-            f"{slip[first]:g}: expected more than tau/slip = {tau[first] / slip[first]:g}"
-        )
-    return left

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from ..case_files import case_lines
-from ..contract import Floats
-from .model import KS, MATERIAL, TIMELESS, material_of, transformed
-from .outcome import COUPLED, ENOUGH, REFINE, UNDETERMINED, Estimate, Fit, residual_ratio
+from .constants import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, UNITS, material_of
+from .outcome import COUPLED, ENOUGH, REFINE, Estimate, Fit, residual_ratio
 from .shear_test import ShearTest
 from .units import NONE
 
 POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
-
-UNKNOWN = 1.0e6
-"""Ratio of the ends of an interval above which nothing is known of the parameter."""
 
 WIDTH = 110
 """Characters of a line of text."""
@@ -26,20 +22,34 @@ WIDTH = 110
 MOST_TURNS = 20
 """Largest number of reversals that a case file repeats; noise on the slip makes more."""
 
-ABSENT = tuple(row.name for row in TIMELESS if row.default == 0.0)
-"""Parameters that are left out where they are 0, their default."""
-
 CASE_INCREMENTS = 100
 """Increments of a step in the case file."""
 
+FORMS = {MORTAR: "mortar joint, with bond", ROCK: "rock joint, without bond"}
+
+SHOWN_BY = {
+    "sigma0": "rows at the peak",
+    "Gc": "rows between peak and residual strength",
+    "eta": "rows before the peak",
+    "mu": "rows after the peak",
+    "theta": "the dilation",
+    "flat": "tests at several pressures with the dilation",
+    "kc": "the closure under pressure",
+    KS: "rows before the peak",
+    "height": "a slip until the dilation ends",
+    "W0": "cycles",
+    "closure": "the closure under pressure",
+    "crush": "tests at several pressures",
+    "damage0": "rows before the peak",
+    "sigma02": "a tension test",
+    "Gc2": "a tension test",
+}
+"""What in the test data determines a constant."""
+
 
 def report(found: Fit, units: tuple[str, str] = NONE) -> str:
-    """Lines of the report: tests, assumptions, parameters with intervals, correlations, doubts."""
+    """Lines of the report: tests, assumptions, constants with intervals, correlations, doubts."""
     problem = found.problem
-    length, stress = units
-    of = {"sigma0": stress, "Gc": f"{stress} {length}", "theta": "degree", "K": f"{stress}/{length}"}
-    of |= {"s_f": length, "s0": length, "height": length, "W0": f"{stress} {length}", "closure": length}
-    of |= {"sigma02": stress, "Gc2": f"{stress} {length}", KS: f"{stress}/{length}"}
     lines = []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
@@ -51,29 +61,61 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         turns = len(test.turns) - 1
         points = f"{turns} reversal{'s' * (turns != 1)}"
         lines.append(f"test        {test.name}: {test.slip.size} rows, {seen}, {load}, {points}")
+    pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     given = {
         name: value
         for name, value in problem.fixed.items()
-        if (problem.sides > 0 or name not in ("theta", "flat")) and (value or name not in ABSENT)
+        if (problem.sides > 0 or name not in ("theta", "flat")) and (value or DEFAULTS.get(name) != 0.0)
     }
-    pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     lines += [
+        *_form(found),
         f"assumed     {pattern}, slip along {problem.direction:g} degrees"
         + "".join(f", {name} = {value:g}" for name, value in given.items()),
         f"scatter     of the residuals, relative to the range of each test: tau {found.scatter[0]:.2%}"
         + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
         f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
-        f"they change a parameter by at most {found.shift:.1g} standard errors",
+        f"they change a constant by at most {found.shift:.1g} standard errors",
         "",
-        f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals",
+        f"{'':<14}{'measured':>12}{'fitted':>12}{'difference':>13}",
     ]
-    lines += [_row(name, one, of.get(name, "-")) for name, one in found.estimates.items()]
-    lines += [_row(name, one, of.get(name, "-")) for name, one in _derived(found).items()]
+    for number, (test, one) in enumerate(zip(problem.tests, found.comparison, strict=True), 1):
+        lines.append(f"test {number}, sigma_N {test.sigma_N:g}")
+        for name, (measured, fitted) in one.items():
+            change = f"{fitted / measured - 1.0:>13.1%}" if measured else ""
+            lines.append(f"  {name:<12}{measured:>12.5g}{fitted:>12.5g}{change}")
+    lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals"]
+    for name, estimate in (found.estimates | _derived(found)).items():
+        unit = UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
+        ends = f"{estimate.low:>12.5g}{estimate.high:>12.5g}  {unit}"
+        if name in found.undetermined:
+            ends = f"{'not determined':>24}  {unit}; {SHOWN_BY.get(name, 'another test')} would"
+        elif not 0.0 < estimate.high < 1e6 * max(estimate.low, 1e-300):
+            ends = f"{'not determined':>24}  {unit}"
+        lines.append(f"{name:<12}{estimate.value:>12.5g}{ends}")
     lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
     for name, row in zip(problem.free, found.correlation, strict=True):
         lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
-    return "\n".join([*lines, "", lines_of(identifiability(found))])
+    return "\n".join([*lines, "", lines_of(doubts_of(found))]).rstrip()
+
+
+def _form(found: Fit) -> list[str]:
+    """Line with the form of the joint and why it is this one, and that theta is not fitted."""
+    others = [name for name in found.criteria if name != found.form]
+    why = ""
+    if others:
+        more = found.criteria[others[0]]
+        why = (
+            f": the information criterion (BIC) is {found.criteria[found.form]:.5g}, that of a "
+            f"{FORMS[others[0]]}, {more:.5g}"
+        )
+    lines = [f"form        {FORMS[found.form]}{why}"] if found.form else []
+    if not found.problem.dilation and "theta" not in found.problem.free and not found.problem.fixed["theta"]:
+        lines.append(
+            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes; "
+            "give --set theta="
+        )
+    return lines
 
 
 def lines_of(texts: Iterable[str]) -> str:
@@ -88,12 +130,8 @@ def props_line(found: Fit) -> str:
     return f"PROPS({len(props)})   {values}"
 
 
-def _row(name: str, one: Estimate, unit: str) -> str:
-    return f"{name:<12}{one.value:>12.5g}{one.low:>12.5g}{one.high:>12.5g}  {unit}"
-
-
 def _derived(found: Fit) -> dict[str, Estimate]:
-    """Intervals of s_f, s0, K and of the residual ratio, where they depend on free parameters."""
+    """Intervals of s_f, s0, K and of the residual ratio, where they depend on free constants."""
     free = set(found.problem.free)
     numbers = {}
     for name, entry in (("s_f", "s_f"), ("s0", "s_0"), ("K", "K")):
@@ -104,8 +142,8 @@ def _derived(found: Fit) -> dict[str, Estimate]:
     return numbers
 
 
-def identifiability(found: Fit) -> list[str]:
-    """Sentences on parameters that cannot be separated, on their determined combination, and on doubts."""
+def doubts_of(found: Fit) -> list[str]:
+    """Sentences on constants that cannot be separated, on their determined combination, and on doubts."""
     problem, texts = found.problem, []
     free = problem.free
     poor = [value for value in found.scatter if value > POOR]
@@ -115,24 +153,11 @@ def identifiability(found: Fit) -> list[str]:
             "and the constants that are set; the numbers are not reliable"
         )
     if {"mu", "theta"} <= set(free):
-        texts += _mu_and_theta(found)
-    if {"sigma0", "Gc"} <= set(free):
-        texts.append(_bond(found))
-    for i, first in enumerate(free):
-        for j in range(i + 1, len(free)):
-            pair = {first, free[j]}
-            if abs(found.correlation[i, j]) > COUPLED and pair not in ({"mu", "theta"}, {"sigma0", "Gc"}):
-                texts.append(_pair(found, i, j))
-    for name in found.undetermined:
-        one = found.estimates[name]
-        texts.append(f"{name} is not determined: {one.low:.3g} to {one.high:.3g}")
-    weak = found.directions[-1] * np.sign(found.directions[-1][np.argmax(np.abs(found.directions[-1]))])
-    size = found.quantile * float(np.sqrt(weak @ found.covariance @ weak))
-    texts.append(
-        f"weakest     {_combination(free, weak)} is known to +-{size:.2g} (singular values "
-        + ", ".join(f"{value:.3g}" for value in found.singular)
-        + ")"
-    )
+        texts.append(_mu_and_theta(found))
+    for i, j in np.argwhere(np.triu(np.abs(found.correlation) > COUPLED, 1)).tolist():
+        if {free[i], free[j]} != {"mu", "theta"}:
+            number = f"(correlation {found.correlation[i, j]:.4f})"
+            texts.append(f"{free[i]} and {free[j]} cannot be separated {number}: set one of them")
     for name in found.at_bounds:
         low, high = problem.bounds[name]
         texts.append(
@@ -140,12 +165,10 @@ def identifiability(found: Fit) -> list[str]:
             "its interval has no meaning"
         )
     if not found.converged:
-        texts.append(
-            "the least squares ended before they converged: give a --start, or fewer free parameters"
-        )
+        texts.append("the least squares ended before they converged: give a --start, or fewer free constants")
     if found.shift > ENOUGH:
         texts.append(
-            f"the increments are too long: finer ones change a parameter by {found.shift:.2g} standard "
+            f"the increments are too long: finer ones change a constant by {found.shift:.2g} standard "
             "errors; raise --increments"
         )
     if found.agreeing == 1 and len(found.costs) > 1:
@@ -162,101 +185,29 @@ def identifiability(found: Fit) -> list[str]:
     return texts
 
 
-def _mu_and_theta(found: Fit) -> list[str]:
+def _mu_and_theta(found: Fit) -> str:
     """Sentence on how well friction and inclination are separated."""
-    free = found.problem.free
-    i, j = free.index("mu"), free.index("theta")
-    correlation = found.correlation[i, j]
-    ratio = found.estimates["mu"], found.estimates["theta"]
-    formula = "(mu + tan theta)/(1 - mu tan theta)"
+    free, ratio = found.problem.free, "(mu + tan theta)/(1 - mu tan theta)"
+    correlation = found.correlation[free.index("mu"), free.index("theta")]
     if not np.isfinite(residual_ratio(found.values)):
-        return [
-            f"mu and theta: {formula} is infinite, because the planes lock; correlation {correlation:.3f}"
-        ]
-    together = found.of(residual_ratio)
-    alone = [(one.high - one.low) / (2.0 * one.value) for one in ratio]
-    width = (together.high - together.low) / (2.0 * together.value)
-    numbers = (
-        f"{formula} = {together.value:.5g} is known to +-{width:.2%}, mu to +-{alone[0]:.2%}, theta to "
-        f"+-{alone[1]:.2%} (correlation {correlation:.4f})"
-    )
-    at_bounds = [name for name in ("mu", "theta") if name in found.at_bounds]
-    if at_bounds:
-        return [f"mu and theta are not separated, with {' and '.join(at_bounds)} at a bound: {numbers}"]
-    apart = abs(correlation) <= COUPLED and max(alone) <= UNDETERMINED - 1.0
+        return f"mu and theta: {ratio} is infinite, because the planes lock; correlation {correlation:.3f}"
+    one = found.of(residual_ratio)
+    width = (one.high - one.low) / (2.0 * one.value)
+    known = f"{ratio} = {one.value:.5g} is known to +-{width:.2%} (correlation {correlation:.4f})"
+    apart = abs(correlation) <= COUPLED and not {"mu", "theta"} & {*found.undetermined, *found.at_bounds}
     if found.problem.dilation:
-        verdict = "are separated by the dilation" if apart else "cannot be separated"
-        return [f"mu and theta {verdict}: {numbers}"]
-    worse = max(alone) / width if width > 0.0 else np.inf
-    verdict = (
-        "are separated only by the shape of tau, which depends on the assumed pattern"
-        if apart
-        else f"cannot be separated; each alone is known {worse:.0f} times worse than the ratio"
-    )
-    return [f"no dilation: mu and theta {verdict}: {numbers}; measure the dilation or set one of them"]
+        return f"mu and theta {'are separated by the dilation' if apart else 'cannot be separated'}: {known}"
+    how = "are separated only by the shape of tau" if apart else "cannot be separated"
+    return f"no dilation: mu and theta {how}: {known}; measure the dilation or set one of them"
 
 
-def _bond(found: Fit) -> str:
-    """Sentence on how well strength, rupture energy and stiffness are separated."""
-    free = found.problem.free
-    names = [name for name in ("sigma0", "Gc", "eta") if name in free]
-    numbers = {name: found.estimates[name] for name in names} | {
-        "K": found.of(lambda values: material_of(values).K)
-    }
-    widths = {name: _width(one) for name, one in numbers.items()}
-    known = ", ".join(f"{name} {text}" for name, text in widths.items())
-    places = [free.index(name) for name in names]
-    block = np.abs(found.correlation[np.ix_(places, places)] - np.eye(len(places)))
-    wide = any(_is_wide(one) for one in numbers.values())
-    if not wide and block.max() <= COUPLED:
-        return f"sigma0, Gc and K are separated: {known}"
-    sizes, vectors = np.linalg.eigh(found.covariance[np.ix_(places, places)])
-    half = found.quantile * float(np.sqrt(max(sizes[0], 0.0)))
-    best = _combination(names, vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]))
-    return (
-        f"sigma0, Gc and K cannot be separated: {known}; best known is {best}, to +-{half:.2g}. Rows before "
-        "the peak determine K, rows at the peak sigma0, rows beyond it Gc"
-    )
-
-
-def _is_wide(one: Estimate) -> bool:
-    """Whether an end of the interval is off the value by more than the factor UNDETERMINED."""
-    return one.high > UNDETERMINED**2 * one.low
-
-
-def _width(one: Estimate) -> str:
-    """Half width of an interval as a fraction of the value, or the ratio of its ends."""
-    if one.high > UNKNOWN * one.low:
-        return "not at all"
-    if _is_wide(one):
-        return f"within a factor of {one.high / one.low:.2g}"
-    return f"+-{(one.high - one.low) / (2.0 * one.value):.2%}"
-
-
-def _pair(found: Fit, i: int, j: int) -> str:
-    """Sentence on two correlated parameters and their combination of the smallest variance."""
-    free = found.problem.free
-    block = found.covariance[np.ix_([i, j], [i, j])]
-    sizes, vectors = np.linalg.eigh(block)
-    vector = vectors[:, 0] / vectors[0, 0]
-    value = float(vector @ found.x[[i, j]])
-    half = found.quantile * float(np.sqrt(max(sizes[0], 0.0))) * float(np.linalg.norm(vector))
-    return (
-        f"{free[i]} and {free[j]} cannot be separated (correlation {found.correlation[i, j]:.4f}): "
-        f"{_combination((free[i], free[j]), vector)} = {value:.4g} is known to +-{half:.2g}, "
-        f"{transformed(free[i])} to +-{found.quantile * np.sqrt(block[0, 0]):.2g}"
-    )
-
-
-def _combination(names: Sequence[str], weights: Floats) -> str:
-    """Text such as 0.7 log mu - 0.7 logit theta/90; terms below a hundredth are left out."""
-    least = 0.01 * float(np.abs(weights).max())
-    terms = [
-        f"{'-' if weight < 0.0 else '+'} {abs(weight):.2g} {transformed(name)}"
-        for name, weight in zip(names, weights, strict=True)
-        if abs(weight) > least
-    ]
-    return " ".join(terms).removeprefix("+ ")
+def accepted_text(found: Fit, reasons: Iterable[str]) -> str:
+    """What the user has accepted of a fit, for case, covariance and card; empty where there is nothing."""
+    tau, dilation = found.deviation
+    parts = [f"{100.0 * tau:.2g} % of tau"] + [f"{100.0 * dilation:.2g} % of s_N"] * (dilation > 0.0)
+    texts = [f"the law differs from the tests by {' and '.join(parts)}"] * (tau > 0.0)
+    text = "; ".join([*texts, *reasons])
+    return f"accepted with {text}" if text else ""
 
 
 def case_text(found: Fit) -> str:
@@ -265,32 +216,26 @@ def case_text(found: Fit) -> str:
     `asperity card`, `select` and `run` read this file.
     """
     problem = found.problem
-    values = {name: f"{value:.6g}" for name, value in found.values.items()}
     longest = max(problem.tests, key=lambda test: float(np.abs(np.diff([0.0, *test.turns])).sum()))
     turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
     held = sorted({float(f"{test.sigma_N:.4g}") for test in problem.tests}, reverse=True)
-    several = len(held) > 1
+    values = found.values
+    material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in problem.free}
     if KS in values:
-        values["kn"] = f"{found.values[KS] * found.values['kc']:.6g}"
-    there = ["kn", KS] if KS in values else []
-    there += [
-        name
-        for name in MATERIAL
-        if name in values and (found.values[name] or name not in ABSENT) and not (there and name == "kc")
-    ]
-    material = ", ".join(f"{name} = {values[name]}" for name in there)
-    slips = ", ".join(f"{slip:.6g}" for slip in turns)
-    increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
+        material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
+    entries = ", ".join(f"{name} = {value:.6g}" for name, value in material.items())
     lines = []
     if any(test.k_N > 0.0 for test in problem.tests):
         lines.append(
             "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
         )
-    lines += ["&case title = 'Shear box' /", f"&material {material} /", case_lines(found.interface.pattern)]
-    if several:
+    lines += ["&case title = 'Shear box' /", f"&material {entries} /", case_lines(found.interface.pattern)]
+    if len(held) > 1:
         lines.append(f"&sweep name = 'sigma_N', values = {', '.join(map(str, held))} /")
+    slips = ", ".join(f"{slip:.6g}" for slip in turns)
+    increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
     lines += [
-        f"&step t_N = {'sigma_N' if several else held[0]}, increments = {CASE_INCREMENTS} /",
+        f"&step t_N = {'sigma_N' if len(held) > 1 else held[0]}, increments = {CASE_INCREMENTS} /",
         f"&step slip = {slips}, direction = {problem.direction:g}, increments = {increments} /",
     ]
     return "\n".join(lines) + "\n"

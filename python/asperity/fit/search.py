@@ -1,20 +1,19 @@
-"""Options of a search for parameters, and the search itself, for all commands that fit curves."""
+"""Options of a search for constants, and the search itself, for all commands that fit curves."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..cards.blocks import HOSTS
 from ..options import add_options, add_output, add_workers, check_outputs, numbers, progress_bar, workers
+from .constants import AUTO, SCALES
 from .covariance import covariance_text, file_of
 from .fitting import STARTS_TRIED, fit
-from .model import INCREMENTS, SCALES, SIDES
+from .model import INCREMENTS, SIDES
 from .outcome import Fit
-from .ranges import DEFAULT_FREE, needed
 from .shear_test import ShearTest
 from .verdict import Change
 
@@ -24,29 +23,28 @@ COVARIANCE = r'\{\s+"parameters"'
 
 
 def add_search(
-    parser: argparse.ArgumentParser,
-    free: str | None = None,
-    fixed: Mapping[str, float] | None = None,
+    parser: argparse.ArgumentParser, free: str | None = None, fixed: Mapping[str, float] | None = None
 ) -> None:
     """Add the options of the search and of its results; free and fixed: the defaults, for the help."""
     known = ", ".join(f"{name}={value:.4g}" for name, value in (fixed or {}).items())
-    unset = f"all of {','.join(DEFAULT_FREE)} that are not set; the others must be set"
-    of_all = f"parameters to identify, of {','.join(SCALES)} (default: {unset if free is None else free})"
+    unset = "those that the tests can show; +height adds height to them"
+    of_all = f"constants to identify, of {','.join(SCALES)} (default: {unset if free is None else free})"
     add_options(
         parser,
         ("--free NAMES", of_all, str, {"default": free}),
-        ("--set NAME=VALUE", f"parameters that are known{f' (default: {known})' if known else ''}", list),
+        ("--set NAME=VALUE", f"constants that are known{f' (default: {known})' if known else ''}", list),
         ("--start NAME=VALUE", "additional start of the search", list),
-        ("--bounds NAME=LOW,HIGH", "bounds of a free parameter", list),
+        ("--bounds NAME=LOW,HIGH", "bounds of a free constant", list),
         (
             "--sides SIDES",
-            f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES})",
+            f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES}, or "
+            "0 for tests without dilation)",
             int,
         ),
         ("--direction DEGREES", "direction of the slip, from Tx", 0.0),
         (
             "--increments INCREMENTS",
-            "smallest number along a test, refined until the parameters converge",
+            "smallest number along a test, refined until the constants converge",
             INCREMENTS,
         ),
         ("--starts STARTS", "number of starts of the least squares", STARTS_TRIED),
@@ -61,7 +59,7 @@ def add_search(
     )
     add_output(parser, "CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json")
     add_workers(parser)
-    parser.set_defaults(confidence=0.95, model_error=0.0, accept=False)
+    parser.set_defaults(confidence=0.95, model_error=0.0, accept=False, joint=AUTO)
 
 
 def check_search(options: argparse.Namespace) -> None:
@@ -79,103 +77,83 @@ def write(
     units: tuple[str, str],
     of_tests: str = "",
     reasons: Sequence[str] = (),
+    accepted: str = "",
 ) -> None:
     """Print the card and write picture, case file and covariance, as far as the options ask for them.
 
     of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.  reasons: why the fit
-    is no result; without --accept there is then a picture only.
+    is no result; there is then a picture only.  accepted: what the user has accepted instead.
     """
     from .report import case_text
 
-    taken = not reasons or options.accept
-    if options.card is not None and taken:
-        print("\n" + found.interface.card(options.card), end="")
+    if options.card is not None and not reasons:
+        print("\n" + found.interface.card(options.card, notes=[accepted] if accepted else []), end="")
     if options.plot is not None:
         from .picture import draw
 
         draw(found, options.plot, units, of_tests)
         print(options.plot)
-    if options.output is not None and taken:
-        poor = f"! Poor: {'; '.join(reasons)}.\n" if reasons else ""
-        files = {options.output: f"{HEADING}\n{poor}{case_text(found)}"}
-        if not of_tests and not reasons:
-            files[file_of(options.output)] = covariance_text(found)
+    if options.output is not None and not reasons:
+        note = f"! {accepted[0].upper()}{accepted[1:]}.\n" if accepted else ""
+        files = {options.output: f"{HEADING}\n{note}{case_text(found)}"}
+        if not of_tests:
+            files[file_of(options.output)] = covariance_text(found, accepted)
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
             print(path)
-        beside = file_of(options.output)
-        if beside not in files and beside.is_file():
-            print(f"warning: {beside} is of an earlier fit: stale, remove it")
 
 
 class Search:
     """Fits of tests with the options of a command and changed arguments; given: those of the command."""
 
-    def __init__(
-        self,
-        options: argparse.Namespace,
-        assumed: Mapping[str, float] | None = None,
-        strict: bool = False,
-    ) -> None:
-        """Parse the options that contain numbers.
-
-        assumed: values of parameters that are neither free nor set.  strict: whether every parameter of the
-        law must be free, set or assumed.
-        """
+    def __init__(self, options: argparse.Namespace, assumed: Mapping[str, float] | None = None) -> None:
+        """Parse the options that contain numbers; assumed: values of constants neither free nor set."""
         self.options = options
-        self.fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
+        fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
         self.start = {name: one for name, (one,) in numbers("--start", options.start, 1).items()}
         bounds = numbers("--bounds", options.bounds, 2).items()
         self.bounds = {name: (low, high) for name, (low, high) in bounds}
-        self.free: list[str] | None = None
+        free = None
         if options.free is not None:
-            self.free = [name.strip() for name in options.free.split(",") if name.strip()]
-            given = {*self.free, *self.fixed}
-            missing = [name for name in needed(options.sides, given) if name not in given]
-            if missing and strict:
-                raise ValueError(
-                    f"--free {options.free}: {', '.join(missing)}: expected each parameter free or set, as "
-                    f"by --set {missing[0]}=VALUE"
-                )
-        taken = {*(self.free or ()), *self.fixed}
+            free = tuple(name.strip() for name in options.free.split(",") if name.strip())
+        for option, names in (("--free", free or ()), ("--set", fixed)):
+            unknown = [name for name in names if name.removeprefix("+") not in SCALES]
+            if unknown:
+                raise ValueError(f"{option}: {unknown[0]} is unknown: expected of {', '.join(SCALES)}")
+        both = [name for name in free or () if name.removeprefix("+") in fixed]
+        if both:
+            raise ValueError(f"--free {both[0]}, --set {both[0]}: expected it free or set, not both")
+        taken = {*(free or ()), *fixed}
         self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
-        sides = SIDES if options.sides is None else options.sides
-        free = None if self.free is None else tuple(self.free)
-        self.given = Change(sides, free, self.fixed, options.model_error)
+        self.given = Change(options.sides, free, fixed, options.model_error, options.joint)
 
     @contextmanager
     def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
         """Function that fits tests with changed arguments and shows its stages and the remaining time."""
-        # besides the starts of the search there are the choice of these and the refinement
         with workers(self.options) as executor, progress_bar(self.options.starts + 2, "stage") as bar:
 
             def tick(label: str) -> None:
                 bar.set_description(label, refresh=False)
                 bar.update()
 
-            yield lambda tests, change: self._fit(tests, change, tick, executor)
+            def fitted(tests: Sequence[ShearTest], change: Change) -> Fit:
+                options, known = self.options, change.fixed
+                return fit(
+                    tests,
+                    change.free,
+                    self.assumed | dict(known),
+                    {name: value for name, value in self.start.items() if name not in known},
+                    {name: ends for name, ends in self.bounds.items() if name not in known},
+                    change.sides,
+                    options.direction,
+                    options.increments,
+                    options.starts,
+                    options.seed,
+                    options.confidence,
+                    tick,
+                    change.model_error,
+                    executor,
+                    change.joint,
+                )
 
-    def _fit(
-        self,
-        tests: Sequence[ShearTest],
-        change: Change,
-        tick: Callable[[str], object],
-        executor: Executor | None,
-    ) -> Fit:
-        options = self.options
-        return fit(
-            tests,
-            change.free,
-            self.assumed | dict(change.fixed),
-            {name: value for name, value in self.start.items() if name not in change.fixed},
-            {name: ends for name, ends in self.bounds.items() if name not in change.fixed},
-            change.sides,
-            options.direction,
-            options.increments,
-            options.starts,
-            options.seed,
-            options.confidence,
-            tick,
-            change.model_error,
-            executor,
-        )
+            yield fitted

@@ -10,6 +10,9 @@ from .. import contract
 from ..contract import Floats
 from ..steps import turns_of
 
+SATURATED, LEAST_PART = 0.7, 4
+"""Ratio of two slopes of the dilation below which it ends, and smallest number of rows of a slope."""
+
 
 @dataclass(frozen=True, eq=False)
 class ShearTest:
@@ -76,3 +79,18 @@ class ShearTest:
         path = np.append(0.0, self.slip)
         turns: list[float] = path[turns_of(path)[1:]].tolist()
         return turns
+
+
+def saturates(test: ShearTest) -> bool:
+    """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
+    if test.s_N is None or test.envelope:
+        return False
+    end = int(np.argmax(np.abs(test.slip) >= 0.98 * np.abs(test.slip).max()))
+    way, stroke = test.slip / test.slip[end], np.arange(test.slip.size) <= end
+    slopes = []
+    for low, high in ((0.25, 0.5), (0.75, 1.0)):
+        part = stroke & (way >= low) & (way <= high)
+        if np.count_nonzero(part) < LEAST_PART:
+            return False
+        slopes.append(np.polyfit(way[part], test.s_N[part], 1)[0])
+    return bool(slopes[1] < SATURATED * slopes[0])

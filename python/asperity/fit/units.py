@@ -1,71 +1,58 @@
-"""Units in the headers of test data: their spellings and their conversion to one consistent set."""
+"""Units in the headers of test data, by pint, and their conversion to one consistent set."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
 
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "ft": 0.3048}
-"""Metres of each unit of length."""
-
-STRESSES = {
-    "Pa": 1.0,
-    "kPa": 1e3,
-    "MPa": 1e6,
-    "GPa": 1e9,
-    "bar": 1e5,
-    "psi": 6894.757293168361,
-    "ksi": 6894757.293168361,
-}
-"""Pascals of each unit of stress."""
-
-ALIASES = {
-    "N/m2": "Pa",
-    "kN/m2": "kPa",
-    "MN/m2": "MPa",
-    "N/mm2": "MPa",
-    "N/m3": "Pa/m",
-    "kN/m3": "kPa/m",
-    "MN/m3": "MPa/m",
-    "N/mm3": "MPa/mm",
-}
-"""Other accepted spellings."""
+from ..options import imported
 
 KINDS = {"slip": "length", "dilation": "length", "tau": "stress", "sigma_N": "stress", "k_N": "stiffness"}
 KINDS |= {"peak": "stress", "residual": "stress"}
 """What each column of test data measures."""
 
+EXAMPLES = {
+    "length": "m, cm, mm, um, in or ft",
+    "stress": "Pa, kPa, MPa, N/mm2, kN/m2, bar, psi or ksi",
+    "stiffness": "a unit of stress/length, such as MPa/mm",
+}
+BASE = {"length": "m", "stress": "Pa", "stiffness": "Pa/m"}
+
 DEFAULT = ("mm", "MPa")
 """Units of length and stress to which test data with units are converted."""
-
 
 NONE = ("length", "stress")
 """Labels of test data without units."""
 
 
-def standard(text: str) -> str:
-    """Standard spelling of a unit: MPa for N/mm^2."""
-    plain = text.replace("\N{SUPERSCRIPT TWO}", "2").replace("\N{SUPERSCRIPT THREE}", "3").replace("^", "")
-    plain = plain.replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u").replace(" ", "")
-    return ALIASES.get(plain, plain)
+@cache
+def _registry() -> Any:
+    return imported("pint").UnitRegistry(cache_folder=None)
+
+
+@cache
+def size(kind: str, text: str) -> float:
+    """Unit of a kind (length, stress, stiffness) in SI units; raises ValueError for anything else."""
+    plain = re.sub(r"(?<=[A-Za-z])\^?([23])", r"**\1", text.replace("kp", "kgf").strip())
+    plain = plain.replace("\N{SUPERSCRIPT TWO}", "**2").replace("\N{SUPERSCRIPT THREE}", "**3")
+    registry = _registry()
+    try:
+        return float(registry.Quantity(1.0, registry.parse_units(plain)).to(BASE[kind]).magnitude)
+    except Exception:  # pint raises errors of its own, of Python's tokenizer and of the arithmetic of units
+        raise ValueError(f"[{text}]: expected {EXAMPLES[kind]}") from None
 
 
 def check_target(units: Sequence[str]) -> tuple[str, str]:
-    """Standard spelling of a unit of length and one of stress; raises ValueError for anything else."""
-    names = [standard(text) for text in units]
-    if len(names) != len(DEFAULT) or names[0] not in LENGTHS or names[1] not in STRESSES:
-        raise ValueError(
-            f"--units {','.join(units)}: expected LENGTH,STRESS, of {', '.join(LENGTHS)} and "
-            f"{', '.join(STRESSES)}"
-        )
-    return names[0], names[1]
-
-
-def size(kind: str, unit: str) -> float:
-    """Unit of a kind (length, stress, stiffness) in SI units; raises KeyError for a unit of another."""
-    if kind == "stiffness":
-        stress, _, length = unit.partition("/")
-        return STRESSES[stress] / LENGTHS[length]
-    return (LENGTHS if kind == "length" else STRESSES)[unit]
+    """Units of length and stress; raises ValueError for anything else."""
+    try:
+        length, stress = units
+        size("length", length), size("stress", stress)
+    except ValueError as error:
+        text = str(error) if len(units) == len(DEFAULT) else "expected LENGTH,STRESS, such as mm,MPa"
+        raise ValueError(f"--units {','.join(units)}: {text}") from None
+    return length, stress
 
 
 def factors(
@@ -77,7 +64,7 @@ def factors(
     """
     if not given:
         return {}
-    wanted = {"length": target[0], "stress": target[1], "stiffness": f"{target[1]}/{target[0]}"}
+    wanted = {"length": target[0], "stress": target[1], "stiffness": f"({target[1]})/({target[0]})"}
     found = {}
     for column in columns:
         kind = KINDS[column]
@@ -88,9 +75,7 @@ def factors(
                 "has, or none at all"
             )
         try:
-            found[column] = size(kind, standard(given[column])) / size(kind, wanted[kind])
-        except KeyError:
-            known = {"length": ", ".join(LENGTHS), "stress": ", ".join([*STRESSES, "N/mm2"])}
-            expected = known.get(kind, "a unit of stress/length, such as MPa/mm")
-            raise ValueError(f"{where}: {column} [{given[column]}]: expected {expected}") from None
+            found[column] = size(kind, given[column]) / size(kind, wanted[kind])
+        except ValueError as error:
+            raise ValueError(f"{where}: {column} {error}") from None
     return found

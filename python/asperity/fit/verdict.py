@@ -7,18 +7,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .constants import AUTO, DEFAULTS, ROCK, ROCK_VALUES
 from .model import SIDES
 from .outcome import ENOUGH, LEAST_ERROR, Fit
-from .shear_test import ShearTest
+from .shear_test import saturates
 
-OUTLYING = 6.0
-"""Residual, in robust standard deviations, above which a row that stands alone is an outlier."""
-
-ALONE = 0.5
-"""Largest residual of the neighbours of an outlier, as a fraction of its own."""
+OUTLYING, ALONE = 6.0, 0.5
+"""Residual of an outlier in robust standard deviations, and the most of its neighbours, as a part of it."""
 
 MOVED = 1.0
-"""Change of a parameter, in standard errors, above which an outlier makes the fit no result."""
+"""Change of a constant, in standard errors, above which an outlier makes the fit no result."""
 
 ROBUST = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -30,21 +28,15 @@ LARGEST_ERROR = 0.1
 """Largest scatter, as a fraction of the range, that is proposed to be accepted."""
 
 BETTER, AS_GOOD = 0.9, 1.05
-"""Ratio of two sums of squares below which another pattern is preferred; the second one if it is a result."""
+"""Ratio of two sums of squares below which another fit is preferred; the second one if it is a result."""
 
-SATURATED, LEAST_PART = 0.7, 4
-"""Ratio of two slopes of the dilation below which it ends, and smallest number of rows of a slope."""
-
-MOST_CHANGES = 4
+MOST_CHANGES = 6
 """Largest number of changes of the arguments that are tried one after the other."""
-
-CUSTOMARY = {"flat": (1.0 / 3.0,), "kc": (100.0, 20.0), "eta": (0.9,)}
-"""Values proposed for parameters that the tests do not determine: the first one inside the interval."""
 
 
 @dataclass(frozen=True)
 class Outlier:
-    """Row that the fit misses by far more than its neighbours; moves: parameters, in standard errors."""
+    """Row that the fit misses by far more than its neighbours; moves: constants, in standard errors."""
 
     place: str
     text: str
@@ -53,12 +45,13 @@ class Outlier:
 
 @dataclass(frozen=True)
 class Change:
-    """Arguments of a fit: inclined planes, free parameters (None: the usual), values, model error."""
+    """Arguments of a fit: inclined planes, free constants (None: the usual), values, model error, form."""
 
-    sides: int
+    sides: int | None = None
     free: tuple[str, ...] | None = None
     fixed: Mapping[str, float] = field(default_factory=dict)
     model_error: float = 0.0
+    joint: str = AUTO
 
 
 Fitted = Callable[[Change], Fit]
@@ -66,9 +59,9 @@ Fitted = Callable[[Change], Fit]
 
 
 def refusals(found: Fit) -> list[str]:
-    """Reasons why the parameters must not be used; none if the fit is a result."""
+    """Reasons why the constants must not be used; none if the fit is a result."""
     reasons = [f"{name} is not determined" for name in found.undetermined if name not in found.at_bounds]
-    reasons += [f"{name} is at a bound" for name in found.at_bounds]
+    reasons += [f"{name} is at its {_end(found, name)} bound" for name in found.at_bounds]
     if found.inseparable:
         reasons.append("mu and theta are not separated without dilation")
     # the widening for correlated residuals presumes that the scatter is what the user accepts
@@ -85,8 +78,14 @@ def refusals(found: Fit) -> list[str]:
         reasons.append("only one start reached the smallest sum of squares")
     moving = [one.place for one in outliers(found) if one.moves > MOVED]
     if moving:
-        reasons.append(f"outliers move the parameters ({', '.join(moving)})")
+        reasons.append(f"outliers move the constants ({', '.join(moving)})")
     return reasons
+
+
+def _end(found: Fit, name: str) -> str:
+    low, high = found.problem.bounds[name]
+    middle = np.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
+    return f"lower ({low:.3g})" if found.values[name] < middle else f"upper ({high:.3g})"
 
 
 def outliers(found: Fit) -> list[Outlier]:
@@ -97,46 +96,41 @@ def outliers(found: Fit) -> list[Outlier]:
         scale = ROBUST * float(np.median(np.abs(residuals)))
         padded = np.abs(np.concatenate([residuals[1:2], residuals, residuals[-2:-1]]))
         beside = np.maximum(padded[:-2], padded[2:])
-        for i in np.flatnonzero(
-            (np.abs(residuals) > OUTLYING * scale) & (beside < ALONE * np.abs(residuals))
-        ):
+        far = (np.abs(residuals) > OUTLYING * scale) & (beside < ALONE * np.abs(residuals))
+        for i in np.flatnonzero(far).tolist():
             size = residuals[i] / scale if scale > 0.0 else np.inf
-            rows.append((place.start + int(i), test, name, int(i), size))
-    if not rows:
-        return []
-    inverse = found.inverse
+            rows.append((place.start + i, test, name, i, size))
     good = np.setdiff1d(np.arange(found.residuals.size), [row[0] for row in rows])
     noise = ROBUST * float(np.median(np.abs(found.residuals[good])))
-    errors = np.maximum(noise * np.linalg.norm(inverse, axis=1), np.finfo(float).tiny)
+    errors = np.maximum(noise * np.linalg.norm(found.inverse, axis=1), np.finfo(float).tiny)
     told = []
     for place, test, name, i, size in rows:
-        moves = float(np.max(np.abs(inverse[:, place] * found.residuals[place]) / errors))
+        moves = float(np.max(np.abs(found.inverse[:, place] * found.residuals[place]) / errors))
         value = float((test.tau if name == "tau" else test.s_N)[i])  # type: ignore[index]
         line = f"{test.name}: line {test.lines[i]}" if test.lines else f"{test.name}: row {i + 1}"
         text = (
             f"outlier: {line}, {name} {value:g} is {abs(size):.0f} standard deviations off the fit and moves "
-            f"a parameter by {moves:.1g} standard errors"
+            f"a constant by {moves:.1g} standard errors"
         )
         told.append(Outlier(line, text, moves))
     return told
 
 
-def propose(found: Fit, change: Change, fitted: Fitted, given_sides: bool) -> tuple[Change, Fit] | None:
+def propose(found: Fit, change: Change, fitted: Fitted) -> tuple[Change, Fit] | None:
     """Arguments with which the same tests give a result, and this fit; None if none is found.
 
-    change: arguments of the fit that was found.  given_sides: whether the user has given the pattern.  The
-    changes add up: a finite height where the dilation ends, wear in cycles, another pattern or free values
-    that fit better, then customary values of parameters that the tests do not tell, then the acceptance of a
-    model error.
+    change: arguments of the fit that was found.  The changes add up: wear in cycles whose dilation ends,
+    another pattern or free values that fit better, then the customary values of constants that the tests do
+    not tell, then the acceptance of a model error.
     """
     problem = found.problem
     ways: list[Callable[[Change], list[Change]]] = []
-    if problem.sides > 0 and any(map(saturates, problem.tests)):
+    if problem.sides > 0 and any(saturates(test) for test in problem.tests):
         ways.append(lambda now: _freeing(found, now, "height"))
         if any(len(test.turns) > 1 for test in problem.tests):
             ways.append(lambda now: _freeing(found, now, "W0"))
-    if not given_sides:
-        ways.append(lambda now: [replace(now, sides=sides) for sides in PATTERNS if sides != now.sides])
+    if change.sides is None:
+        ways.append(lambda now: [replace(now, sides=sides) for sides in PATTERNS if sides != problem.sides])
     if change.fixed:
         ways.append(lambda now: [replace(now, free=None, fixed={})])
     for _ in range(MOST_CHANGES):
@@ -166,26 +160,10 @@ def _fits(fitted: Fitted, changes: Sequence[Change]) -> list[tuple[Change, Fit]]
 
 
 def _freeing(found: Fit, change: Change, name: str) -> list[Change]:
-    """Change that adds a free parameter, unless it has a value or the pattern has no inclined planes."""
-    free = change.free or tuple(one for one in found.problem.free if one not in change.fixed)
-    if name in free or name in change.fixed or change.sides == 0:
+    """Change that adds a free constant, unless it has a value."""
+    if name in found.problem.free or name in change.fixed:
         return []
-    return [replace(change, free=(*free, name))]
-
-
-def saturates(test: ShearTest) -> bool:
-    """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
-    if test.s_N is None or test.envelope:
-        return False
-    end = int(np.argmax(np.abs(test.slip) >= 0.98 * np.abs(test.slip).max()))
-    way, stroke = test.slip / test.slip[end], np.arange(test.slip.size) <= end
-    slopes = []
-    for low, high in ((0.25, 0.5), (0.75, 1.0)):
-        part = stroke & (way >= low) & (way <= high)
-        if np.count_nonzero(part) < LEAST_PART:
-            return False
-        slopes.append(np.polyfit(way[part], test.s_N[part], 1)[0])
-    return bool(slopes[1] < SATURATED * slopes[0])
+    return [replace(change, free=(*(change.free or ()), name if change.free else f"+{name}"))]
 
 
 def _is_better(other: Fit, found: Fit) -> bool:
@@ -194,13 +172,14 @@ def _is_better(other: Fit, found: Fit) -> bool:
 
 
 def _value(found: Fit, change: Change) -> Change | None:
-    """Change that sets a parameter that the tests do not tell, if there is a customary value of it."""
+    """Change that sets the customary value of a constant that the tests do not tell, if there is one."""
+    known = DEFAULTS | (ROCK_VALUES if found.form == ROCK else {})
     for name in dict.fromkeys([*found.undetermined, *found.at_bounds]):
-        one = found.estimates[name]
-        inside = [value for value in CUSTOMARY.get(name, ()) if one.low <= value <= one.high]
-        if inside:
-            free = None if change.free is None else tuple(one for one in change.free if one != name)
-            return replace(change, free=free, fixed=dict(change.fixed) | {name: inside[0]})
+        # without a height, wear or closure of its own a joint has none
+        if known.get(name, 0.0) == 0.0 and name not in ("height", "W0"):
+            continue
+        free = None if change.free is None else tuple(one for one in change.free if one.lstrip("+") != name)
+        return replace(change, free=free or None, fixed=dict(change.fixed) | {name: known[name]})
     return None
 
 

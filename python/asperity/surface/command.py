@@ -12,7 +12,7 @@ import numpy as np
 from .. import contract
 from ..case_files import case_lines, read_case
 from ..contract import Floats
-from ..fit.units import LENGTHS
+from ..fit.units import size
 from ..interface import Interface
 from ..material import Material
 from ..options import add_options, add_output, assigned, check_outputs, progress_bar
@@ -163,8 +163,11 @@ def _check(options: argparse.Namespace) -> None:
         raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
     if not np.isfinite(options.direction):
         raise ValueError(f"--direction {options.direction}: expected a finite angle")
-    if options.unit not in LENGTHS:
-        raise ValueError(f"--unit {options.unit}: expected one of {', '.join(LENGTHS)}")
+    if options.unit != "mm":
+        try:
+            size("length", options.unit)
+        except ValueError as error:
+            raise ValueError(f"--unit {error}") from None
     if options.case is not None and options.material is not None:
         raise ValueError("--case, --material: expected one of them, a case has its material")
 

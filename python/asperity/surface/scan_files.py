@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import contract
 from ..contract import Floats
-from ..fit.units import LENGTHS, standard
+from ..fit.units import size
 from ..pattern import Pattern
 from ..tables import read_table
 from .scan import EVEN, LEAST_POINTS, Scan, even
@@ -41,9 +41,9 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
     header = ", ".join(
         name + (f" [{unit}]" if unit else "") for name, unit in zip(table.names, table.units, strict=True)
     )
-    if not table.cells:
+    if not len(table.cells):
         raise ValueError(f"{path}: expected rows of numbers")
-    places = range(len(table.cells[0]))
+    places = range(table.cells.shape[1])
     if spacing is not None:
         if header:
             raise ValueError(f"{path}: {header}: expected a matrix of numbers, as --spacing says")
@@ -59,12 +59,12 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
         raise ValueError(f"{path}: columns {header}: {EXPECTED}")
     if any(table.units) and not all(table.units):
         raise ValueError(f"{path}: columns {header}: expected a unit for all or none, as x [mm]")
-    units = [standard(given) for given in table.units if given] or [unit] * len(names)
-    unknown = [given for given in units if given not in LENGTHS]
-    if unknown:
-        raise ValueError(f"{path}: unit {unknown[0]}: expected one of {', '.join(LENGTHS)}")
+    units = [given for given in table.units if given] or [unit] * len(names)
     unit = units[names.index("x")]
-    factors = [LENGTHS[given] / LENGTHS[unit] for given in units]
+    try:
+        factors = [1.0 if given == unit else size("length", given) / size("length", unit) for given in units]
+    except ValueError as error:
+        raise ValueError(f"{path}: unit {error}") from None
     data = dict(zip(names, (table.numbers(places, names) * factors).T, strict=True))
     return (_profile if len(names) == 2 else _map)(path, data, table.lines, unit)
 

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import contract
 from ..case_files import Case, read_case
-from ..fit import covariance
 from ..fit.command import NO_RESULT
+from ..fit.covariance import file_of
 from ..options import (
     add_options,
     add_output,
@@ -67,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.seed < 0:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
     units = units_of(options.label_units)
-    read = options.case, options.fit or covariance.file_of(options.case)
+    read = options.case, options.fit or file_of(options.case)
     table = rf"(\w+,)?(slip|opening),{CURVES[0]}_case,"
     check_outputs(options.force, read, ("-o", options.output, table), ("--plot", options.plot))
     with shown_warnings():
@@ -126,12 +125,18 @@ def report(
     case: Case, distribution: Distribution, source: str, samples: int, seed: int, found: Sequence[Spread]
 ) -> str:
     """Text with the samples, what was left out, and the quantiles of the results."""
-    props = np.array(case.runs[0].props)
     deviations = np.sqrt(np.diag(distribution.covariance))
-    kind = "relative, of the logarithm or logit" if distribution.transformed else "absolute"
+    kind = (
+        "those of the logarithm, logit or value, as a fit has it" if distribution.transformed else "absolute"
+    )
     lines = [f"constants   {source}; standard deviations are {kind}"]
-    for name, size in zip(distribution.names, deviations, strict=True):
-        lines.append(f"  {name:<10}{props[contract.index(name)]:>12.5g} +- {size:.4g}")
+    for name, value, size in zip(distribution.names, distribution.values, deviations, strict=True):
+        lines.append(f"  {name:<10}{value:>12.5g} +- {size:.4g}")
+    if any(distribution.model_error):
+        tau, dilation = distribution.model_error
+        lines.append(
+            f"model error {tau:.2g} of the traction, {dilation:.2g} of s_N: by which the law misses the tests"
+        )
     lines.append(f"samples     {samples}, seed {seed}")
     for one in found:
         head = "" if one.path.value is None else f"{case.sweep} = {one.path.value:g}: "

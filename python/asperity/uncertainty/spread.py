@@ -16,7 +16,7 @@ from ..case_files import Case, read_case
 from ..contract import Floats
 from ..parallel import map_in_order
 from ..steps import thinned
-from .distribution import Distribution, bad_constant, distribution_of
+from .distribution import Distribution, bad_constant, distribution_of, with_constants
 from .paths import CURVES, LoadPath, load_paths
 
 MOST_SAMPLES = 1_000_000
@@ -64,13 +64,17 @@ def spread(
     levels: Sequence[float],
     executor: Executor | None = None,
     tick: Callable[[], object] = lambda: None,
+    errors: Floats | None = None,
 ) -> Spread:
     """Quantiles over samples (N, p) of the constants with these names; tick: called after each batch.
+
+    errors (N, 2): factors on the traction and on s_N, 1 without them.
 
     Raises ValueError where no sample has the whole path.
     """
     case = path.curve(path.props)
     points = thinned(path.x, MOST_POINTS)
+    samples = np.hstack([samples, np.ones((len(samples), 2)) if errors is None else errors])
     batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
     done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
     parts = list(zip(*done, strict=True))
@@ -98,7 +102,8 @@ def spreads(
 ) -> list[Spread]:
     """Quantiles of each run of a case, all for the same samples."""
     paths, drawn = load_paths(case), distribution.draw(samples, seed)
-    return [spread(path, distribution.names, drawn, levels, executor, tick) for path in paths]
+    errors = distribution.factors(samples, seed)
+    return [spread(path, distribution.names, drawn, levels, executor, tick, errors) for path in paths]
 
 
 def uncertainty(
@@ -166,12 +171,11 @@ def _batch(
 
     The curves are in single precision, to save memory.
     """
-    places = [contract.index(name) for name in names]
     curves = np.zeros((len(samples), len(points), len(CURVES)), dtype=np.float32)
     results, refused, lost = [], Counter[str](), 0
     for sample in samples:
-        props = path.props.copy()
-        props[places] = sample
+        *sample, of_tau, of_dilation = sample
+        props = with_constants(path.props, names, np.array(sample))
         bad = bad_constant(props, names)
         if bad is not None:
             refused[bad] += 1
@@ -180,6 +184,8 @@ def _batch(
         if len(work) < path.x.size:
             lost += 1
             continue
+        # the law misses the tests by so much
+        values, work = values * [of_tau, of_dilation, 1.0], work * of_tau
         curves[len(results)] = values[points]
         results.append(_results(path.x, values, work))
     return curves[: len(results)], np.array(results).reshape(-1, len(RESULTS)), refused, lost
