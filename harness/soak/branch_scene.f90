@@ -1,7 +1,7 @@
 !> A scene of the long run of branches: a random interface under a normal traction, and the change of its given values.
 module branch_scene
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_mu, p_sigma0, p_sigma02, &
+  use asperity_contract, only: n_fixed_props, n_required_props, p_eta, p_flat, p_gc, p_kc, p_m, p_mu, p_sigma0, &
     p_theta, p_turn, prop_table, status_ok
   use asperity_control_point, only: control_type, new_point, point_type
   use asperity_interface, only: interface_type, new_interface
@@ -10,6 +10,7 @@ module branch_scene
   use asperity_pattern, only: direction_vector
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, to_text
+  use random_constants, only: constants_text, draw_constant
   use random_numbers, only: chance, log_uniform, pick, uniform
   implicit none
   private
@@ -47,10 +48,10 @@ contains
     real(wp), parameter :: mus(5) = [0.0_wp, 0.2_wp, 0.5_wp, 0.5_wp, 1.2_wp]
     real(wp), parameter :: kcs(4) = [1.0_wp, 1.0_wp, 10.0_wp, 100.0_wp]
     real(wp), parameter :: arcs(6) = [0.02_wp, 0.05_wp, 0.1_wp, 0.2_wp, 0.5_wp, 1.0_wp]
-    !> Largest inclination, degrees; weight of the flat plane; mode II values relative to mode I; exponents of the
-    !> pressure; largest tension, relative to sigma0.
-    real(wp), parameter :: steepest = 65.0_wp, most_flat = 0.5_wp, largest_ratio = 3.0_wp, &
-      exponents(2) = [-1.5_wp, 1.5_wp], tension = 0.4_wp
+    !> Largest inclination, degrees; weight of the flat plane; exponents of the pressure; largest tension, relative to
+    !> sigma0.
+    real(wp), parameter :: steepest = 65.0_wp, most_flat = 0.5_wp, exponents(2) = [-1.5_wp, 1.5_wp], tension = 0.4_wp
+    type(rie_law) :: law
     integer :: i, status
 
     scene%load = pick(seed, size(load_names))
@@ -67,10 +68,15 @@ contains
       if (chance(seed, 0.5_wp)) scene%props(p_flat) = most_flat*uniform(seed)
       scene%props(p_turn) = 360.0_wp*uniform(seed)
     end if
-    if (chance(seed, 0.2_wp)) then
-      scene%props(p_sigma02) = sigma0*largest_ratio**uniform(seed)
-      scene%props(p_gc2) = gc*largest_ratio**uniform(seed)
-    end if
+    do i = n_required_props + 1, n_fixed_props
+      if (prop_table(i)%owner /= "law") cycle
+      if (.not. chance(seed, 0.2_wp)) cycle
+      call draw_constant(seed, i, scene%props)
+      call new_interface(scene%props, scene%joint, status)
+      law = new_rie_law(scene%joint)
+      ! what a branch does not admit
+      if (law%relaxes .or. law%wears .or. scene%joint%material%guard) scene%props(i) = prop_table(i)%default
+    end do
     select case (pick(seed, 10))
     case (1, 2)
       scene%sigma_n = 0.0_wp
@@ -165,15 +171,8 @@ contains
     type(scene_type), intent(in) :: scene   !! the scene
     character(len=:), allocatable :: text
     character(len=*), parameter :: names(3) = [character(len=2) :: "N", "Tx", "Ty"]
-    integer, parameter :: given(6) = [p_sigma0, p_gc, p_eta, p_mu, p_kc, p_sigma02]
     integer :: i
-    text = trim(load_names(scene%load)) // ": &material"
-    do i = 1, size(given)
-      text = text // " " // trim(prop_table(given(i))%name) // " = " // to_text(scene%props(given(i))) // ","
-    end do
-    text = text // " Gc2 = " // to_text(scene%props(p_gc2)) // " / &pattern sides = " // &
-      integer_text(nint(scene%props(p_m))) // ", theta = " // to_text(scene%props(p_theta)) // ", flat = " // &
-      to_text(scene%props(p_flat)) // ", turn = " // to_text(scene%props(p_turn)) // " / &step t_N = " // &
+    text = trim(load_names(scene%load)) // ": " // constants_text(scene%props) // " &step t_N = " // &
       to_text(scene%sigma_n) // ", t_Tx = 0, t_Ty = 0, increments = 20 / &step"
     do i = 1, 3
       text = text // merge(" t_", " s_", scene%control%traction(i)) // trim(names(i)) // " = " // &

@@ -1,9 +1,8 @@
 !> Random input of the fuzz run: any bits, awkward numbers, admissible constants; the same for the same seed and case.
 module fuzz_draw
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, &
-    p_closure, p_dalpha, p_eta, p_flat, p_gc, p_gc2, p_h, p_height, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, &
-    p_theta, p_turn, prop_table
+  use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_dalpha, p_eta, p_flat, &
+    p_gc, p_gc2, p_h, p_kc, p_m, p_map, p_mu, p_r, p_sigma0, p_sigma02, p_theta, p_turn, prop_table
   use asperity_kinds, only: wp
   use random_numbers, only: chance, log_uniform, pick, random_bits, uniform
   implicit none
@@ -46,7 +45,7 @@ contains
     integer(int64), intent(inout) :: stream   !! 1..largest_seed
     real(wp), intent(out) :: props(:)         !! (most_props) constants
     integer, intent(out) :: n                 !! how many
-    integer, parameter :: sides(10) = [0, 2, 3, 4, 5, 6, 12, 32, 63, 64], lengths(2) = [p_height, p_closure]
+    integer, parameter :: sides(10) = [0, 2, 3, 4, 5, 6, 12, 32, 63, 64]
     real(wp) :: total
     logical :: far
     integer :: i, j, k
@@ -77,12 +76,12 @@ contains
     props(p_gc2) = merge(0.3_wp, 0.0_wp, chance(stream, 0.2_wp))*props(p_gc)
     where (props([p_sigma02, p_gc2]) > 0.0_wp) props([p_sigma02, p_gc2]) = &
       min(max(props([p_sigma02, p_gc2]), 1.0e-50_wp), 1.0e50_wp)
-    ! so may height, closure and s_f
-    do i = 1, size(lengths)
-      if (.not. props(lengths(i)) > 0.0_wp) cycle
-      props(lengths(i)) = log_uniform(stream, merge(-9.9_wp, -2.0_wp, far), merge(9.9_wp, 2.0_wp, far))* &
+    ! so may a length and s_f
+    do i = 1, n_fixed_props
+      if (prop_table(i)%measure /= "s_f" .or. .not. props(i) > 0.0_wp) cycle
+      props(i) = log_uniform(stream, merge(-9.9_wp, -2.0_wp, far), merge(9.9_wp, 2.0_wp, far))* &
         (2.0_wp*props(p_gc)/props(p_sigma0))
-      if (abs(log10(props(lengths(i)))) > 50.0_wp) props(lengths(i)) = 0.0_wp
+      if (abs(log10(props(i))) > 50.0_wp) props(i) = 0.0_wp
     end do
     if (chance(stream, 0.3_wp)) props(p_dalpha) = uniform(stream)
     if (chance(stream, 0.3_wp)) props(p_r) = uniform(stream)

@@ -15,8 +15,8 @@ module soak_options
     integer :: only = 0                  !! the only scene to run, 0: all
     integer(int64) :: seed = 1_int64     !! 1..largest_seed
     logical :: quiet = .false.           !! without progress
-    logical :: plain = .false.           !! further switches of solver_soak
-    logical :: folds = .false.
+    logical :: folds = .false.           !! further switches of solver_soak
+    logical :: closed = .false.
     character(len=longest) :: csv = ""   !! file of the results, blank: none
   end type options_type
 
@@ -51,12 +51,12 @@ contains
       case ("--seed")
         call next(argument)
         read (argument, *, iostat=status) options%seed
-      case ("--plain")
-        options%plain = .true.
-        status = unless_further("[--plain]")
       case ("--folds")
         options%folds = .true.
         status = unless_further("[--folds]")
+      case ("--closed")
+        options%closed = .true.
+        status = unless_further("[--closed]")
       case ("--csv")
         call next(options%csv)
         status = unless_further("[--csv FILE]")

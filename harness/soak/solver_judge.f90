@@ -57,7 +57,8 @@ contains
   !> Largest energy that does not balance in small random increments of the separation from an initial state on,
   !> relative to K s0^2 or to its terms, whichever is larger. A wrong start has the same error in increments of any
   !> length. At the foot of a closed facet the traction jumps, so that the trapezoidal rule has an error in proportion
-  !> to the increments: those of a finite height are made shorter where they exceed the admissible error.
+  !> to the increments, and a contact that stiffens is curved within a part of its closure: those of a finite height and
+  !> of such a contact are made shorter where they exceed the admissible error.
   subroutine judge_start(law, state, admissible, seed, defect)
     type(rie_law), intent(in) :: law               !! the law
     real(wp), intent(in) :: state(:)               !! STATEV
@@ -70,7 +71,7 @@ contains
     integer :: i
     defect = 0.0_wp
     if (law%joint%material%wears) return
-    do i = 1, merge(size(lengths), 1, law%joint%material%curved)
+    do i = 1, merge(size(lengths), 1, law%joint%material%curved .or. law%stiffens)
       call walk(law, state, lengths(i), seed, defect)
       if (defect <= admissible) exit
     end do
@@ -97,7 +98,7 @@ contains
       start = target
       call draw(seed, x)
       associate (m => law%joint%material)
-        target = target + length*m%s0*(min(m%k_n, m%k_t)/max(m%k_n, m%k_t, m%k_c))*x
+        target = target + length*m%s0*(min(m%k_n, m%k_t)/max(m%k_n, m%k_t, m%k_c, maxval(abs(first%tangent))))*x
       end associate
       call advance(law, all_given, start, target, point, reached, report)
       defect = max(defect, energy_defect(law, first, point))

@@ -3,8 +3,8 @@ module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, &
-    p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_closure, p_eta, p_flat, p_gc, p_guard, p_height, p_kc, p_m, p_mu, &
+    p_sigma0, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -15,6 +15,7 @@ module solver_sample
   use asperity_tolerances, only: smallest_share
   use loss_judge, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found
   use solver_judge, only: judge_row, verdict_type
+  use random_constants, only: constants_text, draw_constants
   use random_numbers, only: draw, pick, seed_of, uniform
   implicit none
   private
@@ -25,6 +26,8 @@ module solver_sample
   integer, parameter, public :: confined = 1, free_across = 2, sprung = 3, all_tractions = 4, twice_sprung = 5
   character(len=*), parameter :: load_names(5) = [character(len=13) :: "confined", "free across", "sprung", &
     "all tractions", "twice sprung"]
+  !> Kinds of samples: any, or all of them such that tend to end in a fold or have a contact near its largest closure.
+  integer, parameter, public :: any_kind = 0, folds = 1, closed = 2
   !> Cumulative percentages of the first four loads.
   integer, parameter :: shares(4) = [70, 80, 90, 100]
 
@@ -36,21 +39,11 @@ module solver_sample
   !> Random values of a sample.
   type, public :: sample_type
     integer :: load = confined
-    integer :: m = 0                    !! inclined planes
     integer :: direction = 0            !! of the slip, degrees
-    real(wp) :: theta = 30.0_wp         !! inclination, degrees
-    real(wp) :: flat = 1.0_wp/3.0_wp    !! weight of the flat plane
-    real(wp) :: eta = 0.9_wp            !! ductility
-    real(wp) :: mu = 0.5_wp             !! friction
+    real(wp) :: props(n_fixed_props) = prop_table%default   !! constants; the duration of an increment is 1
     real(wp) :: sigma_n = 0.0_wp        !! constant normal traction, stress
     real(wp) :: step = 0.0_wp           !! increment of the slip, length; of a traction: times sigma0/s_f
     real(wp) :: spring(2) = rigidity*sigma0/sf   !! normal and across the slip, stress/length
-    real(wp) :: kc = 1.0_wp             !! closing stiffness
-    real(wp) :: tau_v = 0.0_wp          !! relaxation time; the duration of an increment is 1
-    real(wp) :: mode_ii(2) = 0.0_wp     !! sigma02, Gc2; 0: those of mode I
-    logical :: guarded = .false.        !! damage grows only where its dissipation is >= 0
-    real(wp) :: height = 0.0_wp         !! asperity height, 0: infinite, length
-    real(wp) :: w0 = 0.0_wp             !! frictional work of wear, 0: no wear, stress*length
     integer :: initial = 0              !! 0: virgin, 1: damaged, 2: damaged and loaded
     real(wp) :: traction(3) = 0.0_wp    !! initial traction, stress
     real(wp), allocatable :: state(:)   !! initial STATEV
@@ -82,10 +75,9 @@ module solver_sample
 contains
 
   !> Draw a sample.
-  subroutine draw_sample(seed, varied, folds, sample)
+  subroutine draw_sample(seed, kind, sample)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
-    logical, intent(in) :: varied               !! whether `vary` draws values, too; other values do not change
-    logical, intent(in) :: folds                !! whether every sample is one that tends to end in a fold
+    integer, intent(in) :: kind                 !! of all samples: any, folds or closed
     type(sample_type), intent(out) :: sample    !! the sample
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
     real(wp), parameter :: mus(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.2_wp], etas(3) = [0.9_wp, 0.9_wp, 0.99_wp]
@@ -94,71 +86,54 @@ contains
     !> One sample in six has no normal traction, one in six a tension up to half of the strength.
     integer, parameter :: kinds = 6, fine_shapes = 2
     real(wp), parameter :: tension = 0.5_wp
-    real(wp) :: props(n_fixed_props)
     integer(int64) :: other
     integer :: i, status
 
-    other = seed
+    other = seed_of(seed, 0_int64)
     i = pick(seed, 100)
     sample%load = count(i > shares) + 1
-    ! no inclined plane, or 2 to 64 of them
-    sample%m = pick(seed, 64) - 1
-    if (sample%m > 0) sample%m = sample%m + 1
-    sample%direction = pick(seed, 360) - 1
-    if (pick(seed, fine_shapes) == 1) then
-      sample%theta = thetas(pick(seed, size(thetas)))
-      sample%mu = mus(pick(seed, size(mus)))
-      sample%eta = etas(pick(seed, size(etas)))
-    end if
-    select case (pick(seed, kinds))
-    case (1)
-      sample%sigma_n = 0.0_wp
-    case (2)
-      sample%sigma_n = tension*sigma0*uniform(seed)
-    case default
-      sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**uniform(seed)
-    end select
-    sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
-    if (varied) call vary(other, sample)
-    if (folds) call steepen(other, sample)
-    props = prop_table%default
-    props([p_sigma0, p_gc, p_eta, p_mu]) = [sigma0, gc, sample%eta, sample%mu]
-    props([p_m, p_theta, p_flat]) = [real(sample%m, wp), sample%theta, sample%flat]
-    ! the slip is along Tx, and the pattern is rotated instead
-    if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
-    props([p_kc, p_tau_v, p_sigma02, p_gc2]) = [sample%kc, sample%tau_v, sample%mode_ii(1), sample%mode_ii(2)]
-    props(p_guard) = merge(1.0_wp, 0.0_wp, sample%guarded)
-    props([p_height, p_w0]) = [sample%height, sample%w0]
-    call new_interface(props, sample%joint, status)
+    associate (props => sample%props)
+      props([p_sigma0, p_gc, p_eta, p_mu, p_theta]) = [sigma0, gc, 0.9_wp, 0.5_wp, 30.0_wp]
+      ! no inclined plane, or 2 to 64 of them
+      i = pick(seed, 64) - 1
+      if (i > 0) i = i + 1
+      props(p_m) = real(i, wp)
+      sample%direction = pick(seed, 360) - 1
+      if (pick(seed, fine_shapes) == 1) then
+        props(p_theta) = thetas(pick(seed, size(thetas)))
+        props(p_mu) = mus(pick(seed, size(mus)))
+        props(p_eta) = etas(pick(seed, size(etas)))
+      end if
+      select case (pick(seed, kinds))
+      case (1)
+        sample%sigma_n = 0.0_wp
+      case (2)
+        sample%sigma_n = tension*sigma0*uniform(seed)
+      case default
+        sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**uniform(seed)
+      end select
+      sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
+      call vary(other, sample)
+      if (kind == folds) call steepen(other, sample)
+      if (kind == closed) call close_contact(other, sample)
+      ! the slip is along Tx, and the pattern is rotated instead
+      if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
+    end associate
+    call new_interface(sample%props, sample%joint, status)
     if (status /= status_ok) error stop "solver_sample: PROPS that are drawn are admissible"
     sample%law = new_rie_law(sample%joint)
-    if (varied) call crack(other, sample)
+    call crack(other, sample)
   end subroutine draw_sample
 
-  !> Draw options that make a sample more difficult, each for a fraction of the samples.
+  !> Draw constants, springs and an initial state that make a sample more difficult, each for a fraction of the samples.
   subroutine vary(seed, sample)
-    integer(int64), intent(inout) :: seed           !! 1..largest_seed; on return that of a sequence of its own
+    integer(int64), intent(inout) :: seed           !! 1..largest_seed
     type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
-    real(wp), parameter :: kcs(4) = [0.05_wp, 20.0_wp, 1.0e3_wp, 1.0e4_wp]
-    !> Smallest and largest tau_v, relative to the duration of an increment; sigma02 and Gc2, relative to mode I; spring
-    !> stiffness, relative to the usual one.
-    real(wp), parameter :: times(2) = [0.01_wp, 100.0_wp], ratios(2) = [0.3_wp, 5.0_wp], &
-      springs(2) = [0.01_wp, 100.0_wp]
-    !> Smallest and largest height, relative to s_f, and W0, relative to Gc.
-    real(wp), parameter :: heights(2) = [0.05_wp, 20.0_wp], works(2) = [0.1_wp, 100.0_wp]
+    !> Smallest and largest stiffness of the springs, relative to the usual one.
+    real(wp), parameter :: springs(2) = [0.01_wp, 100.0_wp]
     integer, parameter :: one_in = 3
     integer :: i
-    ! another sequence of numbers
-    seed = seed_of(seed, 0_int64)
-    if (pick(seed, one_in) == 1) sample%kc = kcs(pick(seed, size(kcs)))
-    if (pick(seed, one_in) == 1) sample%tau_v = times(1)*(times(2)/times(1))**uniform(seed)
-    sample%guarded = pick(seed, one_in) == 1
-    if (pick(seed, one_in) == 1) then
-      do i = 1, 2
-        sample%mode_ii(i) = ratios(1)*(ratios(2)/ratios(1))**uniform(seed)
-      end do
-      sample%mode_ii = sample%mode_ii*[sigma0, gc]
-    end if
+    call draw_constants(seed, 1.0_wp/real(one_in, wp), sample%props)
     if (pick(seed, one_in) == 1) sample%initial = pick(seed, 2)
     i = pick(seed, 2)
     if (i == 1 .and. any(sample%load == [free_across, sprung])) sample%load = twice_sprung
@@ -166,8 +141,6 @@ contains
       sample%spring(i) = sample%spring(i)*springs(1)*(springs(2)/springs(1))**uniform(seed)
     end do
     if (pick(seed, one_in) == 1) call steepen(seed, sample)
-    if (pick(seed, one_in) == 1) sample%height = sf*heights(1)*(heights(2)/heights(1))**uniform(seed)
-    if (pick(seed, 2*one_in) == 1) sample%w0 = gc*works(1)*(works(2)/works(1))**uniform(seed)
   end subroutine vary
 
   !> Draw a sample that tends to end in a fold: steep planes, a small flat plane or none, little normal traction.
@@ -177,22 +150,43 @@ contains
     !> Range of the inclinations, degrees; largest weight of the flat plane; normal traction, relative to sigma0.
     real(wp), parameter :: thetas(2) = [30.0_wp, 75.0_wp], most_flat = 0.2_wp, tractions(2) = [1.0e-5_wp, 0.1_wp]
     integer :: i
-    sample%m = max(2, sample%m)
-    sample%theta = thetas(1) + (thetas(2) - thetas(1))*uniform(seed)
-    sample%flat = 0.0_wp
-    if (pick(seed, 3) == 1) sample%flat = most_flat*uniform(seed)
+    associate (props => sample%props)
+      props(p_m) = max(2.0_wp, props(p_m))
+      props(p_theta) = thetas(1) + (thetas(2) - thetas(1))*uniform(seed)
+      props(p_flat) = 0.0_wp
+      if (pick(seed, 3) == 1) props(p_flat) = most_flat*uniform(seed)
+    end associate
     sample%sigma_n = sigma0*tractions(1)*(tractions(2)/tractions(1))**uniform(seed)
     i = pick(seed, 4)
     if (i == 1) sample%sigma_n = -sample%sigma_n
     if (i > 2) sample%sigma_n = 0.0_wp
   end subroutine steepen
 
+  !> Draw a sample whose contact is near its largest closure, where it is up to 1e4 times stiffer than open: confined slip
+  !> under a pressure, for which there always is an equilibrium.
+  subroutine close_contact(seed, sample)
+    integer(int64), intent(inout) :: seed           !! 1..largest_seed
+    type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
+    !> Smallest and largest part of the largest closure that remains on a flat joint; pressures, relative to sigma0.
+    real(wp), parameter :: rest(2) = [1.0e-3_wp, 0.5_wp], pressures(2) = [0.01_wp, 100.0_wp]
+    real(wp) :: remains
+    sample%load = confined
+    sample%initial = 0
+    sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**uniform(seed)
+    remains = rest(1)*(rest(2)/rest(1))**uniform(seed)
+    associate (props => sample%props)
+      ! the guard and a finite height make the law discontinuous
+      props([p_guard, p_height, p_w0]) = 0.0_wp
+      props(p_closure) = -sample%sigma_n*remains/(1.0_wp - remains)*sf*(1.0_wp - props(p_eta))/(props(p_kc)*sigma0)
+    end associate
+  end subroutine close_contact
+
   !> Draw a sample with an initial state that carries a traction.
   subroutine draw_state(seed, sample)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
     type(sample_type), intent(out) :: sample    !! the sample
     do
-      call draw_sample(seed, .true., .false., sample)
+      call draw_sample(seed, any_kind, sample)
       if (.not. allocated(sample%state)) then
         sample%initial = 2
         call crack(seed, sample)
@@ -328,8 +322,8 @@ contains
       return
     end if
     outcome%limited = report%ended == ended_limit
-    outcome%slow = sample%tau_v > 0.0_wp .or. sample%guarded .or. sample%w0 > 0.0_wp
-    outcome%away = sample%tau_v > 0.0_wp .and. report%ended == ended_lost
+    outcome%slow = sample%law%relaxes .or. sample%joint%material%guard .or. sample%law%wears
+    outcome%away = sample%law%relaxes .and. report%ended == ended_lost
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
         " updates of the law"
@@ -384,7 +378,7 @@ contains
       sample%joint%material%k_n*(point%s - values), control%traction)
     outcome%wrong = any(abs(gap) > most .and. (control%traction .or. &
       abs(gap) > rounding*sample%joint%material%k_n*abs(values)))
-    if (.not. outcome%wrong .and. .not. sample%guarded) then
+    if (.not. outcome%wrong .and. .not. sample%joint%material%guard) then
       ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
       ! guard)
       ! nor do the facets wear further
@@ -402,14 +396,9 @@ contains
   function describe(sample) result(text)
     type(sample_type), intent(in) :: sample   !! the sample
     character(len=:), allocatable :: text
-    text = trim(load_names(sample%load)) // ", m = " // integer_text(sample%m) // ", theta = " // &
-      to_text(sample%theta) // ", flat = " // to_text(sample%flat) // ", eta = " // to_text(sample%eta) // &
-      ", mu = " // to_text(sample%mu) // ", direction " // integer_text(sample%direction) // &
-      ", sigma_N = " // to_text(sample%sigma_n) // &
-      ", step " // to_text(sample%step) // ", kc = " // to_text(sample%kc) // ", tau_v = " // &
-      to_text(sample%tau_v) // ", sigma02 = " // to_text(sample%mode_ii(1)) // ", Gc2 = " // &
-      to_text(sample%mode_ii(2)) // trim(merge(", guarded", "         ", sample%guarded)) // ", height = " // &
-      to_text(sample%height) // ", W0 = " // to_text(sample%w0) // ", initial " // integer_text(sample%initial)
+    text = trim(load_names(sample%load)) // ": " // constants_text(sample%props) // " direction " // &
+      integer_text(sample%direction) // ", sigma_N = " // to_text(sample%sigma_n) // ", step " // &
+      to_text(sample%step) // ", initial " // integer_text(sample%initial)
     if (any(sample%load == [sprung, twice_sprung])) text = text // ", springs " // to_text(sample%spring(1)) // &
       ", " // to_text(sample%spring(2))
     if (allocated(sample%state)) text = text // ", t = " // to_text(sample%traction(1)) // ", " // &

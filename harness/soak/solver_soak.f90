@@ -7,7 +7,8 @@ program solver_soak
   use progress_line, only: start_progress, clear_progress, progress_type, show_progress
   use soak_options, only: options_type, read_options
   use solver_judge, only: judge_start
-  use solver_sample, only: describe, draw_sample, draw_state, outcome_type, run_sample, sample_type
+  use solver_sample, only: any_kind, closed, describe, draw_sample, draw_state, folds, outcome_type, run_sample, &
+    sample_type
   implicit none
 
   !> Largest number of printed failures.
@@ -29,7 +30,7 @@ program solver_soak
   integer :: complaints, failed, i, ran
   type(options_type) :: options
 
-  call read_options("solver_soak", 10000, "[--plain] [--folds] [--csv FILE] ", options)
+  call read_options("solver_soak", 10000, "[--folds] [--closed] [--csv FILE] ", options)
   call start_progress(progress, "solver_soak", "samples", options%quiet)
   complaints = 0
   unbalanced_states = 0_int64
@@ -37,12 +38,12 @@ program solver_soak
   ran = 0
   seed = options%seed
   do i = 1, options%samples
-    call draw_sample(seed, .not. options%plain, options%folds, sample)
+    call draw_sample(seed, merge(folds, merge(closed, any_kind, options%closed), options%folds), sample)
     if (options%only > 0 .and. i /= options%only) cycle
     ran = ran + 1
     call run_sample(sample, outcome)
     call add(total, outcome)
-    if (outcome%wrong .or. len_trim(outcome%why) > 0) then
+    if (outcome%wrong .or. len_trim(outcome%why) > 0 .or. options%only > 0) then
       complaints = complaints + 1
       if (complaints <= most_complaints) then
         call clear_progress(progress)

@@ -21,6 +21,7 @@ module asperity_point_law
     real(wp) :: stiffness = 0.0_wp       !! largest stiffness of the bond, stress/length
     real(wp) :: softest = 0.0_wp         !! smallest stiffness of the virgin or the closed joint, stress/length
     real(wp) :: stiffest = 0.0_wp        !! the largest one, stress/length
+    logical :: stiffens = .false.        !! whether a closed joint may be stiffer than that
     real(wp) :: stress = 0.0_wp          !! strength, stress
     logical :: bonded = .true.           !! whether a virgin joint has a bond; without one, strength and reach are names
     real(wp) :: bound = 0.0_wp           !! largest admissible separation, length

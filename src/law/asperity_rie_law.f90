@@ -46,6 +46,7 @@ contains
       law%stiffness = max(m%k_n, m%k_t)
       law%softest = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
       law%stiffest = max(m%k_n, m%k_t, m%k_c)
+      law%stiffens = m%bends
       law%stress = m%k_n*m%s0
       law%relaxes = m%tau_v > 0.0_wp
       law%wears = m%wears

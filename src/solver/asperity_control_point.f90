@@ -109,7 +109,7 @@ contains
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: x is out of range, no result
-    real(wp) :: finest, given, known, part, scale, values(3), worn
+    real(wp) :: finest, given, known, part, scale, steep, values(3), worn
 
     residual = 0.0_wp
     error = huge(error)
@@ -126,12 +126,14 @@ contains
       residual = merge(point%traction + control%spring*x - values + equations%damping*(x - old%s), 0.0_wp, &
         control%traction)
       given = max(0.0_wp, maxval(abs(values), mask=control%traction))
-      scale = law%magnitude(point%s, point%state) + given
+      steep = 1.0_wp
+      if (law%stiffens) steep = max(1.0_wp, maxval(abs(point%tangent))/law%stiffest)
+      scale = steep*law%magnitude(point%s, point%state) + given
       ! an open joint that is fully damaged carries nothing, without rounding errors
       if (is_unstiff(point) .and. .not. equations%damping > 0.0_wp) scale = given
       ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
       known = max(equations%moved, maxval(abs(values), mask=.not. control%traction))
-      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*law%stiffest*known))
+      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*(steep*law%stiffest)*known))
       ! the strength of a joint without bond is a number in name only
       finest = finest_scale*law%stress
       given = maxval(max(abs(equations%start), abs(equations%target)), mask=control%traction)
