@@ -93,7 +93,7 @@ contains
     if (broken .and. run%law%step > 0 .or. table%last%lost .and. .not. case%expect%lost) then
       call keep_failed(case, run, label, output)
     end if
-    call write_report(report, code, failure, table%snap_list)
+    call write_report(report, code, failure, table%last%lost, table%snap_list)
     if (quiet) return
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
       " iterations (at most " // integer_text(table%most_iterations) // "), " // &

@@ -117,7 +117,7 @@ contains
     table%iterations = table%iterations + row%report%iterations
     table%updates = table%updates + row%report%updates
     table%snaps = table%snaps + row%report%snaps
-    if (row%report%snaps > 0) call add_snap(table%snap_list, row)
+    if (row%report%snaps > 0) call add_snap(table%snap_list, table%n_rows - 1, row)
     table%released = table%released + row%report%released
     table%most_iterations = max(table%most_iterations, row%report%iterations)
     table%least_traction = min(table%least_traction, row%traction(1))

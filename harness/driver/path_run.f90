@@ -13,7 +13,7 @@ module path_run
   use progress_line, only: progress_type, show_progress
   implicit none
   private
-  public :: run_path, run_umat_path, umat_path_of
+  public :: run_path, run_umat_path, get_umat_path
 
 contains
 
@@ -71,7 +71,7 @@ contains
     type(umat_run_type) :: umat_run
     type(row_type) :: row
     logical :: found
-    path = umat_path_of(case)
+    call get_umat_path(case, path)
     do
       call start_umat_run(path, umat_run)
       if (table%n_rows == 0) call start_from(table, case%umat, umat_run%run%before)
@@ -92,17 +92,17 @@ contains
   end subroutine run_umat_path
 
   !> What the UMAT of a case is to do.
-  function umat_path_of(case) result(path)
-    type(case_type), intent(in) :: case   !! the case
-    type(umat_path_type) :: path
+  subroutine get_umat_path(case, path)
+    type(case_type), intent(in) :: case               !! the case
+    type(umat_path_type), intent(out) :: path         !! of its UMAT, if it is given
     path%law = case%umat
     path%steps = case%steps
     path%s = case%state%s
-    path%state = case%state%statev
+    if (case%state%given) path%state = case%state%statev
     path%has_work = case%state%has_work
     path%work = case%state%work
     if (case%refines) path%tolerance = case%tolerance
-  end function umat_path_of
+  end subroutine get_umat_path
 
   !> Report and write a row.
   subroutine take_row(row, label, run, table, progress)

@@ -261,7 +261,7 @@ contains
   !> End if the input has an error.
   subroutine end_on_errors()
     integer :: last
-    if (len(message) > 0) call write_report(report, exit_input, without_place(message), "")
+    if (len(message) > 0) call write_report(report, exit_input, without_place(message), .false., "")
     do while (len(message) > 0)
       last = index(message // new_line("a"), new_line("a")) - 1
       call say(message(:last))

@@ -11,20 +11,21 @@ module run_report
 contains
 
   !> Append the snap of a row to a list.
-  subroutine add_snap(snaps, row)
+  subroutine add_snap(snaps, number, row)
     character(len=:), allocatable, intent(inout) :: snaps   !! objects, separated by commas
+    integer, intent(in) :: number                           !! of the row, from 0
     type(row_type), intent(in) :: row                       !! with a snap
     if (len(snaps) > 0) snaps = snaps // "," // new_line("a")
-    snaps = snaps // "{""step"": " // integer_text(row%step) // ", ""increment"": " // integer_text(row%increment) // &
-      ", ""before"": " // list(row%report%before) // ", ""after"": " // list(row%report%after) // &
-      ", ""released"": " // to_text(row%report%released) // "}"
+    snaps = snaps // "{""row"": " // integer_text(number) // ", ""before"": " // list(row%report%before) // &
+      ", ""after"": " // list(row%report%after) // ", ""released"": " // to_text(row%report%released) // "}"
   end subroutine add_snap
 
   !> Write the report.
-  subroutine write_report(path, code, message, snaps)
+  subroutine write_report(path, code, message, lost, snaps)
     character(len=*), intent(in) :: path      !! file, replaced if it exists; empty: no report
     integer, intent(in) :: code               !! exit code
     character(len=*), intent(in) :: message   !! one line per reason, empty: none
+    logical, intent(in) :: lost               !! whether the last row is that of a lost equilibrium
     character(len=*), intent(in) :: snaps     !! of add_snap
     integer :: file
     logical :: good
@@ -32,7 +33,7 @@ contains
     call create_file(path, file, good)
     if (.not. good) return
     call write_line(file, path, "{""code"": " // integer_text(code) // ", ""message"": """ // escaped(message) // &
-      """, ""snaps"": [" // snaps // "]}", good)
+      """, ""lost"": " // trim(merge("true ", "false", lost)) // ", ""snaps"": [" // snaps // "]}", good)
     call close_file(file, path, good)
   end subroutine write_report
 

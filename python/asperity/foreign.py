@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import subprocess
 from collections.abc import Sequence
@@ -14,13 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
-from .history import ENERGIES, EVENTS, SEPARATION, TRACTION, History, Snap
+from .history import ENERGIES, SEPARATION, TRACTION, History, Snap
 from .installed import driver
 from .interface import EquilibriumLost
 from .steps import Point, Step
 
-_ENTRIES = ("damage", *ENERGIES[:3])
-"""Columns that begin a state; those from umat_work on are its rest."""
 
 @dataclass(frozen=True)
 class ForeignUmat:
@@ -113,8 +112,8 @@ class ForeignUmat:
             told = json.loads(report.read_text(encoding="utf-8"))
             if not output.is_file():
                 raise ValueError(told["message"])
-            history, lost = _history(output.read_text(encoding="utf-8"), told["snaps"])
-        if told["code"] == 2 and not lost:
+            history = _history(output, told)
+        if told["code"] == 2 and not told["lost"]:
             raise ValueError(told["message"])
         if told["code"] != 0:
             raise EquilibriumLost(told["message"], history.ended(told["message"]))
@@ -143,27 +142,24 @@ def _group(name: str, given: dict[str, object]) -> str:
     return "\n".join([f"&{name}", *entries, "/\n"])
 
 
-def _history(text: str, told: list[dict[str, Any]]) -> tuple[History, bool]:
-    """History of the rows of the driver, without the row of a lost equilibrium, and whether there is one."""
-    header, *lines = (line.split(",") for line in text.splitlines())
-    lost = bool(lines) and "lost" in lines[-1][header.index("event")].split("+")
-    lines = lines[: len(lines) - lost]
-    cells = np.array(lines, dtype=object).reshape(len(lines), len(header))
-    column = {name: cells[:, i] for i, name in enumerate(header) if name != "event"}
-    number = {name: values.astype(float) for name, values in column.items()}
-    rest = header[header.index("umat_work") :]
+def _history(output: Path, told: dict[str, Any]) -> History:
+    """History of the rows of the driver, without the row of a lost equilibrium."""
+    with output.open(encoding="utf-8", newline="") as file:
+        rows = list(reader := csv.DictReader(file))
+    names = list(reader.fieldnames or ())
+    rows = rows[: len(rows) - told["lost"]]
 
-    def table(names: Sequence[str]) -> np.ndarray:
-        return np.stack([number[name] for name in names], axis=1)
+    def table(*names: str) -> np.ndarray:
+        return np.array([[float(row[name]) for name in names] for row in rows]).reshape(len(rows), len(names))
 
-    places = {(int(a), int(b)): i for i, (a, b) in enumerate(table(("step", "increment")))}
-    snaps = []
-    for snap in told:
-        if (place := places.get((snap["step"], snap["increment"]))) is not None:
-            snaps.append(Snap(place, tuple(snap["before"]), tuple(snap["after"]), float(snap["released"])))
-    events = tuple((i, str(event)) for i, event in enumerate(cells[:, header.index("event")]) if event)
-    assert all(name in EVENTS for _, event in events for name in event.split("+"))
-    parts = table(SEPARATION), table(TRACTION), number["damage"], table((*_ENTRIES, *rest)), number["work"]
+    events = tuple((i, row["event"]) for i, row in enumerate(rows) if row["event"])
+    snaps = tuple(
+        Snap(snap["row"], tuple(snap["before"]), tuple(snap["after"]), float(snap["released"]))
+        for snap in told["snaps"]
+        if snap["row"] < len(rows)
+    )
+    state = table("damage", *ENERGIES[:3], *names[names.index("umat_work") :])
+    damage, work, step, time, iterations = table("damage", "work", "step", "time", "iterations").T.copy()
+    parts = table(*SEPARATION), table(*TRACTION), damage, state, work, events, snaps, 0
     # the position between targets is not a column
-    more = number["step"].astype(int), np.full(len(lines), np.nan), number["time"]
-    return History(*parts, events, tuple(snaps), 0, *more, number["iterations"].astype(int)), lost
+    return History(*parts, step.astype(int), np.full(len(rows), np.nan), time, iterations.astype(int))

@@ -1,6 +1,6 @@
 !> Run of a UMAT along a load path in a child: every call gives the next row that the child has sent.
 module asperity_umat_run
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_null_char, c_ptr
   use asperity_control_point, only: new_point, point_type, report_type
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat, umat_name
   use asperity_kinds, only: wp
@@ -13,9 +13,16 @@ module asperity_umat_run
   private
   public :: start_umat_run, next_umat_row, end_umat_run
 
-  !> Numbers of a row before its state, and those that hold its events.
-  integer, parameter :: n_events = storage_size(repeat(" ", event_length))/storage_size(1.0_wp)
-  integer, parameter :: first_event = 28, n_fixed = first_event - 1 + n_events
+  !> A row without its state, as a child sends it, and how many numbers it takes.
+  type :: sent_type
+    integer :: step = 0, increment = 0, done = 0
+    logical :: turn = .false., lost = .false.
+    real(wp) :: position = 0.0_wp, time = 0.0_wp, s(3) = 0.0_wp, traction(3) = 0.0_wp, work = 0.0_wp
+    type(report_type) :: report = report_type()
+    character(len=event_length) :: events = ""
+  end type sent_type
+  type(sent_type), parameter :: nothing = sent_type()
+  integer, parameter :: n_fixed = ceiling(real(storage_size(nothing), wp)/real(storage_size(1.0_wp), wp))
 
   !> What a child is to do.
   type, public :: umat_path_type
@@ -112,34 +119,35 @@ contains
     type(row_type) :: row
     type(row_type), allocatable :: rows(:)
     character(len=:), allocatable :: text
-    integer :: i
+    integer :: i, n
     logical :: found
     call c_f_pointer(data, path)
     call open_umat(path%law)
     start = new_point(path%law, path%state, path%s)
     if (path%has_work) start%work = path%work
     text = ""
+    n = n_fixed + path%law%n_state
     if (path%tolerance > 0.0_wp) then
       call refine_path(path%law, path%steps, start, path%tolerance, rows, run, text)
       do i = 1, size(rows)
         row = rows(i)
-        call send_row(packed(row, run%total))
+        call send_row(packed(row, run%total), n)
       end do
     else
       call start_run(path%law, path%steps, run, start)
       do
         call begin_row(run, row, found)
         if (.not. found) exit
-        call leave_notes(prescribed(run), "")
+        call leave_notes(prescribed(run), 12, c_null_char)
         call end_row(run, row)
-        call send_row(packed(row, run%done))
+        call send_row(packed(row, run%done), n)
       end do
     end if
     if (row%lost .and. len(text) == 0) call explain_loss(run, row, text)
     row%step = 0
     row%point_type = run%before
-    if (row%lost) call send_row(packed(row, run%done))
-    call leave_notes(prescribed(run), text)
+    if (row%lost) call send_row(packed(row, run%done), n)
+    call leave_notes(prescribed(run), 12, text // c_null_char)
   end subroutine follow_path
 
   !> Notes of an increment: what it prescribes, and its numbers.
@@ -157,12 +165,9 @@ contains
     type(row_type), intent(in) :: row   !! the row
     integer, intent(in) :: done         !! increments so far
     real(wp) :: numbers(n_fixed + size(row%state))
-    associate (report => row%report)
-      numbers = [real([row%step, row%increment, done, report%ended, report%iterations, report%updates, report%parts, &
-        report%snaps], wp), merge(1.0_wp, 0.0_wp, [row%turn, row%lost, report%cut]), row%position, row%time, row%s, &
-        row%traction, row%work, report%before, report%after, report%released, &
-        transfer(row%events, [0.0_wp]), row%state]
-    end associate
+    numbers(:n_fixed) = transfer(sent_type(row%step, row%increment, done, row%turn, row%lost, row%position, row%time, &
+      row%s, row%traction, row%work, row%report, row%events), numbers, n_fixed)
+    numbers(n_fixed + 1:) = row%state
   end function packed
 
   !> Row of its numbers.
@@ -170,22 +175,20 @@ contains
     real(wp), intent(in) :: numbers(:)    !! as `packed` gives them
     type(row_type), intent(out) :: row    !! the row
     integer, intent(out) :: done          !! increments so far
-    integer :: i(8)
-    logical :: is(3)
-    i = nint(numbers(1:8))
-    is = numbers(9:11) > 0.0_wp
-    row%step = i(1)
-    row%increment = i(2)
-    done = i(3)
-    row%report = report_type(i(4), i(5), i(6), i(7), i(8), is(3), numbers(21:23), numbers(24:26), numbers(27))
-    row%turn = is(1)
-    row%lost = is(2)
-    row%position = numbers(12)
-    row%time = numbers(13)
-    row%s = numbers(14:16)
-    row%traction = numbers(17:19)
-    row%work = numbers(20)
-    row%events = transfer(numbers(first_event:n_fixed), row%events)
+    type(sent_type) :: sent
+    sent = transfer(numbers(:n_fixed), nothing)
+    done = sent%done
+    row%step = sent%step
+    row%increment = sent%increment
+    row%turn = sent%turn
+    row%lost = sent%lost
+    row%position = sent%position
+    row%time = sent%time
+    row%s = sent%s
+    row%traction = sent%traction
+    row%work = sent%work
+    row%report = sent%report
+    row%events = sent%events
     row%state = numbers(n_fixed + 1:)
   end subroutine unpack_row
 

@@ -49,21 +49,22 @@ module asperity_umat_worker
       integer(c_int), intent(out) :: counts(2)
       character(kind=c_char), intent(inout) :: text(length), reason(length)
     end subroutine c_end
-    !> Send a row.
-    subroutine c_send(numbers, n) bind(c, name="umat_worker_send")
+    !> Send a row from a child, of the length that the parent receives.
+    subroutine send_row(numbers, n) bind(c, name="umat_worker_send")
       import :: c_double, c_int
       implicit none
       integer(c_int), value :: n
       real(c_double), intent(in) :: numbers(n)
-    end subroutine c_send
-    !> Leave notes.
-    subroutine c_note(numbers, n, text) bind(c, name="umat_worker_note")
+    end subroutine send_row
+    !> Leave up to n_notes numbers and a text from a child; they replace earlier ones. The text ends with c_null_char,
+    !> and is cut if it is too long.
+    subroutine leave_notes(numbers, n, text) bind(c, name="umat_worker_note")
       import :: c_char, c_double, c_int
       implicit none
       integer(c_int), value :: n
       real(c_double), intent(in) :: numbers(n)
       character(kind=c_char), intent(in) :: text(*)
-    end subroutine c_note
+    end subroutine leave_notes
   end interface
 
 contains
@@ -107,19 +108,6 @@ contains
         worker%failure
     end if
   end subroutine end_worker
-
-  !> Send a row from a child.
-  subroutine send_row(numbers)
-    real(wp), intent(in) :: numbers(:)   !! of the length that the parent receives
-    call c_send(numbers, size(numbers))
-  end subroutine send_row
-
-  !> Leave numbers and a text from a child; they replace earlier ones.
-  subroutine leave_notes(numbers, text)
-    real(wp), intent(in) :: numbers(:)     !! up to n_notes
-    character(len=*), intent(in) :: text   !! cut if it is too long
-    call c_note(numbers, size(numbers), text // c_null_char)
-  end subroutine leave_notes
 
   !> Text of C up to its end.
   pure function c_text(buffer) result(text)

@@ -233,8 +233,8 @@ SIGNAL = r"ended by signal {} \({}\)"
         "alarm(1); signal(SIGALRM, SIG_DFL); for (;;);": r"limit of 0\.5 s",
         "if (fork() == 0) for (;;) pause(); abort();": SIGNAL.format(6, "Aborted"),
         "for (int i = 3; i < 1000; i++) close(i);": "closed a file of this program",
-        "for (int i = 3; i < 99; i++) close(i), open(\"/dev/null\", 1);": "closed a file of this program",
-        "exit(puts(\"negative damage\"));": "it printed last: negative damage",
+        'for (int i = 3; i < 99; i++) close(i), open("/dev/null", 1);': "closed a file of this program",
+        'exit(puts("negative damage"));': "it printed last: negative damage",
     }.items(),
 )
 def test_attacks(run, attacker, attack: str, said: str) -> None:
@@ -250,9 +250,9 @@ def test_attacks(run, attacker, attack: str, said: str) -> None:
     "attack",
     [
         "close(1); close(2);",
-        "for (int i = 0; i < 100000; i++) puts(\"text\");",
+        'for (int i = 0; i < 100000; i++) puts("text");',
         "if (fork() == 0) for (;;) pause();",
-        "chdir(\"/\");",
+        'chdir("/");',
         "feenableexcept(FE_ALL_EXCEPT);",
         "fesetround(FE_UPWARD);",
         "signal(SIGALRM, SIG_IGN); alarm(1);",
