@@ -147,9 +147,9 @@ contains
     character(len=:), allocatable, intent(out) :: message   !! why it cannot be opened; empty: it can
     type(worker_type) :: worker
     real(wp) :: none(1)
-    logical :: found
-    call start_worker(c_funloc(try), c_loc(law), law%limit, worker)
-    call receive_row(worker, none, found)
+    integer :: found
+    call start_worker(c_funloc(try), c_loc(law), law%limit)
+    found = receive_row(none, 1)
     call end_worker(worker)
     message = worker%failure
   end subroutine try_umat

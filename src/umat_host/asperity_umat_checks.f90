@@ -370,19 +370,16 @@ contains
     character(len=:), allocatable, intent(out) :: failure       !! why the UMAT has failed, empty: it has not
     type(worker_type) :: worker
     integer :: i, n
-    logical :: more
     n = n_first + plan%path%law%n_state
     if (plan%way == with_other) n = 2*n
     if (plan%way == in_threads) n = 2
     if (plan%way == with_differences) n = n_differences
     allocate (found(n, 0:size(plan%path%dt)), source=0.0_wp)
     if (any(plan%way == [alone, trying])) found(n_first + 1:, 0) = plan%path%start
-    call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%limit, worker)
+    call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%limit)
     i = 0
-    do
-      i = min(i + 1, size(plan%path%dt))
-      call receive_row(worker, found(:, i), more)
-      if (.not. more) exit
+    do while (receive_row(found(:, min(i + 1, size(plan%path%dt))), n) /= 0)
+      i = i + 1
     end do
     call end_worker(worker)
     failure = worker%failure

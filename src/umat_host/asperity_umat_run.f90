@@ -67,7 +67,7 @@ contains
     call start_run(path%law, path%steps, run%run, start_of(path))
     run%run%before = run%run%point
     allocate (run%numbers(n_fixed + path%law%n_state))
-    call start_worker(c_funloc(follow_path), c_loc(path), path%law%limit, run%worker)
+    call start_worker(c_funloc(follow_path), c_loc(path), path%law%limit)
   end subroutine start_umat_run
 
   !> Wait for the next row.
@@ -77,7 +77,7 @@ contains
     logical, intent(out) :: found               !! false: the child has ended
     type(row_type) :: next
     do
-      call receive_row(run%worker, run%numbers, found)
+      found = receive_row(run%numbers, size(run%numbers)) /= 0
       if (.not. found) exit
       call unpack_row(run%numbers, next, run%run%done)
       if (next%step > 0) then

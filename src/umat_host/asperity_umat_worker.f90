@@ -1,6 +1,6 @@
 !> Work in a child process that sends rows of numbers (umat_worker.c).
 module asperity_umat_worker
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_funptr, c_int, c_null_char, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_null_char, c_ptr
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
   implicit none
@@ -12,38 +12,36 @@ module asperity_umat_worker
   !> Longest text, of which a child leaves at most 1000 characters.
   integer, parameter, public :: longest = 2000
 
-  !> A child, as its parent knows it.
+  !> What a child left.
   type, public :: worker_type
-    type(c_ptr), private :: handle = c_null_ptr
     character(len=:), allocatable :: failure   !! why the work is not complete, with the increment; empty: it is
-    character(len=:), allocatable :: text      !! that the child left
-    real(wp) :: notes(n_notes) = 0.0_wp        !! that the child left
+    character(len=:), allocatable :: text
+    real(wp) :: notes(n_notes) = 0.0_wp
   end type worker_type
 
+  ! a process has one child at a time
   interface
-    !> Begin the work.
-    function c_start(work, data, limit) bind(c, name="umat_worker_start") result(handle)
+    !> Begin a piece of work, a C function with the address of the data, in a child, which has a copy of the data, with
+    !> the longest time for an increment (s).
+    subroutine start_worker(work, data, limit) bind(c, name="umat_worker_start")
       import :: c_double, c_funptr, c_ptr
       implicit none
       type(c_funptr), value :: work
       type(c_ptr), value :: data
       real(c_double), value :: limit
-      type(c_ptr) :: handle
-    end function c_start
-    !> Wait for a row.
-    function c_receive(handle, numbers, n) bind(c, name="umat_worker_receive") result(found)
-      import :: c_double, c_int, c_ptr
+    end subroutine start_worker
+    !> Wait for the next row; 0: the child has ended.
+    function receive_row(numbers, n) bind(c, name="umat_worker_receive") result(found)
+      import :: c_double, c_int
       implicit none
-      type(c_ptr), value :: handle
       integer(c_int), value :: n
-      real(c_double), intent(out) :: numbers(n)
+      real(c_double), intent(inout) :: numbers(n)
       integer(c_int) :: found
-    end function c_receive
+    end function receive_row
     !> End the child.
-    subroutine c_end(handle, n, notes, counts, text, reason, length) bind(c, name="umat_worker_end")
-      import :: c_char, c_double, c_int, c_ptr
+    subroutine c_end(notes, n, counts, text, reason, length) bind(c, name="umat_worker_end")
+      import :: c_char, c_double, c_int
       implicit none
-      type(c_ptr), value :: handle
       integer(c_int), value :: n, length
       real(c_double), intent(out) :: notes(n)
       integer(c_int), intent(out) :: counts(2)
@@ -69,35 +67,12 @@ module asperity_umat_worker
 
 contains
 
-  !> Begin a piece of work in a child, which has a copy of the data.
-  subroutine start_worker(work, data, limit, worker)
-    type(c_funptr), value :: work                !! C function with the address of the data
-    type(c_ptr), value :: data                   !! address
-    real(wp), intent(in) :: limit                !! longest time without a new increment, s
-    type(worker_type), intent(out) :: worker     !! the child
-    worker%handle = c_start(work, data, limit)
-    worker%failure = ""
-    worker%text = ""
-    if (.not. c_associated(worker%handle)) worker%failure = "no process could be started"
-  end subroutine start_worker
-
-  !> Wait for the next row of a child.
-  subroutine receive_row(worker, numbers, found)
-    type(worker_type), intent(inout) :: worker   !! the child
-    real(wp), intent(inout) :: numbers(:)        !! all rows have this length
-    logical, intent(out) :: found                !! false: the child has ended
-    found = c_associated(worker%handle)
-    if (found) found = c_receive(worker%handle, numbers, size(numbers)) /= 0
-  end subroutine receive_row
-
   !> End a child that still works, and take what it left.
   subroutine end_worker(worker)
-    type(worker_type), intent(inout) :: worker   !! the child -> its notes
+    type(worker_type), intent(out) :: worker   !! what it left
     character(kind=c_char) :: text(longest), reason(longest)
     integer(c_int) :: counts(2)
-    if (.not. c_associated(worker%handle)) return
-    call c_end(worker%handle, n_notes, worker%notes, counts, text, reason, longest)
-    worker%handle = c_null_ptr
+    call c_end(worker%notes, n_notes, counts, text, reason, longest)
     worker%text = c_text(text)
     worker%failure = c_text(reason)
     if (len(worker%failure) == 0 .or. counts(1) < 0) return

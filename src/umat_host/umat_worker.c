@@ -36,30 +36,30 @@ typedef struct {
   char reason[TEXT];            /* why the child ends itself; empty: it does not */
 } board_type;
 
-typedef struct {
+/* The child that this process has started; there is one at a time. */
+static struct {
   board_type *board;
-  pid_t child;
-  int rows, text;          /* pipes; -1: at their end */
-  int ending, late, over;  /* the child ends itself; has begun no increment in time; has ended */
-  int status;              /* of waitpid */
-  double limit, since;     /* seconds; time of the last increment */
+  volatile pid_t id;
+  int rows, text;         /* pipes; -1: at their end */
+  int ending, late, over; /* the child ends itself; has begun no increment in time; has ended */
+  int status;             /* of waitpid */
+  int drained;            /* times that something was read since it has ended */
+  double limit, since;    /* seconds; time of the last increment */
   unsigned long begun;
-  unsigned long received;  /* rows */
-  char *bytes;             /* received; those from `taken` on are not yet rows */
+  unsigned long received; /* rows */
+  char *bytes;            /* received; those from `taken` on are not yet rows */
   size_t taken, filled, room;
-  char line[LINE];         /* the last one that the child printed and that is not empty */
+  char line[LINE]; /* the last one that the child printed and that is not empty */
   size_t length;
   int ended_line;
-} worker_type;
+} child;
 
-/* Of the child. */
+/* What the child itself knows. */
 static board_type *board;
 static int rows_file;
 static struct stat rows_known;
+static pid_t self;
 static unsigned long sent;
-/* Of the parent: the group that ends with it. */
-static volatile pid_t group;
-
 static double now(void) {
   struct timespec time;
   clock_gettime(CLOCK_MONOTONIC, &time);
@@ -85,6 +85,8 @@ void umat_worker_send(const double *numbers, int n) {
   static char *row;
   const size_t size = sizeof sent + (size_t)n * sizeof *numbers;
   struct stat found;
+  /* a process that a UMAT has started, and that returned as well */
+  if (getpid() != self) _exit(0);
   row = realloc(row, size);
   if (row == NULL) abort();
   memcpy(row, &sent, sizeof sent);
@@ -108,78 +110,79 @@ void umat_worker_note(const double *numbers, int n, const char *text) {
 
 /* A signal that ends the parent ends the child and what it started. */
 static void interrupted(int number) {
-  if (group > 0) kill(-group, SIGKILL);
+  if (child.id > 0) kill(-child.id, SIGKILL);
   signal(number, SIG_DFL);
   raise(number);
 }
 
-static void treat(const int *signals, int n, void (*from)(int), void (*to)(int)) {
+/* Replace one treatment of the signals that end this process by another. */
+static void treat(void (*from)(int), void (*to)(int)) {
+  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
   struct sigaction present;
-  for (int i = 0; i < n; i++) {
+  for (int i = 0; i < 3; i++) {
     if (sigaction(signals[i], NULL, &present) == 0 && present.sa_handler == from) signal(signals[i], to);
   }
 }
-static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
-/* Begin the work in a child; NULL: there is none, the reason is in errno. */
-worker_type *umat_worker_start(void (*work)(void *), void *data, double limit) {
-  worker_type *const worker = calloc(1, sizeof *worker);
-  int rows[2] = {-1, -1}, text[2] = {-1, -1};
-  const pid_t parent = getpid();
-  if (worker == NULL) return NULL;
-  worker->board = mmap(NULL, sizeof *worker->board, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  worker->child = -1;
-  fflush(NULL);
-  if (worker->board != MAP_FAILED && pipe(rows) == 0 && pipe(text) == 0) worker->child = fork();
-  if (worker->child < 0) {
-    for (int i = 0; i < 2; i++) {
-      if (rows[i] >= 0) close(rows[i]);
-      if (text[i] >= 0) close(text[i]);
-    }
-    if (worker->board != MAP_FAILED) munmap(worker->board, sizeof *worker->board);
-    free(worker);
-    return NULL;
-  }
-  if (worker->child == 0) {
-    setpgid(0, 0);
+/* Do the work in the child, which ends with it. */
+static _Noreturn void be_child(void (*work)(void *), void *data, pid_t parent, const int *rows, const int *text) {
+  setpgid(0, 0);
 #ifdef __linux__
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(1);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
 #endif
-    board = worker->board;
-    rows_file = rows[1];
-    fstat(rows_file, &rows_known);
-    fcntl(rows_file, F_SETFD, FD_CLOEXEC);
-    close(rows[0]);
-    close(text[0]);
-    dup2(text[1], 1);
-    dup2(text[1], 2);
-    close(text[1]);
-    /* a UMAT that reads finds no more */
-    const int empty = open("/dev/null", O_RDONLY);
-    if (empty > 0) {
-      dup2(empty, 0);
-      close(empty);
-    }
-    work(data);
-    board->done = 1;
-    exit(0);
+  if (getppid() != parent) _exit(1);
+  board = child.board;
+  self = getpid();
+  rows_file = rows[1];
+  fstat(rows_file, &rows_known);
+  fcntl(rows_file, F_SETFD, FD_CLOEXEC);
+  close(rows[0]);
+  close(text[0]);
+  dup2(text[1], 1);
+  dup2(text[1], 2);
+  close(text[1]);
+  /* a UMAT that reads finds no more */
+  const int empty = open("/dev/null", O_RDONLY);
+  if (empty > 0) {
+    dup2(empty, 0);
+    close(empty);
   }
-  setpgid(worker->child, worker->child);
-  group = worker->child;
-  treat(ending, 3, SIG_DFL, interrupted);
+  work(data);
+  board->done = 1;
+  exit(0);
+}
+
+/* Begin the work in a child. */
+void umat_worker_start(void (*work)(void *), void *data, double limit) {
+  int rows[2], text[2];
+  pid_t id = -1;
+  const pid_t parent = getpid();
+  memset(&child, 0, sizeof child);
+  child.limit = limit;
+  child.since = now();
+  child.room = CHUNK;
+  child.bytes = malloc(child.room);
+  child.board = mmap(NULL, sizeof *child.board, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  signal(SIGCHLD, SIG_DFL);
+  fflush(NULL);
+  if (child.bytes == NULL || child.board == MAP_FAILED) abort();
+  if (pipe(rows) == 0 && pipe(text) == 0) id = fork();
+  if (id < 0) {
+    snprintf(child.board->reason, TEXT, "no process could be started: %s", strerror(errno));
+    child.over = 1;
+    child.rows = child.text = -1;
+    return;
+  }
+  if (id == 0) be_child(work, data, parent, rows, text);
+  setpgid(id, id);
+  child.id = id;
+  treat(SIG_DFL, interrupted);
   close(rows[1]);
   close(text[1]);
-  worker->rows = rows[0];
-  worker->text = text[0];
-  fcntl(worker->text, F_SETFL, O_NONBLOCK);
-  fcntl(worker->rows, F_SETFL, O_NONBLOCK);
-  worker->limit = limit;
-  worker->since = now();
-  worker->room = CHUNK;
-  worker->bytes = malloc(worker->room);
-  if (worker->bytes == NULL) abort();
-  return worker;
+  child.rows = rows[0];
+  child.text = text[0];
+  fcntl(child.text, F_SETFL, O_NONBLOCK);
+  fcntl(child.rows, F_SETFL, O_NONBLOCK);
 }
 
 /* Read what there is; a pipe at its end becomes -1. */
@@ -193,121 +196,107 @@ static size_t read_some(int *file, char *bytes, size_t room) {
 }
 
 /* Pass on what the child has printed, and keep its last line. */
-static size_t pass_on(worker_type *worker) {
+static size_t pass_on(void) {
   char bytes[CHUNK];
-  const size_t got = read_some(&worker->text, bytes, sizeof bytes);
-  for (size_t i = 0, written = 0; i < got; i += written) {
+  const size_t got = read_some(&child.text, bytes, sizeof bytes);
+  for (size_t i = 0; i < got;) {
     const ssize_t done = write(2, bytes + i, got - i);
     if (done < 0 && errno != EINTR) break;
-    written = done > 0 ? (size_t)done : 0;
+    if (done > 0) i += (size_t)done;
   }
   for (size_t i = 0; i < got; i++) {
     if (bytes[i] == '\n') {
-      worker->ended_line = worker->length > 0;
+      child.ended_line = child.length > 0;
     } else if ((unsigned char)bytes[i] >= ' ') {
-      if (worker->ended_line) worker->length = 0;
-      worker->ended_line = 0;
-      if (worker->length < LINE - 1 && (worker->length > 0 || bytes[i] != ' ')) worker->line[worker->length++] = bytes[i];
+      if (child.ended_line) child.length = 0;
+      child.ended_line = 0;
+      if (child.length < LINE - 1 && (child.length > 0 || bytes[i] != ' ')) child.line[child.length++] = bytes[i];
     }
   }
   return got;
 }
 
 /* Wait a while for rows or texts; 0: the child has ended, and nothing is left. */
-static int wait_some(worker_type *worker) {
-  struct pollfd files[2] = {{worker->rows, POLLIN, 0}, {worker->text, POLLIN, 0}};
+static int wait_some(void) {
+  struct pollfd files[2] = {{child.rows, POLLIN, 0}, {child.text, POLLIN, 0}};
   siginfo_t ended = {0};
-  if (worker->taken > 0) {
-    worker->filled -= worker->taken;
-    memmove(worker->bytes, worker->bytes + worker->taken, worker->filled);
-    worker->taken = 0;
-  }
-  poll(files, 2, worker->over ? 0 : 50);
-  const size_t got = read_some(&worker->rows, worker->bytes + worker->filled, worker->room - worker->filled);
-  const size_t said = pass_on(worker);
-  worker->filled += got;
-  if (got + said > 0 && !worker->over) {
-    if (got > 0) worker->since = now();
-    return 1;
-  }
-  if (worker->over) return got > 0 || said > 0;
-  if (waitid(P_PID, (id_t)worker->child, &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0) {
+  child.filled -= child.taken;
+  memmove(child.bytes, child.bytes + child.taken, child.filled);
+  child.taken = 0;
+  poll(files, 2, child.over ? 0 : 50);
+  const size_t got = read_some(&child.rows, child.bytes + child.filled, child.room - child.filled);
+  const size_t said = pass_on();
+  child.filled += got;
+  /* a process that left the group may still print */
+  if (child.over) return got > 0 || (said > 0 && child.drained++ < 3);
+  const int ends = child.board->done || child.board->reason[0] != '\0';
+  if (got > 0 || child.begun != child.board->begun || ends > child.ending) child.since = now();
+  child.begun = child.board->begun;
+  child.ending = ends;
+  if (got > 0) return 1;
+  if (waitid(P_PID, (id_t)child.id, &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0) {
     /* before the number of the group can be that of another one */
-    kill(-worker->child, SIGKILL);
-    group = 0;
-    waitpid(worker->child, &worker->status, 0);
-    worker->over = 1;
-    return 1;
-  }
-  if (worker->begun != worker->board->begun) {
-    worker->begun = worker->board->begun;
-    worker->since = now();
-  }
-  if (!worker->ending && (worker->board->done || worker->board->reason[0])) {
-    worker->ending = 1;
-    worker->since = now();
-  }
-  if (now() - worker->since > (worker->ending ? fmin(LAST_SECONDS, worker->limit) : worker->limit)) {
-    worker->late = 1;
-    kill(-worker->child, SIGKILL);
+    kill(-child.id, SIGKILL);
+    waitpid(child.id, &child.status, 0);
+    child.id = 0;
+    child.over = 1;
+  } else if (now() - child.since > (ends ? fmin(LAST_SECONDS, child.limit) : child.limit)) {
+    child.late = 1;
+    kill(-child.id, SIGKILL);
   }
   return 1;
 }
 
 /* Wait for the next row of n numbers; 0: the child has ended. */
-int umat_worker_receive(worker_type *worker, double *numbers, int n) {
+int umat_worker_receive(double *numbers, int n) {
   const size_t size = sizeof sent + (size_t)n * sizeof *numbers;
   unsigned long number;
-  if (worker->room < 2 * size) {
-    worker->room = 2 * size;
-    worker->bytes = realloc(worker->bytes, worker->room);
-    if (worker->bytes == NULL) abort();
+  if (child.room < 2 * size) {
+    child.room = 2 * size;
+    child.bytes = realloc(child.bytes, child.room);
+    if (child.bytes == NULL) abort();
   }
-  while (worker->filled - worker->taken < size) {
-    if (!wait_some(worker)) return 0;
+  while (child.filled - child.taken < size) {
+    if (!wait_some()) return 0;
   }
-  const char *const row = worker->bytes + worker->taken;
-  memcpy(&number, row, sizeof number);
-  if (number != worker->received++) return 0;
-  memcpy(numbers, row + sizeof number, size - sizeof number);
-  worker->taken += size;
+  memcpy(&number, child.bytes + child.taken, sizeof number);
+  if (number != child.received++) {
+    snprintf(child.board->reason, sizeof child.board->reason, "it wrote to a file of this program");
+    return 0;
+  }
+  memcpy(numbers, child.bytes + child.taken + sizeof number, size - sizeof number);
+  child.taken += size;
   return 1;
 }
 
-/* End the child, if it has not ended, and forget the worker: why the work is not complete (empty: it is), the last
- * increment that began (step -1: none), and the notes. Both texts have `length` bytes. */
-void umat_worker_end(worker_type *worker, int n, double *notes, int *counts, char *text, char *reason, int length) {
-  const board_type *const told = worker->board;
-  char why[TEXT + 100], printed[LINE + 30] = "";
-  if (!worker->over) {
-    if (!told->done) kill(-worker->child, SIGKILL);
-    while (wait_some(worker)) worker->filled = worker->taken = 0;
+/* End the child, if it has not ended: why the work is not complete (empty: it is), the last increment that began (step
+ * -1: none), and the notes. Both texts have `length` bytes. */
+void umat_worker_end(double *notes, int n, int *counts, char *text, char *reason, int length) {
+  const board_type *const told = child.board;
+  char why[TEXT + 100] = "", printed[LINE + 30] = "";
+  if (!child.over && !told->done) kill(-child.id, SIGKILL);
+  do child.filled = child.taken = 0;
+  while (wait_some());
+  treat(interrupted, SIG_DFL);
+  if (told->reason[0] != '\0') {
+    snprintf(why, sizeof why, "%.*s", TEXT, told->reason);
+  } else if (child.late && !told->done) {
+    snprintf(why, sizeof why, "it did not complete the increment within the limit of %g s", child.limit);
+  } else if (WIFSIGNALED(child.status) && !told->done) {
+    snprintf(why, sizeof why, "it ended by signal %d (%s)", WTERMSIG(child.status), strsignal(WTERMSIG(child.status)));
+  } else if (!told->done) {
+    snprintf(why, sizeof why, "it ended the program with exit code %d, as STOP or exit do", WEXITSTATUS(child.status));
   }
-  treat(ending, 3, interrupted, SIG_DFL);
-  if (told->done) {
-    why[0] = '\0';
-  } else if (told->reason[0] != '\0') {
-    snprintf(why, sizeof why, "%.*s", (int)sizeof told->reason, told->reason);
-  } else if (worker->late) {
-    snprintf(why, sizeof why, "it did not complete the increment within the limit of %g s", worker->limit);
-  } else if (WIFSIGNALED(worker->status)) {
-    snprintf(why, sizeof why, "it ended by signal %d (%s)", WTERMSIG(worker->status),
-             strsignal(WTERMSIG(worker->status)));
-  } else {
-    snprintf(why, sizeof why, "it ended the program with exit code %d, as STOP or exit do",
-             WEXITSTATUS(worker->status));
-  }
-  if (worker->length > 0) snprintf(printed, sizeof printed, "; it printed last: %.*s", (int)worker->length, worker->line);
+  if (child.length > 0) snprintf(printed, sizeof printed, "; it printed last: %.*s", (int)child.length, child.line);
   snprintf(reason, (size_t)length, "%s%s", why, why[0] != '\0' ? printed : "");
   snprintf(text, (size_t)length, "%.*s%s", TEXT, told->text, told->text[0] != '\0' ? printed : "");
   counts[0] = told->begun > 0 ? told->step : -1;
   counts[1] = told->increment;
   memcpy(notes, told->notes, (size_t)n * sizeof *notes);
-  if (worker->rows >= 0) close(worker->rows);
-  if (worker->text >= 0) close(worker->text);
-  munmap(worker->board, sizeof *worker->board);
-  free(worker->bytes);
-  free(worker);
+  if (child.rows >= 0) close(child.rows);
+  if (child.text >= 0) close(child.text);
+  munmap(child.board, sizeof *child.board);
+  free(child.bytes);
 }
 
 /* The whole path of a file, which may be needed elsewhere. */
