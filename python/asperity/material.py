@@ -152,8 +152,8 @@ class Material(_Constants):
 
     @property
     def wears(self) -> bool:
-        """Whether the facets wear: a state then holds two values more for each plane."""
-        return self.W0 > 0.0
+        """Whether the facets wear or are crushed: a state then holds two values more for each plane."""
+        return self.W0 > 0.0 or self.crush > 0.0
 
     @property
     def s_f(self) -> float:

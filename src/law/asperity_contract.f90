@@ -13,7 +13,7 @@ module asperity_contract
   ! --- PROPS ---------------------------------------------------------------------------------------------------------
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
-    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21
+    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
   integer, parameter, public :: n_fixed_props = 24, n_required_props = 4
@@ -107,7 +107,8 @@ module asperity_contract
               0.0_wp, 1.0_wp, 0.0_wp, [0.01_wp, 0.99_wp], "logit"), &
     prop_type("closure", "law", "largest closure of the hyperbolic contact; 0: linear contact", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-5_wp, 1.0e2_wp], "log", .true., "s_f"), &
-    prop_type("slot22", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("crush", "law", "contact pressure that crushes asperities to 69 % (0: none)", "stress", &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", divides=.true.), &
     prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
 
@@ -116,7 +117,7 @@ module asperity_contract
     v_offset = 6
   !> Numbers of state variables before those of the planes, and of a plane (alpha, s_dit, s_dih).
   integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
-  !> With wear (W0 > 0), state variables per facet (worn share, frictional work), after those of all planes.
+  !> With wear (W0 or crush > 0), state variables per facet (worn share, frictional work), after those of all planes.
   integer, parameter, public :: n_facet_statev = 2
   !> Largest number of state variables of a point; a constant, since gfortran puts arrays of another size on the heap.
   integer, parameter, public :: most_statev = n_point_statev + (n_plane_statev + n_facet_statev)*max_planes
@@ -143,8 +144,8 @@ module asperity_contract
     statev_type("alpha", "damage of the plane", "-"), &
     statev_type("s_dit", "inelastic slip of the plane along t", "length"), &
     statev_type("s_dih", "inelastic slip of the plane along h", "length"), &
-    statev_type("worn", "worn share of the facet of the plane (only if W0 > 0)", "-"), &
-    statev_type("wear_work", "frictional work of the facet per unit area (only if W0 > 0)", "stress*length")]
+    statev_type("worn", "worn share of the facet of the plane (if W0 or crush > 0)", "-"), &
+    statev_type("wear_work", "frictional work of the facet per area (if W0 or crush > 0)", "stress*length")]
 
   ! --- component maps ------------------------------------------------------------------------------------------------
   !> Numbers of stress components that a host may have, and the largest.
@@ -160,7 +161,7 @@ contains
   !> Number of state variables of a pattern of n planes.
   pure function n_statev(n, wears) result(n_total)
     integer, intent(in) :: n                  !! number of planes
-    logical, intent(in), optional :: wears    !! whether W0 > 0; absent: it is 0
+    logical, intent(in), optional :: wears    !! whether W0 or crush > 0; absent: both are 0
     integer :: n_total
     n_total = n_point_statev + n_plane_statev*n
     if (.not. present(wears)) return

@@ -1,11 +1,11 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
-  use asperity_contract, only: n_fixed_props, p_closure, p_damage0, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
+  use asperity_contract, only: n_fixed_props, p_closure, p_crush, p_damage0, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
     p_sigma0, p_sigma02, p_tau_v, p_w0
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: numbers_type, material_type, new_material, damage_share, joint_constants
+  public :: numbers_type, material_type, new_material, damage_share, joint_constants, representable
 
   include "asperity_constants.inc"
 
@@ -58,9 +58,11 @@ contains
       material%inv_height = 1.0_wp/material%height
       material%foot = 0.0_wp
     end if
-    material%wears = props(p_w0) > 0.0_wp
+    material%wears = props(p_w0) > 0.0_wp .or. props(p_crush) > 0.0_wp
     material%inv_w0 = 0.0_wp
-    if (material%wears) material%inv_w0 = 1.0_wp/props(p_w0)
+    if (props(p_w0) > 0.0_wp) material%inv_w0 = 1.0_wp/props(p_w0)
+    material%kt_crush = 0.0_wp
+    if (props(p_crush) > 0.0_wp) material%kt_crush = material%k_t/props(p_crush)
     material%curved = material%height > 0.0_wp .or. material%wears
     material%damage0 = props(p_damage0)
     material%inv_largest_closure = 0.0_wp
@@ -72,6 +74,40 @@ contains
     material%bends = props(p_closure) > 0.0_wp
     material%general = material%curved .or. material%bends
   end subroutine new_material
+
+  !> Whether a real kind represents the constants, their squares and the energies at the largest separation. The factor
+  !> 1000 covers offsets, directions and the factors of the law.
+  pure function representable(material, slope, largest_separation, range, dt) result(yes)
+    type(material_type), intent(in) :: material   !! constants in double precision
+    real(wp), intent(in) :: slope                 !! largest slope of a plane
+    real(wp), intent(in) :: largest_separation    !! over s0
+    real(wp), intent(in) :: range(2)              !! smallest and largest number of the kind
+    real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
+    logical :: yes
+    real(wp), parameter :: factor = 1.0e3_wp
+    real(wp) :: most, reach, stiffer, values(10)
+    yes = .false.
+    most = sqrt(range(2))
+    values = [material%mu, material%mu*material%kc_kt, damage_share(material, dt)*material%inv_eta, material%k_n, &
+      material%k_t, material%k_c, material%inv_s01_2, material%inv_s02_2, material%kn_kt, material%kc_kt]
+    reach = largest_separation*material%s0
+    if (any(values > most) .or. any(values(4:) < sqrt(range(1)))) return
+    stiffer = 1.0_wp
+    if (material%bends) then
+      ! the stiffness of a contact that is almost closed, and the share of the largest closure
+      stiffer = 1.0_wp/(1.0_wp - largest_closure_share)**2
+      if (stiffer*max(reach*material%inv_largest_closure, material%kc_kt) > most) return
+    end if
+    if (factor*max(1.0_wp, material%mu)*maxval([material%k_n, material%k_t, stiffer*material%k_c])*reach**2 > &
+      range(2)) return
+    if (material%curved) then
+      if (max(material%inv_w0, material%kt_crush, material%height, slope**2) > most) return
+      if (factor*stiffer*material%kc_kt*reach*material%kt_crush > range(2)) return
+      ! the curvature of the separation of a facet
+      if (material%height > 0.0_wp .and. factor*slope**2*reach > range(2)*material%height**2) return
+    end if
+    yes = .true.
+  end function representable
 
   !> Weight of the equilibrium damage in the new damage of an increment of duration dt: r/(1 + r) with r = dt/tau_v, by
   !> the backward Euler step of tau_v alpha' = alpha_eq - alpha; alpha_eq is the damage (7) without history.

@@ -63,6 +63,7 @@ contains
     law = new_rie_law(joint)
     law%joint%material%tau_v = 0.0_wp
     law%joint%material%inv_w0 = 0.0_wp
+    law%joint%material%kt_crush = 0.0_wp
     law%relaxes = .false.
     law%wears = .false.
   end function timeless_law
@@ -170,8 +171,10 @@ contains
     associate (m => law%joint%material)
       if (m%tau_v > 0.0_wp) call append(message, place // "tau_v = " // to_text(m%tau_v) // &
         ": expected 0, as no time passes on a branch")
-      if (m%wears) call append(message, place // "W0 = " // to_text(1.0_wp/m%inv_w0) // &
+      if (m%inv_w0 > 0.0_wp) call append(message, place // "W0 = " // to_text(1.0_wp/m%inv_w0) // &
         ": expected 0, as wear depends on the increments")
+      if (m%kt_crush > 0.0_wp) call append(message, place // "crush = " // to_text(m%k_t/m%kt_crush) // &
+        ": expected 0, as crushing depends on the increments")
       if (m%guard) call append(message, place // &
         "guard = 1: expected 0, as damage that the guard prevents may grow at once later")
     end associate

@@ -7,7 +7,7 @@
 #include "asperity.h"
 #include "check.h"
 
-enum { MOST_PLANES = 33, MOST_STATEV = POINT_STATEV + PLANE_STATEV * MOST_PLANES, MOST_PROPERTIES = 32 };
+enum { MOST_PLANES = 33, FACET_STATEV = 2, MOST_STATEV = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * MOST_PLANES, MOST_PROPERTIES = 32 };
 enum { SIGMA0 = 3, RUPTURE = 2, FRICTION = 3, STORED = 1, ALPHA = POINT_STATEV };
 static const double GC = 0.3, ETA = 0.9, MU = 0.5, THICKNESS = 0.25, R = 0.125;
 #define S0 ((1.0 - ETA) * 2.0 * GC / SIGMA0)
@@ -94,7 +94,10 @@ static Point virgin(const char *behaviour) {
   return p;
 }
 static const double PROPS[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0};
-enum { N_PROPS = 7, N_STATEV = POINT_STATEV + PLANE_STATEV * 3 };
+enum { N_PROPS = 7, N_STATEV = POINT_STATEV + PLANE_STATEV * 3, N_WORN = N_STATEV + FACET_STATEV * 3 };
+/* The same with asperities that end, wear and are crushed. */
+static const double WORN[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0,
+                              0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.3, 2.0, 0.0, 0.0, 4.0};
 
 static int call(Point *p, const char *behaviour, const char *hypothesis, double request) {
   Data d = {p->message, 0.0, p->operator, &p->factor, NULL,
@@ -119,10 +122,10 @@ static int loads(const char *behaviour, int layer, int planes) {
       "nExternalStateVariables", "nParameters", "nGradients", "nThermodynamicForces", "nTangentOperatorBlocks"};
   static const int expected[] = {1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 2};
   const char *gradient = layer ? "Strain" : "OpeningDisplacement", *force = layer ? "Stress" : "CohesiveForce";
-  const int type = layer ? 1 : 2, n_statev = POINT_STATEV + PLANE_STATEV * planes;
+  const int type = layer ? 1 : 2, n_statev = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * planes;
   char last[16];
   int bad = 0;
-  snprintf(last, sizeof last, "s_dih_%d", planes);
+  snprintf(last, sizeof last, "wear_work_%d", planes);
   for (size_t i = 0; i < sizeof expected / sizeof *expected; i++)
     bad += FAILS(number(behaviour, numbers[i]) == expected[i]);
   bad += FAILS(number(behaviour, "BehaviourType") == (layer ? 1 : 3));
@@ -187,30 +190,42 @@ static int properties_are_those_of_the_contract(void) {
 static const double PATH[][3] = {{-0.01, 0.02, 0.0}, {-0.02, 0.1, 0.03}, {-0.01, -0.05, 0.0}, {0.04, 0.1, -0.05}};
 enum { N_PATH = sizeof PATH / sizeof *PATH };
 
+/* The difference between a joint of n components and the C API along a path, to the rounding of another kernel. */
+static int follows(int n, int worn) {
+  const double *props = worn ? WORN : PROPS;
+  const int n_props = worn ? (int)(sizeof WORN / sizeof *WORN) : N_PROPS, n_statev = worn ? N_WORN : N_STATEV;
+  int bad = 0;
+  Point p = virgin("AsperityJoint3");
+  if (worn) {
+    set(&p, "AsperityJoint3", "height", 0.3);
+    set(&p, "AsperityJoint3", "W0", 2.0);
+    set(&p, "AsperityJoint3", "crush", 4.0);
+  }
+  double state[N_WORN] = {0}, traction[3], tangent[3][3], from[3] = {0};
+  for (int step = 0; step < N_PATH; step++) {
+    const double s[3] = {PATH[step][0], PATH[step][1], n == 3 ? PATH[step][2] : 0.0};
+    memcpy(p.gradient, s, n * sizeof *s);
+    bad += FAILS(call(&p, "AsperityJoint3", n == 3 ? "Tridimensional" : "PlaneStress", 4.0) == 1);
+    bad += FAILS(update(props, n_props, 0.0, 1, from, s, n_statev, state, traction, tangent[0], NULL,
+                        0) == ASPERITY_OK);
+    for (int i = 0; i < n; i++) {
+      bad += DIFFERS(traction[i], p.force[i], STRESS_TOLERANCE);
+      for (int j = 0; j < n; j++) bad += DIFFERS(tangent[i][j], p.operator[n * i + j], TANGENT_TOLERANCE);
+    }
+    for (int i = 0; i < n_statev; i++) bad += DIFFERS(state[i], p.variables[i], 64 * 2.3e-16);
+    bad += DIFFERS(state[STORED], p.stored, 64 * 2.3e-16);
+    bad += DIFFERS(state[RUPTURE] + state[FRICTION], p.dissipated, 64 * 2.3e-16);
+    memcpy(from, s, sizeof from);
+    accept(&p);
+  }
+  bad += FAILS(p.variables[FRICTION] > 0.0 && p.variables[RUPTURE] > 0.0);
+  return bad + FAILS(!worn || p.variables[n_statev - 1] > 0.0);
+}
+
 /* A joint has the results of the C API along a path, to the rounding of another kernel; in 2D without Ty. */
 static int joint_is_the_law(void) {
   int bad = 0;
-  for (int n = 2; n <= 3; n++) {
-    Point p = virgin("AsperityJoint3");
-    double state[N_STATEV] = {0}, traction[3], tangent[3][3], from[3] = {0};
-    for (int step = 0; step < N_PATH; step++) {
-      const double s[3] = {PATH[step][0], PATH[step][1], n == 3 ? PATH[step][2] : 0.0};
-      memcpy(p.gradient, s, n * sizeof *s);
-      bad += FAILS(call(&p, "AsperityJoint3", n == 3 ? "Tridimensional" : "PlaneStress", 4.0) == 1);
-      bad += FAILS(update(PROPS, N_PROPS, 0.0, 1, from, s, N_STATEV, state, traction, tangent[0], NULL,
-                          0) == ASPERITY_OK);
-      for (int i = 0; i < n; i++) {
-        bad += DIFFERS(traction[i], p.force[i], STRESS_TOLERANCE);
-        for (int j = 0; j < n; j++) bad += DIFFERS(tangent[i][j], p.operator[n * i + j], TANGENT_TOLERANCE);
-      }
-      for (int i = 0; i < N_STATEV; i++) bad += DIFFERS(state[i], p.variables[i], 64 * 2.3e-16);
-      bad += DIFFERS(state[STORED], p.stored, 64 * 2.3e-16);
-      bad += DIFFERS(state[RUPTURE] + state[FRICTION], p.dissipated, 64 * 2.3e-16);
-      memcpy(from, s, sizeof from);
-      accept(&p);
-    }
-    bad += FAILS(p.variables[FRICTION] > 0.0 && p.variables[RUPTURE] > 0.0);
-  }
+  for (int n = 2; n <= 4; n++) bad += follows(n < 4 ? n : 3, n == 4);
   return bad;
 }
 

@@ -54,8 +54,9 @@ class Parameters:
     sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
     tau_v: relaxation time of the damage, 0 for none; guard: the damage of a plane does not grow where the
     rupture energy would decrease; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
-    work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; damage0: damage
-    of every plane from the start; closure: largest closure of the hyperbolic contact, length, 0 for linear.
+    work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; crush: pressure
+    that crushes a facet to log(2), stress, 0 for none; damage0: damage of every plane from the start;
+    closure: largest closure of the hyperbolic contact, length, 0 for linear.
     """
 
     sigma0: float
@@ -69,6 +70,7 @@ class Parameters:
     guard: bool = False
     height: float = 0.0
     W0: float = 0.0
+    crush: float = 0.0
     damage0: float = 0.0
     closure: float = 0.0
 
@@ -100,7 +102,7 @@ class Parameters:
     @property
     def wears(self) -> bool:
         """Whether the state holds the wear of the facets."""
-        return self.W0 > 0.0
+        return self.W0 > 0.0 or self.crush > 0.0
 
     @property
     def curved(self) -> bool:
@@ -317,6 +319,15 @@ def _driving_force(parameters: Parameters, facet: Facet | None, alpha: Floats, t
     return alpha * (p * facet.by_omega[..., 0] - tau_d[..., 0] * facet.by_omega[..., 1])
 
 
+def _crushed(parameters: Parameters, p: Floats) -> Floats:
+    """Share 1 - log(1 + x)/x of a facet that the pressure p = x crush crushes; 0 without crushing."""
+    if parameters.crush == 0.0:
+        return np.zeros_like(p)
+    x = p / parameters.crush
+    series = sum((-1.0) ** n * x**n / (n + 1.0) for n in range(9, 0, -1))
+    return np.where(x > 1e-2, 1.0 - np.log1p(x) / np.where(x > 0.0, x, 1.0), -series)
+
+
 @dataclass(frozen=True)
 class _Start:
     """Start of an increment: separations and facets there, friction traction, driving force, omega in it."""
@@ -337,8 +348,14 @@ def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) 
     tau_d = parameters.Kt * (contact[..., 1:] - slip)
     drive = _driving_force(parameters, facet, alpha, tau_d)
     if parameters.wears:
-        reached = np.maximum(omega, -np.expm1(-work / parameters.W0))
-        omega = np.where(drive > 0.0, reached, omega)
+        reached = np.maximum(omega, -np.expm1(-work / parameters.W0) if parameters.W0 > 0.0 else 0.0)
+        crushed = np.maximum(omega, _crushed(parameters, _pressure(parameters, contact)))
+        # a driving force that is zero but for rounding is not negative
+        slope = frame[:, 1, 0] / frame[:, 0, 0]
+        stress = _pressure(parameters, contact) + np.abs(tau_d[..., 0])
+        length = slope * (np.abs(contact[..., 0]) + np.linalg.norm(s_old, axis=-1)[..., None])
+        allowed = (drive >= -8.0 * np.finfo(float).eps * stress * length) & (slope > PARALLEL)
+        omega = np.maximum(np.where(drive > 0.0, reached, omega), np.where(allowed, crushed, omega))
     return _Start(straight, contact, facet, tau_d, drive, omega)
 
 

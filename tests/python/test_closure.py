@@ -22,6 +22,10 @@ OPTIONS = {
     "closure and guard": {"closure": 0.06, "guard": True},
     "closure and viscosity": {"closure": 0.06, "tau_v": 0.3, "damage0": 0.2},
     "almost closed": {"closure": 0.02, "damage0": 0.5},
+    "crush": {"crush": 2.0, "kc": 20.0},
+    "crush and height": {"crush": 1.0, "height": 0.3, "damage0": 1.0, "kc": 50.0},
+    "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
+    "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
     "mode II": {"closure": 0.06, "damage0": 0.3, "sigma02": 4.0, "Gc2": 0.6},
     "all": {
         "closure": 0.06,
@@ -29,6 +33,7 @@ OPTIONS = {
         "kc": 2.0,
         "height": 0.3,
         "W0": 0.5,
+        "crush": 3.0,
         "guard": True,
         "tau_v": 0.3,
         "sigma02": 4.0,
@@ -75,7 +80,7 @@ def test_units(option: str) -> None:
     """In units that are powers of two of the others the results are the same, to the last bit."""
     stress, length = 2.0**-20, 2.0**10
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
-    powers = UNITS | {"closure": (0, 1)}
+    powers = UNITS | {"closure": (0, 1), "crush": (1, 0)}
     other = {
         name: value * stress ** powers.get(name, (0, 0))[0] * length ** powers.get(name, (0, 0))[1]
         for name, value in constants.items()

@@ -29,11 +29,13 @@ The tangent is compared relative to K times its growth with |s|/s_0, |s|/H and |
 
 POINTS, INCREMENTS = 20, 6
 
+CONSTANTS = [("height",), ("W0",), ("height", "W0"), ("crush",), ("height", "crush")]
+
 
 def random_interface(
     rng: np.random.Generator, **constants: float
 ) -> tuple[Material, Pattern, reference.Pattern]:
-    """Return an interface whose sizes span orders of magnitude; the height is in s_f, W0 in Gc."""
+    """Return an interface whose sizes span orders of magnitude; height in s_f, W0 in Gc, crush in sigma0."""
     sigma0, Gc = 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
@@ -44,7 +46,7 @@ def random_interface(
             mu=rng.choice([0.0, rng.uniform(0.0, 1.5)], p=[0.1, 0.9]),
             kc=10 ** rng.uniform(-1, 2) if rng.random() < 0.5 else 1.0,
         )
-        sizes = {"height": material.s_f, "W0": material.Gc}
+        sizes = {"height": material.s_f, "W0": material.Gc, "crush": material.sigma0}
         material = replace(material, **{name: value * sizes[name] for name, value in constants.items()})
     sides = int(rng.choice([0, 2, 3, 4, 5, 6, 8, 12, 32]))
     theta, flat = rng.uniform(0.0, 80.0), rng.choice([1 / 3, 0.0, rng.uniform(0, 1)])
@@ -62,7 +64,7 @@ def random_history(rng: np.random.Generator, length: float) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("constants", [("height",), ("W0",), ("height", "W0")], ids="-".join)
+@pytest.mark.parametrize("constants", CONSTANTS, ids="-".join)
 def test_random_histories(constants: tuple[str, ...]) -> None:
     """Tractions, states and tangents agree on 7,200 updates; every branch occurs 150 times."""
     rng = np.random.default_rng([SEED, len(constants), len(constants[0])])

@@ -97,7 +97,8 @@ def fields(path: Path) -> dict[str, Floats]:
 
 def with_points(interface: Interface) -> str:
     """Patch that adds the integration points of the joint to the output: strain, stress, state variables."""
-    names = ["sigma", "epsilon", *(f"{STATE}{name}" for name in contract.statev_names(interface.n_planes))]
+    variables = contract.statev_names(interface.n_planes, True)
+    names = ["sigma", "epsilon", *(f"{STATE}{name}" for name in variables)]
     lines = "".join(f"<variable>{name}_ip</variable>" for name in names)
     return changed(("add", "/*/time_loop/output/variables", lines))
 
@@ -117,7 +118,7 @@ def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: flo
     structure = paraview.Structure(
         whole.points[:, :dimension], cells[~layer], cells[layer], (2,) * dimension, ORDER[dimension]
     )
-    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes)]
+    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
     times, steps = run.steps()
     paraview.write(
         pvd,

@@ -137,7 +137,7 @@ def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
             assert m and m[1] == row.name
             assert float(m[2] or -np.finfo(float).max) == row.lower
             assert float(m[3] or np.finfo(float).max) == row.upper
-        assert others[len(rows) :] == list(contract.statev_names(n))
+        assert others[len(rows) :] == list(contract.statev_names(n, True))
     refused = [program, generic_library(), "AsperityLayer3", "PlaneStress"]
     assert subprocess.run(refused, capture_output=True, check=False).returncode != 0
 
@@ -147,7 +147,7 @@ def test_what_mgis_reads(tmp_path: Path) -> None:
     run = box(tmp_path, RT, steps((1, 0.01)), ("replace", f"{STEPS}/t_end/text()", "1.01"))
     assert run.code == 0, run.output
     listed = run.output.split("### MFRONT ###")[1]
-    names = [*property_names("AsperityLayer3"), "Strain", "Stress", *contract.statev_names(3)]
+    names = [*property_names("AsperityLayer3"), "Strain", "Stress", *contract.statev_names(3, True)]
     found = [line.split("`")[2].split("'")[0] for line in listed.splitlines() if "--> type `" in line]
     assert found[: len(names)] == names
     for text in (

@@ -196,11 +196,6 @@ def _generic(host: str, block: Block) -> None:
     """Raise ValueError for constants that no "generic" behaviour has."""
     if block.prop("m") < 0:
         raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for {host}, not listed planes")
-    if block.prop("W0") > 0:
-        raise ValueError(
-            f"W0 = {block.prop('W0'):g}: expected 0 (no wear) for {host}, whose behaviours have no state "
-            "variables of wear"
-        )
 
 
 def _oofem(block: Block) -> str:

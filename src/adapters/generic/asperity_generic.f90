@@ -117,7 +117,7 @@ contains
     real(c_double), pointer :: factor, energy
     type(interface_type) :: joint
     character(len=:), allocatable :: text
-    real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes)), old_damage(behaviour%n_planes)
+    real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes, .true.)), old_damage(behaviour%n_planes)
     real(wp) :: from(3), to(3), initial(3), traction(3), tangent(3, 3), h, request, side
     logical :: passed(n_fixed_props), predicting
     integer :: i, status
@@ -238,7 +238,7 @@ contains
     real(wp), intent(in), contiguous :: state(:)      !! STATEV at the start
     integer :: status                                 !! 0, status_nstatv, status_size or those of the point
     status = status_nstatv
-    if (joint%pattern%n /= behaviour%n_planes .or. joint%n_statev /= size(state)) return
+    if (joint%pattern%n /= behaviour%n_planes .or. joint%n_statev > size(state)) return
     status = status_size
     if (.not. bounded(request, sound)) return
     status = time_status(joint, dt)
@@ -278,7 +278,7 @@ contains
         else
           lines = integer_text(size(state)) // " state variables: no behaviour has those of the "
         end if
-        lines = lines // integer_text(joint%pattern%n) // " planes (" // integer_text(joint%n_statev) // &
+        lines = lines // integer_text(joint%pattern%n) // " planes (" // integer_text(n_statev(joint%pattern%n, .true.)) // &
           " state variables) of these constants"
       case (status_size)
         lines = "K[0] = " // to_text(request) // ": expected -3 to 4 (no speed of sound)"

@@ -1,7 +1,7 @@
 !> Writes the C source of libasperity_generic: the symbols that MGIS reads of each behaviour, with names and bounds of
 !> the contract, and its functions. The build runs it: write_symbols FILE.
 program write_symbols
-  use asperity_contract, only: n_plane_statev, n_point_statev, n_statev, prop_table, prop_type, statev_row, &
+  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, prop_table, prop_type, statev_row, &
     statev_table, version
   use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length
   use asperity_kinds, only: wp
@@ -79,7 +79,7 @@ contains
     ! one block: derivative of the first with respect to the second
     call texts(name, "TangentOperatorBlocks", [force, gradient])
     call texts(name, "InternalStateVariables", variable_names(n_planes))
-    call integers(name, "InternalStateVariablesTypes", spread(scalar, 1, n_statev(n_planes)))
+    call integers(name, "InternalStateVariablesTypes", spread(scalar, 1, n_statev(n_planes, .true.)))
     call nothing(name, "ExternalStateVariables")
     call nothing(name, "Parameters")
     call write_properties(name, pack(prop_table, material_properties(layer)))
@@ -105,16 +105,16 @@ contains
     end do
   end subroutine write_properties
 
-  !> Names of the state variables; those of a plane end with its number.
+  !> Names of the state variables, those of the facets included; those of a plane end with its number.
   pure function variable_names(n_planes) result(names)
     integer, intent(in) :: n_planes   !! number of planes
-    character(len=text_length) :: names(n_statev(n_planes))
-    integer :: i
+    character(len=text_length) :: names(n_statev(n_planes, .true.))
+    integer :: i, plane
     do i = 1, size(names)
       names(i) = statev_table(statev_row(i, n_planes))%name
-      if (i > n_point_statev) then
-        names(i) = trim(names(i)) // "_" // integer_text((i - n_point_statev - 1)/n_plane_statev + 1)
-      end if
+      plane = (i - n_point_statev - 1)/n_plane_statev + 1
+      if (i > n_statev(n_planes)) plane = (i - n_statev(n_planes) - 1)/n_facet_statev + 1
+      if (i > n_point_statev) names(i) = trim(names(i)) // "_" // integer_text(plane)
     end do
   end function variable_names
 
