@@ -93,12 +93,18 @@ def _abaqus(block: Block) -> str:
 
 def _calculix(block: Block) -> str:
     """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
-    props = block.props[: contract.N_USED_PROPS] if block.prop("m") >= 0.0 else block.props
-    if len(props) > CALCULIX_MAX_CONSTANTS:
+    if block.prop("m") < 0.0:
         raise ValueError(
-            f"{len(props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
+            f"{len(block.props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
             "which takes regular patterns only"
         )
+    for row in contract.props_table()[CALCULIX_MAX_CONSTANTS : contract.N_USED_PROPS]:
+        if block.prop(row.name) != row.default:
+            raise ValueError(
+                f"{row.name} = {block.prop(row.name):g}: expected {row.default:g} for calculix, which passes "
+                f"at most {CALCULIX_MAX_CONSTANTS} constants"
+            )
+    props = block.props[:CALCULIX_MAX_CONSTANTS]
     name = block.name.upper()
     if name.startswith("NL"):
         raise ValueError(
@@ -107,7 +113,7 @@ def _calculix(block: Block) -> str:
     _only("calculix", "map", block.prop("map"), 0.0)
     _only("calculix", "dimension", block.dimension, 3)
     return _text(
-        _comments(block, "ccx with the UMAT of asperity linked in"),
+        _comments(block, "ccx with the UMAT of asperity linked in", len(props)),
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
         f"*MATERIAL, NAME=ABAQUS{name}",
         "** All constants but the reserved ones are given, because 8 or 16 of them would need a further "
@@ -245,9 +251,9 @@ def _only(host: str, name: str, value: float, expected: float) -> None:
         raise ValueError(f"{name} = {value:g}: expected {expected:g} for {host}")
 
 
-def _comments(block: Block, run: str) -> str:
-    """Head of a block: its origin, the entries of PROPS, how to run it, and the remarks."""
-    names = ", ".join(row.name for row in contract.props_table()[: contract.N_USED_PROPS])
+def _comments(block: Block, run: str, count: int = contract.N_USED_PROPS) -> str:
+    """Head of a block: its origin, the first entries of PROPS, how to run it, and the remarks."""
+    names = ", ".join(row.name for row in contract.props_table()[:count])
     head, *others = _remarks(block, run)
     return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
 

@@ -278,8 +278,8 @@ contains
         else
           lines = integer_text(size(state)) // " state variables: no behaviour has those of the "
         end if
-        lines = lines // integer_text(joint%pattern%n) // " planes (" // integer_text(n_statev(joint%pattern%n, .true.)) // &
-          " state variables) of these constants"
+        lines = lines // integer_text(joint%pattern%n) // " planes (" // &
+          integer_text(n_statev(joint%pattern%n, .true.)) // " state variables) of these constants"
       case (status_size)
         lines = "K[0] = " // to_text(request) // ": expected -3 to 4 (no speed of sound)"
       case (status_initial)
