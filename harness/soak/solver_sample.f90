@@ -162,7 +162,7 @@ contains
     if (i > 2) sample%sigma_n = 0.0_wp
   end subroutine steepen
 
-  !> Draw a sample whose contact is near its largest closure, where it is up to 1e4 times stiffer than open: confined slip
+  !> Draw a sample whose contact is near its largest closure, where it is up to 1e4 times stiffer than open: confined
   !> under a pressure, for which there always is an equilibrium.
   subroutine close_contact(seed, sample)
     integer(int64), intent(inout) :: seed           !! 1..largest_seed

@@ -114,7 +114,7 @@ def statev_names(n_planes: int, wears: bool = False) -> tuple[str, ...]:
 
 
 def n_statev(n_planes: int, wears: bool = False) -> int:
-    """Number of state variables of a pattern of n_planes planes; wears: whether W0 or crush > 0."""
+    """Number of state variables of a pattern of n_planes planes; wears: whether the facets wear."""
     return N_POINT_STATEV + (N_PLANE_STATEV + wears * N_FACET_STATEV) * n_planes
 
 

@@ -67,14 +67,14 @@ class _Named:
 
     @property
     def wears(self) -> bool:
-        """Whether the state has variables of wear (W0 or crush > 0)."""
+        """Whether the state has variables of wear."""
         return self.state.shape[1] == contract.n_statev(self.planes, True)
 
     def worn(self, plane: int) -> Floats:
         """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
         at = self._place(plane)
         if not self.wears:
-            raise ValueError("worn: expected a material with W0 > 0 or crush > 0")
+            raise ValueError("worn: expected a material whose facets wear (W0 > 0)")
         return self.state[:, contract.statev_names(self.planes, True).index(f"worn_{plane}", at)]
 
     def _column(self, name: str) -> Floats:

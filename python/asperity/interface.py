@@ -88,7 +88,7 @@ class Interface:
             Separation at the end (n, 3), length.
         state, s_old
             State (n, nstatv) and separation (n, 3) at the start; None means zero, a virgin point. s_old
-            enters the energies, the guard and, with W0 or crush > 0, the wear.
+            enters the energies, the guard and, with facets that wear, their wear.
         dt
             Duration of the increment, time, used only if tau_v > 0 and then required.
         out

@@ -1,7 +1,7 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
-  use asperity_contract, only: n_fixed_props, p_closure, p_crush, p_damage0, p_eta, p_gc, p_gc2, p_guard, p_height, p_kc, p_mu, &
-    p_sigma0, p_sigma02, p_tau_v, p_w0
+  use asperity_contract, only: n_fixed_props, p_closure, p_crush, p_damage0, p_eta, p_gc, p_gc2, p_guard, p_height, &
+    p_kc, p_mu, p_sigma0, p_sigma02, p_tau_v, p_w0
   use asperity_kinds, only: wp
   implicit none
   private

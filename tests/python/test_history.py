@@ -138,7 +138,7 @@ def test_wear_has_a_name(tmp_path: Path) -> None:
     assert (tmp_path / "worn.csv").read_text(encoding="utf-8").splitlines()[0].endswith(names[-1])
     plain = JOINT.replay([[0.01, 0.0, 0.0]])
     assert not plain.wears
-    with pytest.raises(ValueError, match="worn: expected a material with W0 > 0"):
+    with pytest.raises(ValueError, match="worn: expected a material whose facets wear"):
         plain.worn(1)
 
 

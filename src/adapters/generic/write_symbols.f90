@@ -1,8 +1,8 @@
 !> Writes the C source of libasperity_generic: the symbols that MGIS reads of each behaviour, with names and bounds of
 !> the contract, and its functions. The build runs it: write_symbols FILE.
 program write_symbols
-  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, prop_table, prop_type, statev_row, &
-    statev_table, version
+  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, prop_table, prop_type, &
+    statev_row, statev_table, version
   use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, to_text
