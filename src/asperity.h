@@ -45,7 +45,7 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
 
 /* Update n points over one increment.
  *   dt       duration of the increment, >= 0; used only by viscous damage (tau_v > 0, PROPS 13)
- *   s_old    double[n][3], separation at the start (used only by the energies and the guard); NULL: zero
+ *   s_old    double[n][3], separation at the start (used by the energies, and with wear or the guard by the traction); NULL: zero
  *   s        double[n][3], separation at the end
  *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
  *   traction double[n][3], traction at the end

@@ -1,6 +1,6 @@
 /* What Fortran cannot do with files: compare them by their inodes, look into them without waiting for a pipe, and take
- * back a line that was written in part. */
-#define _POSIX_C_SOURCE 200809L
+ * back a line that was written in part, and keep two runs from one file. */
+#define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -9,9 +9,24 @@
 #include <sys/types.h>
 #include <unistd.h>
 
+int posix_create(const char *path);
 int posix_may_replace(const char *path, const char *start);
 int posix_same_file(const char *first, const char *second);
 int posix_write_line(int file, const char *line, size_t n);
+
+/* Create or empty a file, to which no other process may write until it is closed: its descriptor, -1 with errno, or -2:
+ * another process writes to it. */
+int posix_create(const char *path) {
+  const int file = open(path, O_WRONLY | O_CREAT, 0666);
+  if (file < 0) return -1;
+  /* where there are no locks, as on devices, the file is written without one */
+  if (lockf(file, F_TLOCK, 0) != 0 && (errno == EACCES || errno == EAGAIN)) {
+    close(file);
+    return -2;
+  }
+  if (ftruncate(file, 0) != 0 && errno != EINVAL) return -1;
+  return file;
+}
 
 /* Whether a file is new, empty, or begins with a text of at most 64 bytes; devices and pipes are not replaced. */
 int posix_may_replace(const char *path, const char *start) {

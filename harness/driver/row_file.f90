@@ -6,22 +6,22 @@
 !> the error, and the close after it ends the program.
 module row_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+  use driver_messages, only: say
   implicit none
   private
   public :: create_file, write_line, close_file, same_file, may_replace
 
-  integer(c_int), parameter :: standard_output = 1_c_int, permissions = int(o"666", c_int)
+  integer(c_int), parameter :: standard_output = 1_c_int
 
   interface
-    !> POSIX: create or empty a file.
-    function c_creat(path, mode) bind(c, name="creat") result(fd)
+    !> posix_file.c: create or empty a file, and lock it.
+    function c_create(path) bind(c, name="posix_create") result(fd)
       import :: c_char, c_int
       implicit none
       ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: mode
       integer(c_int) :: fd
-    end function c_creat
+    end function c_create
     !> posix_file.c: write all bytes or none.
     function c_write_line(fd, bytes, n) bind(c, name="posix_write_line") result(status)
       import :: c_char, c_int, c_size_t
@@ -86,7 +86,7 @@ contains
     if (.not. may) may = c_may_replace(path // c_null_char, start // c_null_char) /= 0
   end function may_replace
 
-  !> Create or empty a file for writing; "-" is standard output.
+  !> Create or empty a file for writing, which no other run writes; "-" is standard output.
   subroutine create_file(path, file, good)
     character(len=*), intent(in) :: path   !! file
     integer, intent(out) :: file           !! descriptor
@@ -94,10 +94,14 @@ contains
     if (path == "-") then
       file = standard_output
     else
-      file = c_creat(path // c_null_char, permissions)
+      file = c_create(path // c_null_char)
     end if
     good = file >= 0
-    if (.not. good) call tell(path)
+    if (file == -2) then
+      call say(path // ": another run writes to it: expected another -o")
+    else if (.not. good) then
+      call tell(path)
+    end if
   end subroutine create_file
 
   !> Write a line.

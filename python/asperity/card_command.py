@@ -10,7 +10,7 @@ from . import contract
 from .cards import mtest
 from .cards.blocks import HOSTS
 from .case_files import read_run
-from .options import add_options, add_output, check_outputs
+from .options import add_options, add_output, check_outputs, replace_file
 from .remarks import shown_warnings
 
 HEAD = 5
@@ -92,5 +92,5 @@ def _card(options: argparse.Namespace) -> int:
     if options.output is None:
         print(text, end="")
     else:
-        options.output.write_text(text, encoding="utf-8")
+        replace_file(options.output, text)
     return 0

@@ -12,7 +12,7 @@ import numpy as np
 from . import contract
 from .interface import Interface
 from .material import Material, ModelWarning
-from .options import add_options, add_output, assigned, check_outputs
+from .options import add_options, add_output, assigned, check_outputs, replace_file
 from .pattern import Pattern
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
@@ -109,7 +109,7 @@ def _run(options: argparse.Namespace) -> int:
                 better = strength_for_peak(material, pattern, sigma_N, wanted)
             print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
-        options.output.write_text(f"{group}{_steps(material, stresses)}", encoding="utf-8")
+        replace_file(options.output, f"{group}{_steps(material, stresses)}")
         print(f"\n{options.output}")
     return 0
 

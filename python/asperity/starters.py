@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from .installed import all_cases, driver, named_case
-from .options import add_options, add_output, assigned, check_outputs
+from .options import add_options, add_output, assigned, check_outputs, replace_file
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
 """Entries of the load path, and their values in a new case."""
@@ -78,7 +78,7 @@ def _new(options: argparse.Namespace) -> int:
         # the values are those of the command: there is no file and no line to look at
         place = rf"(?m)^.*{re.escape(str(trial))}(:\d+)?: "
         raise ValueError(re.sub(place, "", checked.stderr.strip()))
-    options.output.write_text(text, encoding="utf-8")
+    replace_file(options.output, text)
     print(options.output)
     return 0
 
@@ -93,7 +93,7 @@ def _cases(options: argparse.Namespace) -> int:
     path = named_case(options.name)
     output = options.output or Path(path.name)
     check_outputs(options.force, [path], ("-o", output))
-    output.write_bytes(path.read_bytes())
+    replace_file(output, path.read_bytes())
     print(output)
     return 0
 

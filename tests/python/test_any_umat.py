@@ -275,6 +275,19 @@ def test_no_process_is_left(run, attacker) -> None:
     assert "98765" not in listed.stdout
 
 
+def test_two_runs_do_not_share_a_file(driver: Path, attacker, tmp_path: Path) -> None:
+    """A second run into a file to which one writes is refused, and changes none of its rows."""
+    (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
+    with subprocess.Popen([driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+        wait_for(lambda: (tmp_path / "case.csv").is_file())
+        wait_for(lambda: (tmp_path / "case.csv").read_text().count("\n") == 4)
+        second = call(driver, "case.nml", folder=tmp_path)
+        assert second.returncode == 1
+        assert "case.csv: another run writes to it: expected another -o" in second.stderr
+        assert (tmp_path / "case.csv").read_text().count("\n") == 4
+        process.kill()
+
+
 def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> None:
     """SIGINT to the driver ends the UMAT, too, and keeps the rows."""
     (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib as mpl
@@ -166,3 +167,23 @@ def test_jobs_are_described_once(capsys: pytest.CaptureFixture[str]) -> None:
         with pytest.raises(SystemExit):
             main([*command, "--help"])
         assert bool(re.search("--jobs N", capsys.readouterr().out)) == (not command)
+
+
+@pytest.mark.parametrize(
+    "command", [["card", "abaqus", "case.nml", "-o", "old.txt"], ["new", "sigma0=2", "-o", "old.txt"]]
+)
+def test_a_file_that_cannot_be_written_is_kept(command: list[str]) -> None:
+    """Where there is no room, the old file stays whole, nothing else is left, and the command says why."""
+    assert main(command) == 0
+    before, names = Path("old.txt").read_bytes(), sorted(Path().iterdir())
+    # no file of this process may have more than 100 bytes: the same error path as a full disk
+    limited = (
+        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100));"
+        "from asperity.cli import main; sys.dont_write_bytecode = True; sys.exit(main(sys.argv[1:]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", limited, *command, "--force"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode != 0 and "File too large" in done.stderr
+    assert Path("old.txt").read_bytes() == before and sorted(Path().iterdir()) == names

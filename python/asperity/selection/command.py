@@ -11,7 +11,7 @@ import numpy as np
 
 from ..case_files import SlipTest, case_lines, read_case, slip_tests
 from ..material import ModelWarning
-from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
+from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
 from .search import (
@@ -106,7 +106,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.output is not None:
         source = read_case(options.case)
         lines = case_lines(answer.pattern).encode()
-        options.output.write_bytes(HEADING.encode() + source.before + lines + source.after)
+        replace_file(options.output, HEADING.encode() + source.before + lines + source.after)
         print(options.output)
     return 0
 

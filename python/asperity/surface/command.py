@@ -15,7 +15,7 @@ from ..contract import Floats
 from ..fit.units import size
 from ..interface import Interface
 from ..material import Material
-from ..options import add_options, add_output, assigned, check_outputs, progress_bar
+from ..options import add_options, add_output, assigned, check_outputs, progress_bar, replace_file
 from ..pattern import Pattern
 from . import slopes
 from .report import ROUNDING, remarks, report
@@ -136,7 +136,7 @@ def _run(options: argparse.Namespace) -> int:
     chosen = regular if options.regular else listed
     written = [table, png]
     if template is not None:
-        case.write_bytes(HEADING.encode() + template.before + case_lines(chosen).encode() + template.after)
+        replace_file(case, HEADING.encode() + template.before + case_lines(chosen).encode() + template.after)
         written.append(case)
     print(f"{case_lines(chosen)}\n\nPROPS  {props_line(chosen, material)}\n")
     _write(table, chosen)
