@@ -1,13 +1,14 @@
 !> The curve of equilibria of one update: the shares of an increment from 0 to 1, each computed from the state at the
 !> share that was reached before. Time and wear grow with the share. The result does not depend on the steps.
 module asperity_follow
-  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, largest_move, &
-    point_type, predict, unstable
+  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, is_unstiff, &
+    largest_move, point_type, predict, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, longest_change, most_updates, smallest_share, unexplained, unexplained_share
+  use asperity_tolerances, only: closer, longest_change, most_updates, residual_tolerance, smallest_share, &
+    unexplained, unexplained_share
   implicit none
   private
   public :: follow
@@ -26,6 +27,7 @@ contains
     real(wp) :: next, share, step
     logical :: good
     here%s = equations%old%s
+    here%traction = equations%old%traction
     here%tangent = equations%old%tangent
     share = equations%done
     step = 1.0_wp
@@ -112,24 +114,26 @@ contains
     logical, intent(out) :: good                        !! whether the step is accepted
     type(point_type) :: back
     real(wp) :: change(3), ending(3), error, extent, matrix(3, 3), move, prescribed
+    logical :: far
     good = .true.
     associate (traction => equations%control%traction)
       if (.not. any(traction)) return
       good = .not. unstable(result%last, law%stiffness) .and. &
         maxval(abs(new%s)) <= farthest_equilibrium(law, equations, 1.0_wp)
+      change = (shares(2) - shares(1))*(equations%target - equations%start)
+      if (good .and. is_unstiff(new)) good = .not. stays_closed(law, equations, change, old)
       move = largest_move(equations, old, new)
       if (.not. good .or. move <= unexplained*law%length) return
       good = result%stable
       if (.not. good .or. law%cannot_soften(equations%old%state)) return
-      change = (shares(2) - shares(1))*(equations%target - equations%start)
       prescribed = maxval(abs(change)/merge(law%stiffness, 1.0_wp, traction))
       ! damage that takes time never breaks the bond: the joint has no length of its own once it is open
       extent = law%length
       if (law%relaxes .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), mask=traction))
       ! a step that cannot be halved may be longer than this in the prescribed values themselves
       if (shares(2) - shares(1) < 2.0_wp*smallest_share .and. prescribed > unexplained*law%length) return
-      good = move <= longest_change*extent
-      if (.not. good) good = alike(result%first, result%last)
+      far = move > longest_change*extent
+      if (far) good = alike(result%first, result%last)
       if (.not. good) return
       if (law%relaxes .or. law%wears) then
         ! the step back, as the tangent does not have the effect of time and wear
@@ -141,8 +145,30 @@ contains
       call eliminate(3, matrix, ending, good)
       if (good) good = maxval(abs(new%s - old%s - 0.5_wp*(result%step + ending)), mask=traction) <= &
         max(unexplained*extent, unexplained_share*prescribed)
+      ! the mean of two predictions that differ may agree by chance
+      if (good .and. far) good = maxval(abs(result%step - ending), mask=traction) <= 0.5_wp*move
     end associate
   end subroutine judge
+
+  !> Whether a point carries a traction that its tangent does not release in a change of the prescribed values: a joint
+  !> that is open and carries nothing at the end of the step is then on another branch, even if it has not moved.
+  pure function stays_closed(law, equations, change, point) result(yes)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(in) :: equations   !! the equations
+    real(wp), intent(in) :: change(3)               !! of the prescribed values
+    type(point_type), intent(in) :: point           !! the point before it
+    real(wp) :: ahead(3), matrix(3, 3)
+    logical :: yes
+    ! what is left of a release is a rounding error
+    yes = maxval(abs(point%traction)) > residual_tolerance*law%magnitude(point%s, equations%old%state)
+    if (.not. yes) return
+    matrix = free_matrix(law, equations, point)
+    ahead = predict(equations, point, change)
+    call eliminate(3, matrix, ahead, yes)
+    if (.not. yes) return
+    ahead = merge(ahead, change, equations%control%traction)
+    yes = dot_product(point%traction + matmul(point%tangent, ahead), point%traction) > 0.0_wp
+  end function stays_closed
 
   !> Whether two derivatives of the residual differ by so little that the curve between them has no fold: their
   !> difference is at most half of the first one (half of Kantorovich's bound).
