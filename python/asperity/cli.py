@@ -22,6 +22,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if "_ARGCOMPLETE" in os.environ:
         _complete()
+    if list(arguments[:1]) == ["help"]:  # as asperity help fit
+        arguments = [*arguments[1:2], "--help"]
     parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
     word = next((text for text in arguments if not text.startswith("-")), None)
     if word is not None and word not in COMMANDS:

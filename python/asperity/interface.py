@@ -218,6 +218,9 @@ class Interface:
         """
         history, lost = self.rows(steps, state, tolerance)
         path = [steps] if isinstance(steps, Step) else steps
+        if state is None and path[0].s_N is None and path[0].t_N is None and path[0].slip is not None:
+            text = "steps[0]: neither t_N nor s_N is given, so s_N is held at 0"
+            warnings.warn(text, ModelWarning, stacklevel=2)
         prescribed = (np.max(step.t_N) for step in path if step.t_N is not None)
         warn_of_physics(
             self.material,

@@ -143,7 +143,8 @@ def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[flo
         try:
             found[name] = [float(value) for value in text.split(",")]
         except ValueError:
-            found[name] = []
+            kind = "a number" if count == 1 else "two numbers"
+            raise ValueError(f"{option} {name}={text}: expected {form}, {kind}") from None
         if len(found[name]) != count:
             raise ValueError(f"{option} {name}={text}: expected {form}")
     return found

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .contract import shown
 from .curve_pictures import Line, curves
 from .history import History
 from .interface import Interface
@@ -47,6 +48,8 @@ def plot(
     ValueError
         For a history without rows, and for a path with another ending.
     """
+    if not isinstance(history, History):
+        raise ValueError(f"plot: {shown(history)}: expected the History that run returns")
     if len(history) == 0:
         raise ValueError("plot: expected a history with rows")
     figure = figure_of({None: history}, title, "", *units)

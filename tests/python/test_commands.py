@@ -181,12 +181,13 @@ def test_driver_is_on_the_search_path() -> None:
 
 
 def test_package_has_what_hosts_need() -> None:
-    """The sources for Abaqus and the header are in the package; scipy is required."""
+    """The sources for Abaqus and the header are in the package; these packages are required."""
     for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90"):
         assert (installed.abaqus() / name).is_file(), name
     assert installed.library().with_name("asperity.h").is_file()
     required = [line for line in metadata.requires("asperity") or [] if "extra ==" not in line]
-    assert sorted(re.split(r"\W", line)[0] for line in required) == ["matplotlib", "numpy", "scipy", "tqdm"]
+    expected = ["lmfit", "matplotlib", "numpy", "pandas", "pint", "scipy", "tqdm"]
+    assert sorted(re.split(r"\W", line)[0] for line in required) == expected
 
 
 def test_misspelt_command(capsys: pytest.CaptureFixture[str]) -> None:

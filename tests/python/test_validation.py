@@ -72,7 +72,10 @@ def test_fit_is_a_minimum() -> None:
     """A search from the constants that were found moves none of the free ones by a thousandth."""
     found = push_off.STUDY.constants()["friction 6.8"]
     start = {name: found[name] for name in push_off.START}
-    again = common.fitted(lambda one: push_off.residuals(one, (push_off.STRONG,)), [start], push_off.RIGID)
+    size = (push_off.RANGE[1], push_off.SLIPS[-1])
+    again = common.fitted(
+        lambda one: push_off.residuals(one, (push_off.STRONG,)), [start], size, push_off.RIGID
+    )
     assert again == pytest.approx(found, rel=1e-3)
 
 
@@ -82,7 +85,7 @@ def test_search_finds_known_constants() -> None:
     goal = sandstone.numbers(truth, 1.0)
     starts, fixed = sandstone.FORMS["height"]
     found = common.fitted(
-        lambda one: sandstone.numbers(one, 1.0) / goal - 1.0, starts[:2], fixed, sandstone.STEP
+        lambda one: sandstone.numbers(one, 1.0) / goal - 1.0, starts[:2], (1.0, 10.0), fixed, sandstone.STEP
     )
     # slips of the model are 0.025 mm apart, 3 % of the slip at the peak
     assert sandstone.numbers(found, 1.0) == pytest.approx(goal, rel=0.035)

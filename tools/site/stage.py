@@ -127,11 +127,16 @@ def navigation(text: str) -> list[object]:
     return nav
 
 
+BEGIN = ("Interface", "Material", "Pattern", "Step", "History")
+"""Names with which the Python reference begins."""
+
+
 def python_page() -> str:
-    """Python reference: the public names, in the order of the package."""
+    """Python reference: the public names, those of a joint first."""
     stub = (ROOT / "python" / "asperity" / "__init__.pyi").read_text(encoding="utf-8")
     lines = ["# Python", "", "The public names of the package, from the comments in its source.", ""]
-    for home, name in re.findall(r"^from \.([\w.]*) import (\w+)", stub, re.MULTILINE):
+    names = re.findall(r"^from \.([\w.]*) import (\w+)", stub, re.MULTILINE)
+    for home, name in sorted(names, key=lambda one: BEGIN.index(one[1]) if one[1] in BEGIN else len(BEGIN)):
         lines += [f"::: {'.'.join(filter(None, ('asperity', home, name)))}", ""]
     return "\n".join(lines)
 

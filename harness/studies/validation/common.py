@@ -60,13 +60,15 @@ def fitted(
     size: tuple[float, float],
     fixed: Mapping[str, float] | None = None,
     step: float = 1e-3,
+    ends: Mapping[str, tuple[float, float]] | None = None,
 ) -> Constants:
     """Constants of the smallest sum of squares from all starts, rounded to four digits, and the fixed ones.
 
-    size: largest stress, MPa, and length, mm, of the tests.  step: of the differences.
+    size: largest stress, MPa, and length, mm, of the tests, for the plausible ranges of the constants, which
+    those of `ends` replace.  step: of the differences.
     """
     names = list(starts[0])
-    bounds = {name: plausible(name, *size) for name in names}
+    bounds = {name: plausible(name, *size) for name in names} | dict(ends or {})
 
     def named(x: Floats) -> Constants:
         pairs = zip(names, x, strict=True)

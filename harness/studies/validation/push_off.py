@@ -47,6 +47,9 @@ VARIANTS: dict[str, tuple[list[Constants], Constants]] = {
 }
 """Starts of the free constants, and the fixed ones, of each form of the law."""
 
+STRENGTH = {"sigma0": (0.3, 12.0)}
+"""Ends of the strength, MPa: a crack is not stronger than the concrete."""
+
 FITS = {"6.8": (STRONG,), "3.6": (WEAK,), "both": (STRONG, WEAK)}
 """Specimens that are fitted, by the ending of the name of a fit."""
 
@@ -121,6 +124,7 @@ def fits() -> dict[str, Constants]:
             starts,
             (RANGE[1], float(SLIPS[-1])),
             fixed,
+            ends=STRENGTH if "sigma0" in starts[0] else None,
         )
         for form, (starts, fixed) in VARIANTS.items()
         for ending, names in FITS.items()

@@ -8,7 +8,7 @@ import sys
 import webbrowser
 
 from ..options import add_options, assigned
-from .model import LOGARITHMIC, VALUES
+from .model import LOGARITHMIC, OPTIONAL, VALUES
 
 
 def add_arguments(explore: argparse.ArgumentParser) -> None:
@@ -70,8 +70,9 @@ def _values(texts: list[str]) -> dict[str, float]:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value) or (name in LOGARITHMIC and value <= 0.0):
-            raise ValueError(f"{name}={text}: expected a number{' > 0' if name in LOGARITHMIC else ''}")
+        least = ">= 0" if name in OPTIONAL else "> 0" if name in LOGARITHMIC else ""
+        if not math.isfinite(value) or (least and (value < 0.0 or (value == 0.0 and least == "> 0"))):
+            raise ValueError(f"{name}={text}: expected a number {least}".rstrip())
         if name == "sides" and not value.is_integer():
             raise ValueError(f"{name}={text}: expected a whole number")
         values[name] = value

@@ -11,35 +11,59 @@ import numpy as np
 
 from .. import contract
 from ..contract import Floats
+from ..fit.constants import SCALES, plausible
 from ..history import History
 from ..interface import EquilibriumLost, Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines
 
-SLIDERS: dict[str, tuple[float, str, float, float, float]] = {
-    "sigma0": (3.0, "strength sigma0 [MPa]", -2.0, 2.0, 0.01),
-    "Gc": (0.3, "rupture energy Gc [N/mm]", -4.0, 1.0, 0.01),
-    "sigma02": (0.0, "strength in shear sigma02 [MPa], 0: sigma0", 0.0, 20.0, 0.05),
-    "Gc2": (0.0, "rupture energy in shear Gc2 [N/mm], 0: Gc", 0.0, 5.0, 0.01),
-    "eta": (0.9, "eta = 1 - s0/sf [-]", 0.5, 0.99, 0.01),
-    "mu": (0.5, "friction mu [-]", 0.0, 1.5, 0.01),
-    "kc": (20.0, "contact stiffness kc [-]", 0.0, 4.0, 0.05),
-    "height": (0.0, "asperity height [mm], 0: no end", 0.0, 1.0, 0.01),
-    "W0": (0.0, "work of wear W0 [N/mm], 0: no wear", 0.0, 5.0, 0.05),
-    "damage0": (0.0, "damage from the start [-], 1: no bond", 0.0, 1.0, 0.01),
-    "closure": (0.0, "largest closure [mm], 0: linear", 0.0, 0.5, 0.005),
+TITLES = {
+    "sigma0": (3.0, "strength sigma0 [MPa]"),
+    "Gc": (0.3, "rupture energy Gc [N/mm]"),
+    "sigma02": (0.0, "strength in shear sigma02 [MPa], 0: sigma0"),
+    "Gc2": (0.0, "rupture energy in shear Gc2 [N/mm], 0: Gc"),
+    "eta": (0.9, "eta = 1 - s0/sf [-]"),
+    "mu": (0.5, "friction mu [-]"),
+    "kc": (20.0, "contact stiffness kc [-]"),
+    "height": (0.0, "asperity height [mm], 0: no end"),
+    "W0": (0.0, "work of wear W0 [N/mm], 0: no wear"),
+    "damage0": (0.0, "damage from the start [-], 1: no bond"),
+    "closure": (0.0, "largest closure [mm], 0: linear"),
+    "theta": (30.0, "inclination theta [°]"),
+    "flat": (contract.default("flat"), "weight of the flat plane [-]"),
+}
+"""Value at the start and title of a constant."""
+
+LARGEST_STRESS, LARGEST_SLIP = 3.0, 0.4
+"""MPa and mm, with which the plausible ranges are multiplied."""
+
+DECADES = 3.0
+"""Range of a constant above which its slider moves the logarithm to the base 10."""
+
+
+def _slider(name: str, value: float, title: str) -> tuple[float, str, float, float, float]:
+    """Value, title, ends (0 from a linear scale on) and step of the slider of a constant."""
+    low, high = plausible(name, LARGEST_STRESS, LARGEST_SLIP)
+    if SCALES[name] == "log" and np.log10(high / low) > DECADES:
+        return value, title, float(np.floor(np.log10(low))), float(np.ceil(np.log10(high))), 0.01
+    # a logit scale ends at 0 and 1, which only a pattern and the damage may have
+    least, most = (low, high) if name == "eta" else (0.0, 1.0 if SCALES[name] == "logit" else high)
+    return value, title, least, most, 0.5 if high > 10.0 else 0.01
+
+
+SLIDERS = {name: _slider(name, *row) for name, row in TITLES.items()} | {
     "sides": (8.0, "inclined planes", 0, 16, 1),
-    "theta": (30.0, "inclination theta [°]", 0.0, 75.0, 0.5),
-    "flat": (contract.default("flat"), "weight of the flat plane [-]", 0.0, 1.0, 0.01),
     "direction": (0.0, "direction of the slip [°]", 0.0, 180.0, 1.0),
     "sigma_N": (-1.0, "normal traction sigma_N [MPa], pressure < 0", -20.0, 4.0, 0.1),
     "slip": (0.4, "slip [mm]", -2.0, 2.0, 0.01),
 }
 """Value at the start, title, ends (logarithms of those of LOGARITHMIC) and step of a slider, by name."""
 
-LOGARITHMIC = ("sigma0", "Gc", "kc", "slip")
-"""Values > 0, whose sliders move their logarithms to the base 10."""
+LOGARITHMIC = (*(name for name in TITLES if SLIDERS[name][2] < 0.0), "slip")
+"""Values whose sliders move their logarithms to the base 10; the lowest place of OPTIONAL is 0, none."""
+
+OPTIONAL = tuple(name for name in LOGARITHMIC if SLIDERS[name][0] == 0.0)
 
 VALUES = {name: row[0] for name, row in SLIDERS.items()}
 

@@ -29,6 +29,7 @@ from .model import (
     CYCLES,
     LOGARITHMIC,
     MATERIAL,
+    OPTIONAL,
     SLIDERS,
     TEXTS,
     Answer,
@@ -75,12 +76,12 @@ class Page:
             title="position on the path [%]", start=0, end=100, step=1, value=100, name="position"
         )
         self.kind = RadioButtonGroup(labels=list(TEXTS), active=0, name="kind")
-        self.text = PreText(name="text", width=460, styles={"font-size": "11px"})
+        self.text = PreText(name="text", width=335, styles={"font-size": "11px"})
         self.copy = Button(label="copy", width=80, name="copy")
         self.copy.js_on_event(
             "button_click", CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
         )
-        self.message = Div(name="message", width=1450)
+        self.message = Div(name="message", sizing_mode="stretch_width")
         names = ("slip", "tau", "s_N", "damage")
         self.curves, self.here = _source("curves", *names), _source("here", *names)
         self.planes = _source("planes", "xs", "ys", "alpha")
@@ -100,8 +101,9 @@ class Page:
         """Values of the sliders."""
         values = {name: float(slider.value) for name, slider in self.sliders.items()}
         for name in LOGARITHMIC:
+            lowest = name in OPTIONAL and values[name] <= self.sliders[name].start
             # four digits, as the slider shows them
-            values[name] = float(f"{10.0 ** values[name]:.4g}")
+            values[name] = 0.0 if lowest else float(f"{10.0 ** values[name]:.4g}")
         return Choice(values, self.cycle.value)
 
     def _changed(self, attr: str, old: object, new: object) -> None:
@@ -185,17 +187,21 @@ class Page:
             self._curve("damage", "damage [-]"),
         ]
         text = column(row(self.kind, self.copy), self.text)
-        bottom = row(self._plan(), self._section(), text)
+        # figures that have no room beside the others stand below them
+        wide, wrapped = {"sizing_mode": "stretch_width"}, {"flex-wrap": "wrap"}
+        bottom = row(self._plan(), self._section(), text, styles=wrapped, **wide)
+        right = column(row(*figures, styles=wrapped, **wide), self.place, bottom, **wide)
         return column(
             Div(text="<h2>A rough joint under pressure and slip</h2>"),
             self.message,
-            row(column(*left, width=320, margin=(0, 0, 0, 12)), column(row(*figures), self.place, bottom)),
+            row(column(*left, width=300, margin=(0, 0, 0, 8)), right, **wide),
+            **wide,
         )
 
     def _curve(self, name: str, label: str) -> figure:
         plot = figure(
-            width=380,
-            height=320,
+            width=335,
+            height=300,
             x_axis_label="slip [mm]",
             y_axis_label=label,
             tools="pan,wheel_zoom,box_zoom,reset,hover,save",
@@ -208,8 +214,8 @@ class Page:
 
     def _plan(self) -> figure:
         plot = figure(
-            width=390,
-            height=360,
+            width=335,
+            height=330,
             match_aspect=True,
             title="planes from above, dots: the sides touch",
             tools="",
@@ -233,8 +239,8 @@ class Page:
 
     def _section(self) -> figure:
         plot = figure(
-            width=390,
-            height=360,
+            width=335,
+            height=330,
             match_aspect=True,
             title="section along the slip, true to scale",
             x_axis_label="along the slip [mm]",
@@ -256,8 +262,10 @@ def _slider(name: str, value: float) -> Slider:
     _, title, low, high, step = SLIDERS[name]
     more = {}
     if name in LOGARITHMIC:
-        value = float(np.log10(value))
-        more["format"] = CustomJSTickFormatter(code="return Number((10 ** tick).toPrecision(4)).toString()")
+        value = float(np.log10(value)) if value > 0.0 else low
+        number = "Number((10 ** tick).toPrecision(4)).toString()"
+        none = f"tick <= {min(low, value)} ? '0' : " if name in OPTIONAL else ""
+        more["format"] = CustomJSTickFormatter(code=f"return {none}{number}")
     elif step < 0.1:
         more["format"] = "0.000"
     return Slider(
@@ -267,7 +275,7 @@ def _slider(name: str, value: float) -> Slider:
         step=step,
         value=value,
         name=name,
-        width=300,
+        width=280,
         **more,
     )
 

@@ -194,8 +194,8 @@ def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: boo
     if missing:
         raise ValueError(
             f"{where}: columns {', '.join(headers)}: expected {', '.join(missing)}, too (needed: "
-            f"{', '.join(required)}; as measured: {', '.join(OPTIONAL)}; --columns {missing[0]}=HEADER for a "
-            "column with another name, --sigma-N VALUE for files without sigma_N)"
+            f"{', '.join(required)}; as measured: {', '.join(OPTIONAL)}; --columns {missing[0]}=HEADER, in "
+            "Python columns=, for a column with another name; --sigma-N VALUE for files without sigma_N)"
         )
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     if twice:

@@ -17,6 +17,7 @@ from ..interface import Interface
 from ..material import Material
 from ..options import add_options, add_output, assigned, check_outputs, progress_bar, replace_file
 from ..pattern import Pattern
+from ..remarks import shown_warnings
 from . import slopes
 from .report import ROUNDING, remarks, report
 from .scan import Scan, lengths_of
@@ -95,7 +96,8 @@ def _run(options: argparse.Namespace) -> int:
     if template is not None and any(run.material != material for run in template.runs):
         raise ValueError(f"{template.path}: &material: expected numbers, not the name of a sweep")
     mu = MU if material is None else material.mu
-    original = scan = read_scan(options.scan, options.spacing, options.unit)
+    with shown_warnings():
+        original = scan = read_scan(options.scan, options.spacing, options.unit)
     if options.smooth is not None:
         scan = scan.smoothed(options.smooth)
     smooth = scan

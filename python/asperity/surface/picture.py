@@ -192,7 +192,7 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
     if np.isfinite(slips.residual).any():
         ax.set_ylim(bottom=0.0)
     label_axes(ax, "direction of slip, from Tx [degrees]", r"residual $\tau_L / |\sigma_N|$ [-]")
-    ax.set_title(f"$\\mu$ = {mu:g}")
+    ax.set_title(f"$\\mu$ = {mu:g}; upper bound: sides that fit and do not break")
     ax.legend()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -12,6 +13,7 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..fit.units import size
+from ..material import ModelWarning
 from ..pattern import Pattern
 from ..tables import read_table
 from .scan import EVEN, LEAST_POINTS, Scan, even
@@ -25,15 +27,19 @@ EXPECTED = (
 )
 
 
+MOST_MISSING = 0.5
+"""Part of the points of a grid above which the others are taken to lie on none."""
+
 MOST_POINTS = 1e7
 """Largest number of points of the grid that replaces triangles."""
 
 
 def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
-    """Read the profile or height map of a CSV; with a spacing (dx, dy) it is a matrix of heights.
+    """Read the profile, height map or cloud of points of a CSV; with a spacing (dx, dy) a matrix of heights.
 
     Lengths are converted to the unit of x; `unit` is that of a file that names none.  Files of triangles
-    become heights on a grid of that spacing.  Raises ValueError with line and value.
+    become heights on a grid of that spacing.  Holes are filled straight between the points around, and a
+    ModelWarning has their number.  Raises ValueError with line and value.
     """
     if path.suffix.lower() in MESHES:
         return _surface(path, spacing, unit)
@@ -47,11 +53,12 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
     if spacing is not None:
         if header:
             raise ValueError(f"{path}: {header}: expected a matrix of numbers, as --spacing says")
-        z = table.numbers(places, [str(i + 1) for i in places])
+        names = [str(i + 1) for i in places]
+        z = table.numbers(places, names, names)
         dx, dy = spacing[0], spacing[-1]
         _enough(path, "columns", z.shape[1])
         _enough(path, "rows", z.shape[0])
-        return Scan(dx * np.arange(z.shape[1]), dy * np.arange(z.shape[0]), z, unit)
+        return _filled(path, *np.meshgrid(dx * np.arange(z.shape[1]), dy * np.arange(z.shape[0])), z, unit)
     if not header and len(places) not in (2, 3):
         raise ValueError(f"{path}: {len(places)} columns without names: {EXPECTED}")
     names = [name.lower() for name in table.names] or list("xyz" if len(places) == 3 else "xz")
@@ -65,7 +72,8 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
         factors = [1.0 if given == unit else size("length", given) / size("length", unit) for given in units]
     except ValueError as error:
         raise ValueError(f"{path}: unit {error}") from None
-    data = dict(zip(names, (table.numbers(places, names) * factors).T, strict=True))
+    numbers = table.numbers(places, names, ["z"] if "y" in names else []) * factors
+    data = dict(zip(names, numbers.T, strict=True))
     return (_profile if len(names) == 2 else _map)(path, data, table.lines, unit)
 
 
@@ -118,6 +126,8 @@ def planes_from_scan(
         raise ValueError(f"flat_below = {flat_below!r}: expected degrees, 0 to below 90")
     if not np.isfinite(contract.number("direction", direction)):
         raise ValueError(f"direction = {direction!r}: expected a finite angle in degrees")
+    if not isinstance(scan, Scan | str | Path):
+        raise ValueError(f"scan = {contract.shown(scan)}: expected a file, or Scan(x, y, z) of arrays")
     one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
     one = one if smooth is None else one.smoothed(smooth)
     found = facets(one if sampling is None else one.sampled(sampling), direction)
@@ -161,12 +171,7 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         _enough(path, f"different {name}", len(axis))
         steps = np.diff(axis)
         if np.abs(axis - even(axis)).max() > EVEN * steps.mean():
-            i = int((np.abs(steps - np.median(steps)) > EVEN * np.median(steps)).argmax())
-            raise ValueError(
-                f"{path}: {name} = {axis[i]:g} and {axis[i + 1]:g}, {len(axis)} different {name}: expected a "
-                f"regular grid along x and y, here of spacing {np.median(steps):g}; interpolate points that "
-                "lie elsewhere onto one"
-            )
+            return _cloud(path, data, unit)
         axes.append(even(axis))
         places.append(place)
     x, y = axes
@@ -178,15 +183,46 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         raise ValueError(
             f"{path}, line {second}: x = {x[i]:g}, y = {y[j]:g} again: expected one height a point"
         )
-    if (count == 0).any():
-        j, i = np.argwhere(count == 0)[0]
-        raise ValueError(
-            f"{path}: {np.count_nonzero(count == 0)} points of the grid are missing, the first at "
-            f"x = {x[i]:g}, y = {y[j]:g}: expected a regular grid of {len(x)} x {len(y)} points"
-        )
-    z = np.empty((len(y), len(x)))
+    if np.mean(count == 0) > MOST_MISSING:
+        return _cloud(path, data, unit)
+    z = np.full((len(y), len(x)), np.nan)
     z[places[1], places[0]] = data["z"]
-    return Scan(x, y, z, unit)
+    return _filled(path, *np.meshgrid(x, y), z, unit)
+
+
+def _cloud(path: Path, data: dict[str, Floats], unit: str) -> Scan:
+    """Map of points that lie on no grid, on one of their mean distance."""
+    from scipy.interpolate import griddata
+
+    there = np.isfinite(data["z"])
+    x, y, z = (data[name][there] for name in "xyz")
+    step = float(np.sqrt(np.ptp(x) * np.ptp(y) / len(z)))
+    grid = np.meshgrid(*(np.arange(one.min(), one.max() + 0.5 * step, step) for one in (x, y)))
+    text = f"{path}: {len(z)} points on no grid: heights {step:.4g} apart, straight between them"
+    warnings.warn(text, ModelWarning, stacklevel=4)
+    return _filled(path, *grid, griddata((x, y), z, tuple(grid)), unit)
+
+
+def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str) -> Scan:
+    """Map without its gaps: those at the outline are cut off, holes are filled between the points."""
+    from scipy.interpolate import griddata
+
+    gaps = np.isnan(z)
+    if gaps.any():
+        z = z.copy()
+        z[gaps] = griddata((x[~gaps], y[~gaps]), z[~gaps], (x[gaps], y[gaps]))
+    inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
+    while (out := np.isnan(z)).any():
+        missing = [side.mean() for side in (out[0], out[-1], out[:, 0], out[:, -1])]
+        x, y, z, gaps = (one[inner[int(np.argmax(missing))]] for one in (x, y, z, gaps))
+        if not z.size:
+            break
+    for i, name in enumerate("yx"):
+        _enough(path, f"different {name} within the outline", z.shape[i])
+    if gaps.any():
+        text = f"{path}: {gaps.sum()} of {gaps.size} points are in holes: heights straight between the others"
+        warnings.warn(text, ModelWarning, stacklevel=4)
+    return Scan(x[0], y[:, 0], z, unit)
 
 
 def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
@@ -222,16 +258,7 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
         for i, step in enumerate(steps)
     ))  # fmt: skip
     z = LinearTriInterpolator(sheet, points[:, 2])(x, y)
-    inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
-    while (gaps := np.ma.getmaskarray(z)).any():
-        missing = [side.mean() for side in (gaps[0], gaps[-1], gaps[:, 0], gaps[:, -1])]
-        if max(missing) == 0.0:
-            at = f"x = {x[gaps][0]:g}, y = {y[gaps][0]:g}"
-            raise ValueError(f"{path}: {gaps.sum()} points in holes, the first at {at}: expected no holes")
-        x, y, z = (axis[inner[int(np.argmax(missing))]] for axis in (x, y, z))
-    for i, name in enumerate("yx"):
-        _enough(path, f"different {name} within the outline", z.shape[i])
-    return Scan(x[0], y[:, 0], z.filled(), unit)
+    return _filled(path, x, y, z.filled(np.nan), unit)
 
 
 def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
