@@ -293,7 +293,7 @@ class History(_Named):
         except ValueError:
             even = False
         if not even or not np.isfinite(numbers).all():
-            raise ValueError(f"{path}: {_first_bad(lines, names)}: expected a finite number")
+            raise ValueError(f"{path}: {_first_bad(lines, names)}")
         column = dict(zip(COLUMNS, numbers.T, strict=False))
         state = np.zeros((len(lines), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
@@ -315,14 +315,14 @@ def _first_bad(lines: list[list[str]], names: list[str]) -> str:
     """Line and cell of the first one that is no finite number, or line of another length."""
     for row, line in enumerate(lines, 2):
         if len(line) != len(names):
-            return f"line {row}: {len(line)} values under {len(names)} names"
+            return f"line {row}: {len(line)} values: expected {len(names)}"
         for name, text in zip(names, line, strict=True):
             try:
                 good = name not in COLUMNS[:-1] or np.isfinite(float(text))
             except ValueError:
                 good = False
             if not good:
-                return f"line {row}, column {name}: {text or 'empty'}"
+                return f"line {row}, column {name}: {text or 'empty'}: expected a finite number"
     return "numbers"
 
 

@@ -28,6 +28,7 @@ TITLES = {
     "kc": (20.0, "contact stiffness kc [-]"),
     "height": (0.0, "asperity height [mm], 0: no end"),
     "W0": (0.0, "work of wear W0 [N/mm], 0: no wear"),
+    "crush": (0.0, "pressure that crushes [MPa], 0: none"),
     "damage0": (0.0, "damage from the start [-], 1: no bond"),
     "closure": (0.0, "largest closure [mm], 0: linear"),
     "theta": (30.0, "inclination theta [°]"),

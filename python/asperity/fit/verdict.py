@@ -30,6 +30,9 @@ LARGEST_ERROR = 0.1
 BETTER, AS_GOOD = 0.9, 1.05
 """Ratio of two sums of squares below which another fit is preferred; the second one if it is a result."""
 
+SEVERAL = 1.2
+"""Ratio of two pressures at which strength over pressure is compared."""
+
 MOST_CHANGES = 6
 """Largest number of changes of the arguments that are tried one after the other."""
 
@@ -119,9 +122,9 @@ def outliers(found: Fit) -> list[Outlier]:
 def propose(found: Fit, change: Change, fitted: Fitted) -> tuple[Change, Fit] | None:
     """Arguments with which the same tests give a result, and this fit; None if none is found.
 
-    change: arguments of the fit that was found.  The changes add up: wear in cycles whose dilation ends,
-    another pattern or free values that fit better, then the customary values of constants that the tests do
-    not tell, then the acceptance of a model error.
+    change: arguments of the fit that was found.  The changes add up, where they fit better: crush for tests at
+    several pressures, wear in cycles whose dilation ends, another pattern, free values; then the customary
+    values of constants that the tests do not tell, then the acceptance of a model error.
     """
     problem = found.problem
     ways: list[Callable[[Change], list[Change]]] = []
@@ -129,6 +132,9 @@ def propose(found: Fit, change: Change, fitted: Fitted) -> tuple[Change, Fit] | 
         ways.append(lambda now: _freeing(found, now, "height"))
         if any(len(test.turns) > 1 for test in problem.tests):
             ways.append(lambda now: _freeing(found, now, "W0"))
+    pressures = np.abs([test.pressed for test in problem.tests])
+    if problem.sides > 0 and pressures.max() > SEVERAL * pressures.min():
+        ways.insert(0, lambda now: _freeing(found, now, "crush") + _freeing(found, now, "crush", "height"))
     if change.sides is None:
         ways.append(lambda now: [replace(now, sides=sides) for sides in PATTERNS if sides != problem.sides])
     if change.fixed:
@@ -159,11 +165,12 @@ def _fits(fitted: Fitted, changes: Sequence[Change]) -> list[tuple[Change, Fit]]
     return found
 
 
-def _freeing(found: Fit, change: Change, name: str) -> list[Change]:
-    """Change that adds a free constant, unless it has a value."""
-    if name in found.problem.free or name in change.fixed:
+def _freeing(found: Fit, change: Change, *names: str) -> list[Change]:
+    """Change that adds free constants, unless one is free or has a value."""
+    if {*names} & {*found.problem.free, *change.fixed}:
         return []
-    return [replace(change, free=(*(change.free or ()), name if change.free else f"+{name}"))]
+    more = names if change.free else tuple(f"+{name}" for name in names)
+    return [replace(change, free=(*(change.free or ()), *more))]
 
 
 def _is_better(other: Fit, found: Fit) -> bool:
@@ -176,7 +183,7 @@ def _value(found: Fit, change: Change) -> Change | None:
     known = DEFAULTS | (ROCK_VALUES if found.form == ROCK else {})
     for name in dict.fromkeys([*found.undetermined, *found.at_bounds]):
         # without a height, wear or closure of its own a joint has none
-        if known.get(name, 0.0) == 0.0 and name not in ("height", "W0"):
+        if known.get(name, 0.0) == 0.0 and name not in ("height", "W0", "crush"):
             continue
         free = None if change.free is None else tuple(one for one in change.free if one.lstrip("+") != name)
         return replace(change, free=free or None, fixed=dict(change.fixed) | {name: known[name]})

@@ -12,7 +12,7 @@ import numpy as np
 from .. import contract
 from ..case_files import Case
 from ..contract import Floats
-from ..fit.constants import KS, SCALES, TIMELESS, from_scale, to_scale
+from ..fit.constants import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.covariance import file_of
 from ..material import Material
 
@@ -141,7 +141,7 @@ def read(path: Path) -> Distribution:
 def _check_runs(case: Case, names: Sequence[str]) -> None:
     """Raise ValueError for constants that a case does not have, or that its sweep changes."""
     path, first = case.path, np.array(case.runs[0].props)
-    inclined = [name for name in names if name in ("theta", "flat", "height", "W0")]
+    inclined = [name for name in names if name in INCLINED]
     if inclined and case.runs[0].pattern.m == 0:
         raise ValueError(f"{path}: {inclined[0]}: expected inclined planes, which sides = 0 does not have")
     listed = [name for name in names if name in ("theta", "flat")]

@@ -40,7 +40,7 @@ class LoadPath:
     def curve(self, props: Floats) -> tuple[Floats, Floats]:
         """Curves of a joint with these constants, (n, 3), and work (n,); n is smaller where it is lost."""
         n_planes = contract.check(props)
-        wears = bool(props[contract.index("W0")] > 0.0)
+        wears = bool(max(props[contract.index(name)] for name in ("W0", "crush")) > 0.0)
         start = Point(np.zeros(contract.n_statev(n_planes, wears)))
         rows, _ = rows_of(props, n_planes, self.steps, start)
         values = np.column_stack([rows.traction @ self.e, rows.dilation, rows.damage])
