@@ -8,6 +8,7 @@ from the header.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -89,8 +90,21 @@ class Stage:
     def source(self, file: Path) -> None:
         """Stage a source file as a page."""
         text = file.read_text(encoding="utf-8").rstrip()
+        if file.suffix == ".ipynb":
+            self.write(page_of(file), notebook(text))
+            return
         language = LANGUAGES.get(file.suffix, "text")
         self.write(page_of(file), f"# {file.relative_to(ROOT)}\n\n````{language}\n{text}\n````\n")
+
+
+def notebook(text: str) -> str:
+    """Page with the cells of a notebook and what they print."""
+    parts = []
+    for cell in json.loads(text)["cells"]:
+        source = "".join(cell["source"])
+        parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
+        parts += ["```text\n" + "".join(one["text"]).rstrip() + "\n```" for one in cell.get("outputs", [])]
+    return "\n\n".join(parts) + "\n"
 
 
 def page_of(target: Path) -> Path:

@@ -122,8 +122,8 @@ def outliers(found: Fit) -> list[Outlier]:
 def propose(found: Fit, change: Change, fitted: Fitted) -> tuple[Change, Fit] | None:
     """Arguments with which the same tests give a result, and this fit; None if none is found.
 
-    change: arguments of the fit that was found.  The changes add up, where they fit better: crush for tests at
-    several pressures, wear in cycles whose dilation ends, another pattern, free values; then the customary
+    change: arguments of the fit that was found.  The changes add up, where they fit better: crush for tests
+    at several pressures, wear in cycles whose dilation ends, another pattern, free values; then the customary
     values of constants that the tests do not tell, then the acceptance of a model error.
     """
     problem = found.problem
