@@ -113,7 +113,7 @@ subroutine interface_complaint(nprops, props, message)
   character(len=:), allocatable :: text
   integer :: status
   text = ""
-  call review_props(props, status, text)
+  call review_props(props, status, text, by_name=.true.)
   call put_text(text, message)
 end subroutine interface_complaint
 

@@ -23,12 +23,13 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok, status_separation
   use asperity_control_point, only: new_point, point_type
+  use asperity_errors, only: error_type, errors_type, fail_lines, put_records
   use asperity_interface, only: interface_type, new_interface
   use asperity_load_path, only: start_run, explain_loss, next_row, row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
-  use asperity_rie_law, only: new_rie_law
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: check_steps, complete_steps, step_type
-  use asperity_text, only: append, integer_text, put_text
+  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                             !! number of constants
   double precision, intent(in) :: props(nprops)             !! admissible PROPS
@@ -52,9 +53,11 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   integer, intent(out) :: n_rows                            !! rows; those beyond the room are counted, not kept
   integer, intent(out) :: lost                              !! 1: no equilibrium beyond the last row
   integer, intent(out) :: status                            !! 0 or status_separation
-  character(len=32768), intent(out) :: message              !! every bad value, or why equilibrium was lost
+  character(len=32768), intent(out) :: message              !! errors (put_records), or why equilibrium was lost
   !f2py threadsafe
   type(interface_type) :: joint
+  type(rie_law) :: law
+  type(errors_type) :: errors
   type(step_type), allocatable :: steps(:)
   type(point_type) :: point
   type(run_type) :: run
@@ -71,32 +74,42 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   allocate (steps(n_steps))
   first = 1
   do i = 1, n_steps
-    steps(i)%place = "steps[" // integer_text(i - 1) // "]: "
+    steps(i)%place%group = "steps[" // integer_text(i - 1) // "]"
+    steps(i)%place%step = i - 1
     do j = 1, n_entries
       if (counts(j, i) < 0) cycle
       steps(i)%given(j)%values = values(first:first + counts(j, i) - 1)
       first = first + counts(j, i)
     end do
   end do
-  call complete_steps(steps, "", text)
-  if (len(text) == 0) call check_steps(new_rie_law(joint), steps, "", text)
-  if (len(text) == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, "", text)
-  if (len(text) == 0) then
+  law = new_rie_law(joint)
+  call complete_steps(steps, errors)
+  if (errors%n == 0) call check_steps(law, steps, errors)
+  if (errors%n == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, errors)
+  if (errors%n == 0) then
     if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
       state, text)
+    call fail_lines(errors, error_type(), text)
   end if
-  if (len(text) > 0) then
+  if (errors%n > 0) then
     status = status_separation
+    text = ""
+    call put_records(errors, text)
     call put_text(text, message)
     return
   end if
-  point = new_point(new_rie_law(joint), state, start(:3))
+  point = new_point(law, state, start(:3))
   if (abs(start(4)) <= huge(start)) point%work = start(4)
   if (refines == 1) then
-    call refine_path(new_rie_law(joint), steps, point, tolerance, rows, run, text)
-    if (len(text) > 0) status = status_separation
+    call refine_path(law, steps, point, tolerance, rows, run, text)
+    if (len(text) > 0) then
+      status = status_separation
+      call fail_lines(errors, error_type(), text)
+      text = ""
+      call put_records(errors, text)
+    end if
   else
-    call start_run(new_rie_law(joint), steps, run, point)
+    call start_run(law, steps, run, point)
   end if
   do
     if (allocated(rows)) then

@@ -1,5 +1,6 @@
 !> The update point by point: textbook, the library's point kernel, UMAT and driver.
 module point_work
+  use asperity_errors, only: errors_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
@@ -127,7 +128,7 @@ contains
     type(step_type), allocatable :: steps(:)
     type(run_type) :: run
     type(row_type) :: row
-    character(len=:), allocatable :: message
+    type(errors_type) :: errors
     integer :: i, n_done
     logical :: found
     allocate (steps(2))
@@ -143,7 +144,7 @@ contains
       case default  ! the other values keep their defaults
       end select
     end do
-    call complete_steps(steps, "", message)
+    call complete_steps(steps, errors)
     call start_run(new_rie_law(work%joint), steps, run, new_point(new_rie_law(work%joint)))
     n_done = 0
     do

@@ -9,7 +9,7 @@ module case_check
   use asperity_umat_checks, only: add_increment, check_names, check_type, check_umat, checked_path_type, &
     failed, stated
   use asperity_umat_run, only: next_umat_row, start_umat_run, umat_path_type, umat_run_type
-  use case_file, only: case_type, get_law
+  use asperity_case, only: case_type
   use driver_messages, only: exit_input, exit_ok, say
   use path_run, only: get_umat_path
   implicit none
@@ -19,8 +19,9 @@ module case_check
 contains
 
   !> Make the checks and print their table.
-  subroutine check_case(case, label, code)
+  subroutine check_case(case, law, label, code)
     type(case_type), intent(in) :: case      !! the case
+    class(point_law), intent(in) :: law      !! its law
     character(len=*), intent(in) :: label    !! name of the run in messages
     integer, intent(out) :: code             !! exit code: 0 none has failed, 1 one has
     type(checked_path_type) :: path
@@ -31,7 +32,7 @@ contains
       call say(label // ": a replay has no load path: expected &step")
       return
     end if
-    call find_path(case, path, checks(0))
+    call find_path(case, law, path, checks(0))
     call check_umat(path, checks(1:))
     write (output_unit, "(3a)") label, ": ", umat_name(path%law)
     do i = 0, size(check_names)
@@ -41,19 +42,18 @@ contains
   end subroutine check_case
 
   !> Take the load path with the UMAT.
-  subroutine find_path(case, path, check)
+  subroutine find_path(case, law, path, check)
     type(case_type), intent(in) :: case                 !! the case
+    class(point_law), intent(in) :: law                 !! its law
     type(checked_path_type), intent(out) :: path        !! the path as far as it goes
     type(check_type), intent(out) :: check              !! whether it was run
-    class(point_law), allocatable :: law
     type(umat_path_type) :: what
     type(umat_run_type) :: run
     type(row_type) :: row
     real(wp) :: time
     logical :: found
-    call get_umat_path(case, what)
+    call get_umat_path(case, law, what)
     if (.not. case%umat%given) then
-      call get_law(case, law)
       what%law%library = ""
       what%law%symbol = "umat_"
       what%law%props = case%props

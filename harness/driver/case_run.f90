@@ -1,12 +1,13 @@
 !> Run of one case: rows, comparison with the expected end, and summary.
 module case_run
-  use asperity_text, only: integer_text, short, to_text
-  use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
+  use asperity_text, only: integer_text, short
   use asperity_control_point, only: new_point
   use asperity_kinds, only: wp
   use asperity_load_path, only: run_type
   use block_replay, only: run_block_replay
-  use case_file, only: case_type, expect_names, get_law
+  use asperity_case, only: case_type
+  use asperity_case_expect, only: explain_unexpected
+  use asperity_foreign_umat, only: foreign_law
   use asperity_warnings, only: increment_text, n_measures
   use case_warnings, only: measures_of_case
   use driver_messages, only: exit_input, exit_ok, exit_solve, say
@@ -16,6 +17,7 @@ module case_run
   use asperity_point_law, only: point_law
   use path_run, only: run_path, run_umat_path
   use progress_line, only: start_progress, clear_progress, progress_type
+  use recorded_strains, only: strains_type
   use replay_run, only: run_replay
   use run_report, only: write_report
   implicit none
@@ -25,8 +27,10 @@ module case_run
 contains
 
   !> Run a case, write its rows to a CSV file and its result to standard error.
-  subroutine run_case(case, label, output, report, planes, quiet, measures, code)
+  subroutine run_case(case, law, strains, label, output, report, planes, quiet, measures, code)
     type(case_type), intent(in) :: case         !! the case
+    class(point_law), intent(in) :: law         !! its law
+    type(strains_type), intent(in) :: strains   !! of a replay
     character(len=*), intent(in) :: label       !! name of the run in messages
     character(len=*), intent(in) :: output      !! file, "-": standard output
     character(len=*), intent(in) :: report      !! file of the report, empty: none
@@ -37,7 +41,6 @@ contains
     type(history_type) :: table
     type(progress_type) :: progress
     type(run_type) :: run
-    class(point_law), allocatable :: law
     character(len=:), allocatable :: failure, text, why
     logical :: broken
 
@@ -45,24 +48,24 @@ contains
     broken = .false.
     allocate (character(len=0) :: failure)
     code = exit_input
-    call get_law(case, law)
     call open_history(table, output, law, planes .or. case%planes)
     if (table%good) then
       call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
-        if (case%umat%given) then
-          call run_umat_path(case, label, table, progress, run, failure, why)
+        select type (law)
+        type is (foreign_law)
+          call run_umat_path(case, law, label, table, progress, run, failure, why)
           broken = len(failure) > 0
-        else
+        class default
           call run_path(case, law, label, table, progress, run, failure, why)
-        end if
+        end select
       else
         if (case%initial%given) call start_from(table, law, new_point(law, case%initial%carried))
         if (case%replay%block > 0) then
           call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
-            case%strains, label, table, progress, failure)
+            strains, label, table, progress, failure)
         else
-          call run_replay(case%joint, case%props, case%replay%ntens, case%initial, case%strains, label, table, &
+          call run_replay(case%joint, case%props, case%replay%ntens, case%initial, strains, label, table, &
             progress, failure)
         end if
       end if
@@ -83,7 +86,7 @@ contains
       if (table%last%lost) failure = trim(merge("stopped at             ", "equilibrium lost beyond", &
         table%last%report%ended == ended_rejected)) // " " // text // ": " // why
     else
-      failure = unexpected(case, table)
+      if (table%n_rows > 0) call explain_unexpected(case%expect, table%last, failure)
       if (len(failure) > 0) then
         code = exit_solve
         failure = "unlike &expect in line " // integer_text(case%expect%line) // ": " // failure
@@ -152,28 +155,5 @@ contains
     end if
     path = path // ".failed.nml"
   end function failed_file
-
-  !> Text of the values of the last row that are not as expected; empty: none.
-  function unexpected(case, table) result(complaint)
-    type(case_type), intent(in) :: case        !! with what is expected
-    type(history_type), intent(in) :: table    !! rows
-    character(len=:), allocatable :: complaint
-    real(wp) :: values(size(expect_names))
-    integer :: i
-
-    complaint = ""
-    if (table%n_rows == 0) return
-    associate (last => table%last)
-      values = [last%s, last%traction, last%state([v_damage, v_stored, v_rupture, v_friction]), last%work, &
-                sqrt(last%s(2)**2 + last%s(3)**2)]
-    end associate
-    do i = 1, size(values)
-      if (.not. case%expect%given(i)) cycle
-      if (abs(values(i) - case%expect%values(i)) <= case%expect%tolerance) cycle
-      if (len(complaint) > 0) complaint = complaint // ", "
-      complaint = complaint // trim(expect_names(i)) // " = " // to_text(values(i)) // ", expected " // &
-        to_text(case%expect%values(i)) // " within " // to_text(case%expect%tolerance)
-    end do
-  end function unexpected
 
 end module case_run

@@ -2,7 +2,7 @@
 module case_warnings
   use asperity_kinds, only: wp
   use asperity_warnings, only: m_tension, measures, n_measures, warned, warning_text
-  use case_file, only: case_type
+  use asperity_case, only: case_type
   use driver_messages, only: say
   implicit none
   private

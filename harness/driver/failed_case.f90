@@ -1,12 +1,12 @@
 !> Case file that repeats a failed increment: material, pattern, state at its start, prescribed values at its end.
 module failed_case
+  use asperity_case_umat, only: default_limit, umat_type
   use asperity_text, only: integer_text, to_text
   use asperity_contract, only: n_fixed_props, n_listed_values, n_required_props, p_m, p_tau_v, prop_table
   use asperity_kinds, only: wp
   use asperity_load_path, only: run_type
   use asperity_steps, only: component_names
-  use case_material, only: in_group
-  use asperity_foreign_umat, only: foreign_law
+  use asperity_case_material, only: in_group
   use row_file, only: close_file, create_file, write_line
   implicit none
   private
@@ -21,7 +21,7 @@ contains
   subroutine write_failed_case(path, props, umat, run, written)
     character(len=*), intent(in) :: path       !! file, replaced if it exists
     real(wp), intent(in) :: props(:)           !! PROPS
-    type(foreign_law), intent(in) :: umat      !! the law instead, if it is given
+    type(umat_type), intent(in) :: umat        !! the law instead, if it is given
     type(run_type), intent(in) :: run          !! a run, after this increment
     logical, intent(out) :: written            !! false: the reason is on standard error
     character(len=:), allocatable :: text
@@ -36,8 +36,8 @@ contains
         integer_text(umat%nstatv) // "," // new_line("a") // " "
       if (size(umat%props) > 0) text = text // entry("props", umat%props)
       text = text // entry("length", [umat%length]) // entry("stiffness", [umat%stiffness]) // &
-        entry("thickness", [umat%h]) // " order = '" // umat%order // "'"
-      if (umat%limit < 60.0_wp .or. umat%limit > 60.0_wp) text = text // entry("limit", [umat%limit])
+        entry("thickness", [umat%thickness]) // " order = '" // umat%order // "'"
+      if (abs(umat%limit - default_limit) > 0.0_wp) text = text // entry("limit", [umat%limit])
       if (umat%damage > 0) text = text // " damage = " // integer_text(umat%damage)
       if (written) call write_line(fd, path, text // " /", written)
     else

@@ -7,7 +7,8 @@ module path_run
   use asperity_point_law, only: point_law
   use asperity_text, only: integer_text, short
   use asperity_umat_run, only: end_umat_run, next_umat_row, start_umat_run, umat_path_type, umat_run_type
-  use case_file, only: case_type
+  use asperity_case, only: case_type
+  use asperity_foreign_umat, only: foreign_law
   use driver_messages, only: tell
   use history, only: add_row, history_type, start_from
   use progress_line, only: progress_type, show_progress
@@ -59,8 +60,9 @@ contains
   end subroutine run_path
 
   !> Run all steps with a UMAT of others in a process of its own, or up to a loss of equilibrium or a failure.
-  subroutine run_umat_path(case, label, table, progress, run, failure, why)
+  subroutine run_umat_path(case, law, label, table, progress, run, failure, why)
     type(case_type), intent(in) :: case              !! the case
+    type(foreign_law), intent(in) :: law             !! its law
     character(len=*), intent(in) :: label            !! name of the run, for the progress line
     type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
     type(progress_type), intent(inout) :: progress   !! clock
@@ -71,10 +73,10 @@ contains
     type(umat_run_type) :: umat_run
     type(row_type) :: row
     logical :: found
-    call get_umat_path(case, path)
+    call get_umat_path(case, law, path)
     do
       call start_umat_run(path, umat_run)
-      if (table%n_rows == 0) call start_from(table, case%umat, umat_run%run%before)
+      if (table%n_rows == 0) call start_from(table, law, umat_run%run%before)
       do
         call next_umat_row(umat_run, row, found)
         if (.not. found) exit
@@ -92,10 +94,14 @@ contains
   end subroutine run_umat_path
 
   !> What the UMAT of a case is to do.
-  subroutine get_umat_path(case, path)
+  subroutine get_umat_path(case, law, path)
     type(case_type), intent(in) :: case               !! the case
+    class(point_law), intent(in) :: law               !! its law
     type(umat_path_type), intent(out) :: path         !! of its UMAT, if it is given
-    path%law = case%umat
+    select type (law)
+    type is (foreign_law)
+      path%law = law
+    end select
     path%steps = case%steps
     path%s = case%state%s
     if (case%state%given) path%state = case%state%statev

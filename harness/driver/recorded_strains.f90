@@ -4,14 +4,17 @@
 !> (separations, as in an output file of the driver), and optionally `time`; other columns are ignored. A file without a
 !> header has the NTENS strains only. Time must not decrease. Blank lines and lines that start with # are skipped.
 module recorded_strains
+  use asperity_case, only: case_type
   use asperity_checks, only: bounded
+  use asperity_errors, only: error_type, errors_type, fail
+  use asperity_host, only: component_map, vumat_map
   use asperity_interface, only: interface_type, separation_bound
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text, to_text
-  use text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
+  use asperity_text, only: integer_text, to_text
+  use asperity_text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
   implicit none
   private
-  public :: read_strains
+  public :: read_replayed
 
   !> A record of one point.
   type, public :: strains_type
@@ -23,8 +26,24 @@ module recorded_strains
 
 contains
 
+  !> Read the record that a case replays.
+  subroutine read_replayed(case, record, errors)
+    type(case_type), intent(in) :: case          !! the case
+    type(strains_type), intent(out) :: record    !! the record
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    associate (replay => case%replay)
+      if (replay%block > 0) then
+        call read_strains(replay%file, replay%ntens, vumat_map(1, replay%ntens - 1), 0.5_wp, replay%dtime, case%joint, &
+          record, errors)
+      else
+        call read_strains(replay%file, replay%ntens, component_map(replay%ntens, case%joint%map), 1.0_wp, &
+          replay%dtime, case%joint, record, errors)
+      end if
+    end associate
+  end subroutine read_replayed
+
   !> Read a record.
-  subroutine read_strains(path, ntens, position, shear, dtime, joint, record, message)
+  subroutine read_strains(path, ntens, position, shear, dtime, joint, record, errors)
     character(len=*), intent(in) :: path                      !! file
     integer, intent(in) :: ntens                              !! components of the host
     integer, intent(in) :: position(3)                        !! of N, Tx, Ty among them, 0: there is none
@@ -32,18 +51,21 @@ contains
     real(wp), intent(in) :: dtime                             !! time increment where there is no column `time`
     type(interface_type), intent(in) :: joint                 !! the interface, with h of the host
     type(strains_type), intent(out) :: record                 !! the record
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    character(len=:), allocatable :: complaint, source, line
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    character(len=:), allocatable :: source, line
+    type(error_type) :: place
+    type(errors_type) :: of_line
     integer, allocatable :: column(:)
     real(wp), allocatable :: numbers(:)
     real(wp) :: bound, now
     integer :: bad, earlier, first, i, last, n, number
     logical :: named, separations
 
-    earlier = len(message)
+    earlier = errors%n
+    place%file = path
     source = ""
-    call load_file(path, source, message)
-    if (len(message) > earlier) return
+    call load_file(path, source, errors)
+    if (errors%n > earlier) return
     n = count([(source(i:i) == newline, i=1, len(source))]) + 1
     allocate (record%strain(ntens, n), record%time(n))
     record%strain = 0.0_wp
@@ -60,47 +82,49 @@ contains
       line = strip(source(first:last))
       first = last + 2
       number = number + 1
+      place%line = number
       if (len(line) == 0) cycle
       if (line(1:1) == "#") cycle
       if (.not. allocated(column)) then
         named = has_names(line)
         if (named) then
-          call find_columns(lower(line), path, number, ntens, column, separations, message)
-          if (len(message) > earlier) return
+          call find_columns(lower(line), place, ntens, column, separations, errors)
+          if (errors%n > earlier) return
           cycle
         end if
         column = [(i, i=1, ntens), 0]
       end if
-      complaint = ""
-      call read_numbers(line, path, number, column, numbers, complaint)
-      if (.not. named .and. n_fields(line) > ntens) call append(complaint, path // ":" // integer_text(number) // &
-        ": " // &
+      of_line%n = 0
+      call read_numbers(line, place, column, numbers, of_line)
+      if (.not. named .and. n_fields(line) > ntens) call fail(of_line, place, &
         integer_text(n_fields(line)) // " columns: expected " // integer_text(ntens) // " (ntens), or a header")
-      if (len(complaint) == 0) then
+      if (of_line%n == 0) then
         n = n + 1
         record%time(n) = merge(numbers(size(numbers)), real(n, wp)*dtime, column(size(column)) > 0)
-        if (record%time(n) < now) call append(complaint, path // ":" // integer_text(number) // ": time = " // &
+        if (record%time(n) < now) call fail(of_line, place, "time = " // &
           to_text(record%time(n)) // ": expected at least " // to_text(now) // ", the time before (0 at the start)")
         now = max(now, record%time(n))
         if (separations) then
-          if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call append(complaint, path // ":" // &
-            integer_text(number) // ": s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
+          if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call fail(of_line, place, &
+            "s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
           do i = 1, 3
             if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/joint%h)
           end do
         else
           record%strain(:, n) = numbers(:ntens)
         end if
-        if (.not. all(bounded(record%strain(:, n), bound))) call append(complaint, path // ":" // &
-          integer_text(number) // ": expected strains of a magnitude up to " // to_text(bound))
+        if (.not. all(bounded(record%strain(:, n), bound))) call fail(of_line, place, &
+          "expected strains of a magnitude up to " // to_text(bound))
       end if
-      if (len(complaint) == 0) cycle
+      if (of_line%n == 0) cycle
       bad = bad + 1
-      if (bad <= most_lines) call append(message, complaint)
+      do i = 1, merge(of_line%n, 0, bad <= most_lines)
+        call fail(errors, of_line%list(i), of_line%list(i)%text)
+      end do
     end do
-    if (bad > most_lines) call append(message, path // ": ... and " // integer_text(bad - most_lines) // &
-      " more bad lines")
-    if (n == 0 .and. len(message) == earlier) call append(message, path // ": no line of numbers")
+    place%line = -1
+    if (bad > most_lines) call fail(errors, place, "... and " // integer_text(bad - most_lines) // " more bad lines")
+    if (n == 0 .and. errors%n == earlier) call fail(errors, place, "no line of numbers")
     record%strain = record%strain(:, :n)
     record%time = record%time(:n)
   end subroutine read_strains
@@ -151,14 +175,13 @@ contains
   end function has_names
 
   !> Numbers of the columns from the header; the last one is that of time (0: none).
-  pure subroutine find_columns(header, path, number, ntens, column, separations, message)
+  pure subroutine find_columns(header, place, ntens, column, separations, errors)
     character(len=*), intent(in) :: header                    !! lower case
-    character(len=*), intent(in) :: path                      !! file
-    integer, intent(in) :: number                             !! of the line
+    type(error_type), intent(in) :: place                     !! file and line
     integer, intent(in) :: ntens                              !! components of the host
     integer, allocatable, intent(out) :: column(:)            !! numbers of the columns
     logical, intent(out) :: separations                       !! true: s_N, s_Tx, s_Ty; false: strains
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
     character(len=:), allocatable :: name
     integer :: i, k, n
 
@@ -180,19 +203,18 @@ contains
       do i = n, 1, -1
         if (field(header, i) == name) column(k) = i
       end do
-      if (column(k) == 0 .and. k < size(column)) call append(message, path // ":" // integer_text(number) // &
-        ": no column " // name // ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
+      if (column(k) == 0 .and. k < size(column)) call fail(errors, place, &
+        "no column " // name // ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
     end do
   end subroutine find_columns
 
   !> Numbers of a line in the given columns.
-  pure subroutine read_numbers(line, path, number, column, numbers, message)
+  pure subroutine read_numbers(line, place, column, numbers, errors)
     character(len=*), intent(in) :: line                      !! fields separated by commas
-    character(len=*), intent(in) :: path                      !! file
-    integer, intent(in) :: number                             !! of the line
+    type(error_type), intent(in) :: place                     !! file and line
     integer, intent(in) :: column(:)                          !! columns; 0: there is none, the number is 0
     real(wp), allocatable, intent(out) :: numbers(:)          !! size 0 if one is bad
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
     character(len=:), allocatable :: text
     integer :: k
     logical :: good
@@ -204,7 +226,7 @@ contains
       text = field(line, column(k))
       call to_real(text, numbers(k), good)
       if (good) cycle
-      call append(message, path // ":" // integer_text(number) // ": column " // integer_text(column(k)) // " = """ // &
+      call fail(errors, place, "column " // integer_text(column(k)) // " = """ // &
         printable(text) // """: expected a number")
       deallocate (numbers)
       allocate (numbers(0))

@@ -1,31 +1,32 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_text, only: append, integer_text, short, to_text
+  use asperity_case, only: case_file_type, read_cases
+  use asperity_case_format, only: case_format, format_line
   use asperity_contract, only: version
+  use asperity_errors, only: error_type, errors_type, fail, place_of, put_words, word
   use asperity_kinds, only: wp
+  use asperity_point_law, only: point_law
+  use asperity_text, only: integer_text, to_text
   use asperity_warnings, only: n_measures
-  use case_echo, only: echo_case
-  use case_file, only: case_type, interpret_case, print_format, read_sweep
+  use case_law, only: get_law
   use case_run, only: failed_file, run_case
-  use case_text, only: read_text, text_type
   use case_check, only: check_case
   use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
   use failed_case, only: failed_title
   use history, only: point_columns
+  use recorded_strains, only: read_replayed, strains_type
   use row_file, only: may_replace, same_file
   use run_report, only: write_report
-  use text_file, only: lower
   implicit none
 
-  character(len=*), parameter :: usage(13) = [character(len=96) :: &
-    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--echo] [--check] [--only N]", &
+  character(len=*), parameter :: usage(12) = [character(len=96) :: &
+    "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--check] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
     "  --planes    columns alpha_k, s_dit_k, s_dih_k of every plane, worn_k with W0", &
     "  --quiet     no progress line, no summary", &
-    "  --echo      check the case and print it as JSON, with all defaults; no run", &
     "  --check     check the UMAT along the load path: a table instead of the file", &
     "  --only N    of the values of &sweep only the one with number N, from 1", &
     "  --report FILE  exit code, message and snaps as JSON; not with &sweep", &
@@ -33,8 +34,8 @@ program rie_driver
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input or a UMAT of others that fails,", &
     "2 equilibrium lost or another end than expected; every row that converged is kept"]
-  character(len=:), allocatable :: path, output, report, message
-  logical :: check, echo, force, planes, quiet
+  character(len=:), allocatable :: path, output, report
+  logical :: check, force, planes, quiet
   integer :: only   !! number of the only value of the sweep to run, 0: all
 
   call read_command_line()
@@ -52,7 +53,6 @@ contains
     planes = .false.
     quiet = .false.
     check = .false.
-    echo = .false.
     force = .false.
     only = 0
     i = 1
@@ -62,7 +62,7 @@ contains
       select case (argument)
       case ("-h", "--help")
         write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage))
-        call print_format()
+        write (output_unit, "(a)") (format_line(i), i=1, size(case_format))
         call finish(exit_ok)
       case ("--version")
         write (output_unit, "(2a)") "rie_driver ", version
@@ -71,8 +71,6 @@ contains
         planes = .true.
       case ("--quiet")
         quiet = .true.
-      case ("--echo")
-        echo = .true.
       case ("--check")
         check = .true.
       case ("--force")
@@ -123,90 +121,84 @@ contains
 
   !> Read and check everything, then run the case, once for every value of its sweep.
   subroutine run()
-    type(text_type) :: text
-    type(case_type), allocatable :: cases(:)
-    character(len=:), allocatable :: stem, text_of_value, variable
-    real(wp), allocatable :: values(:)
+    type(case_file_type) :: file
+    type(errors_type) :: errors
+    type(strains_type), allocatable :: strains(:)
+    class(point_law), allocatable :: law
+    character(len=:), allocatable :: label, stem
     real(wp) :: largest(n_measures), measures(n_measures)
     integer :: code, first, i, last, worst
-    logical :: good
 
-    message = ""
-    call read_text(path, text, message)
-    call end_on_errors()
-    call read_sweep(text, variable, values, message)
-    call end_on_errors()
-    text%variable = lower(variable)
-    allocate (cases(max(1, size(values))))
-    do i = 1, size(cases)
-      if (size(values) > 0) text%variable_value = values(i)
-      call interpret_case(text, values, cases(i), message)
-      if (len(message) > 0) exit
+    call read_cases(path, file, errors)
+    call end_on_errors(errors)
+    allocate (strains(size(file%cases)))
+    do i = 1, size(file%cases)
+      call get_law(file%cases(i), path, law, errors)
+      if (errors%n == 0 .and. size(file%cases(i)%steps) == 0) call read_replayed(file%cases(i), strains(i), errors)
+      if (errors%n > 0) exit
     end do
-    if (echo) then
-      call end_on_errors()
-      call echo_case(text, variable, values, cases, good)
-      call finish(merge(exit_ok, exit_input, good))
-    end if
-    if (size(values) > 0 .and. len(report) > 0) call append(message, path // ": --report of a case with &sweep: " // &
-      "expected no &sweep")
-    if (size(values) > 0 .and. output == "-") call append(message, path // &
-      ": a case with &sweep writes a file per value, not standard output")
     if (len(output) > 0) then
       stem = without(output, ".csv")
     else
       stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
     end if
-    do i = 1, merge(0, size(cases), check)
-      call check_replaced(result_file(stem, values, i), path, "the case file", point_columns)
-      call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title)
-      if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
-        "the recorded strains")
-    end do
-    if (only > size(cases)) call append(message, path // ": --only " // integer_text(only) // ": expected 1 to " // &
-      integer_text(size(cases)) // ", the number of values of &sweep")
-    call end_on_errors()
-    first = merge(only, 1, only > 0)
-    last = merge(only, size(cases), only > 0)
-    largest = 0.0_wp
-    do i = first, last
-      if (.not. cases(i)%umat%given) largest = max(largest, measures_of_case(cases(i)))
-    end do
-    call warn_of(path, largest)
+    associate (cases => file%cases, values => file%values)
+      if (size(values) > 0 .and. len(report) > 0) call fail(errors, place_of(path), &
+        "--report of a case with &sweep: expected no &sweep")
+      if (size(values) > 0 .and. output == "-") call fail(errors, place_of(path), &
+        "a case with &sweep writes a file per value, not standard output")
+      do i = 1, merge(0, size(cases), check)
+        call check_replaced(result_file(stem, values, i), path, "the case file", point_columns, errors)
+        call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title, errors)
+        if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
+          "the recorded strains", "", errors)
+      end do
+      if (only > size(cases)) call fail(errors, place_of(path), "--only " // integer_text(only) // &
+        ": expected 1 to " // integer_text(size(cases)) // ", the number of values of &sweep")
+      call end_on_errors(errors)
+      first = merge(only, 1, only > 0)
+      last = merge(only, size(cases), only > 0)
+      largest = 0.0_wp
+      do i = first, last
+        if (.not. cases(i)%umat%given) largest = max(largest, measures_of_case(cases(i)))
+      end do
+      call warn_of(path, largest)
 
-    if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
-    worst = exit_ok
-    largest = 0.0_wp
-    do i = first, last
-      if (check) then
+      if (len(cases(1)%title) > 0 .and. .not. quiet) call say(path // ": " // cases(1)%title)
+      worst = exit_ok
+      largest = 0.0_wp
+      do i = first, last
         measures = 0.0_wp
-        text_of_value = ""
-        if (size(values) > 0) text_of_value = " (" // variable // " = " // to_text(values(i)) // ")"
-        call check_case(cases(i), path // text_of_value, code)
-      else if (size(values) > 0) then
-        call run_case(cases(i), path // " (" // variable // " = " // to_text(values(i)) // ")", &
-          result_file(stem, values, i), report, planes, quiet, measures, code)
-      else
-        call run_case(cases(i), path, result_file(stem, values, i), report, planes, quiet, measures, code)
-      end if
-      worst = max(worst, code)
-      largest = max(largest, measures)
-      if (code == exit_input .and. .not. check) exit
-    end do
+        label = path
+        if (size(values) > 0) label = path // " (" // file%sweep // " = " // to_text(values(i)) // ")"
+        call get_law(cases(i), path, law, errors)
+        if (check) then
+          call check_case(cases(i), law, label, code)
+        else
+          call run_case(cases(i), law, strains(i), label, result_file(stem, values, i), report, planes, quiet, measures, &
+            code)
+        end if
+        worst = max(worst, code)
+        largest = max(largest, measures)
+        if (code == exit_input .and. .not. check) exit
+      end do
+    end associate
     call warn_of(path, largest)
     call finish(worst)
   end subroutine run
 
   !> Report an output that would replace a file of the input or, without --force, one that this program did not write.
-  subroutine check_replaced(name, read, kind, start)
+  subroutine check_replaced(name, read, kind, start, errors)
     character(len=*), intent(in) :: name              !! output
     character(len=*), intent(in) :: read              !! file of the input
     character(len=*), intent(in) :: kind              !! what this file is
-    character(len=*), intent(in), optional :: start   !! text with which this program begins such outputs
+    character(len=*), intent(in) :: start             !! text with which this program begins such outputs, or empty
+    type(errors_type), intent(inout) :: errors        !! errors are added
     if (same_file(name, read)) then
-      call append(message, path // ": the output " // name // " would replace " // kind // ": expected another -o")
-    else if (present(start) .and. .not. force) then
-      if (.not. may_replace(name, start)) call append(message, path // ": the output " // name // " would replace " // &
+      call fail(errors, place_of(path), "the output " // name // " would replace " // kind // ": expected another -o")
+    else if (len(start) > 0 .and. .not. force) then
+      if (.not. may_replace(name, start)) call fail(errors, place_of(path), "the output " // name // &
+        " would replace " // &
         "a file that rie_driver did not write: expected another -o, or --force")
     end if
   end subroutine check_replaced
@@ -236,38 +228,30 @@ contains
     if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
   end function without
 
-  !> Lines without the file and the number of the line with which they begin.
-  function without_place(lines) result(text)
-    character(len=*), intent(in) :: lines   !! messages
-    character(len=:), allocatable :: text
-    character(len=:), allocatable :: rest
-    integer :: last
-    text = ""
-    rest = lines // new_line("a")
-    do while (len(rest) > 0)
-      last = index(rest, new_line("a"))
-      if (index(rest, path // ":") == 1) then
-        rest = rest(len(path) + 2:)
-        if (scan(rest(1:1), "0123456789") == 1) rest = rest(index(rest, ":") + 1:)
-        rest = rest(verify(rest, " "):)
-        last = index(rest, new_line("a"))
-      end if
-      text = text // rest(:last)
-      rest = rest(last + 1:)
-    end do
-    text = text(:len(text) - 1)
-  end function without_place
-
   !> End if the input has an error.
-  subroutine end_on_errors()
-    integer :: last
-    if (len(message) > 0) call write_report(report, exit_input, without_place(message), .false., "")
-    do while (len(message) > 0)
-      last = index(message // new_line("a"), new_line("a")) - 1
-      call say(message(:last))
-      message = message(min(last + 2, len(message) + 1):)
-      if (len(message) == 0) call finish(exit_input)
+  subroutine end_on_errors(errors)
+    type(errors_type), intent(in) :: errors   !! of the input
+    type(errors_type) :: in_place
+    type(error_type) :: place
+    character(len=:), allocatable :: line
+    integer :: i
+    if (errors%n == 0) return
+    if (len(report) > 0) then
+      do i = 1, errors%n
+        place = errors%list(i)
+        if (allocated(place%file)) deallocate (place%file)
+        place%line = -1
+        call fail(in_place, place, place%text)
+      end do
+      line = ""
+      call put_words(in_place, line)
+      call write_report(report, exit_input, line, .false., "")
+    end if
+    do i = 1, errors%n
+      call word(errors%list(i), line)
+      call say(line)
     end do
+    call finish(exit_input)
   end subroutine end_on_errors
 
 end program rie_driver

@@ -1,10 +1,8 @@
-"""Cases as the driver reads them (`rie_driver --echo`), and the slip tests in these cases."""
+"""Cases as the library reads them, and the slip tests in these cases."""
 
 from __future__ import annotations
 
-import json
-import subprocess
-import tempfile
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,15 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from . import contract
+from . import _core, contract
 from .contract import Floats
+from .errors import input_error
 from .history import History
-from .installed import driver
 from .interface import Interface
+from .load_path import all_rows_of
 from .material import Material
 from .pattern import Pattern
-from .results import results_of
-from .steps import TARGETS, Point, Step, prescribed
+from .steps import TARGETS, Point, Step, entries, prescribed, unpack
+
+STARTS = ("virgin", "state", "initial")
+"""Starts of a run; their positions are the numbers of the library."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,7 @@ class Run:
     value: value of the sweep, None without a sweep. start: "virgin", or the group with the state at the
     start, "initial" or "state". steps: the load path, with cycles, increments and times of every target; a
     replay has none. state: start of the path, None for a virgin point. tolerance: of the path, or None.
+    loses: whether a loss of equilibrium is the expected end.
     """
 
     value: float | None
@@ -40,6 +42,7 @@ class Run:
     steps: tuple[Step, ...]
     state: Point | None
     tolerance: float | None
+    loses: bool = False
 
     @property
     def interface(self) -> Interface:
@@ -60,7 +63,7 @@ class Case:
     """Content of a case file.
 
     sweep: name of the swept value, empty without a sweep. before, after: text of the file before and after
-    the group &pattern. umat: whether the law is that of &umat; the runs then have a stand-in for it.
+    the group &pattern. umat: whether the law is that of &umat, and `runs` is empty; count: number of runs.
     """
 
     path: Path
@@ -70,6 +73,7 @@ class Case:
     before: bytes
     after: bytes
     umat: bool = False
+    count: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +125,29 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     -10.0
     """
     path = Path(path)
-    done = subprocess.run([driver(), path, "--echo"], capture_output=True, check=False)
-    if done.returncode != 0:
-        raise ValueError(done.stderr.decode("utf-8", "replace").strip().replace("rie_driver: ", ""))
-    echo = json.loads(done.stdout.decode("utf-8", "replace"))
-    if echo["umat"] and not any_law:
+    name = os.fsencode(path)
+    sizes, pattern, title, sweep = _sizes(name)
+    count = sizes[0]
+    umat = sizes[1] == 0
+    if umat and not any_law:
         raise ValueError(f"{path}: &umat: expected &material and &pattern")
-    source, (first, last) = path.read_bytes(), echo["pattern"]
-    runs = tuple(map(_run, echo["runs"]))
-    rest = source[: first - 1], source[last:], echo["umat"]
-    return Case(path, echo["title"] or path.stem, echo["sweep"], runs, *rest)
+    source, (first, last) = path.read_bytes(), pattern
+    runs = () if umat else tuple(_run(name, i, sizes, bool(sweep)) for i in range(1, count + 1))
+    return Case(path, title or path.stem, sweep, runs, source[: first - 1], source[last:], umat, count)
+
+
+def check_text(text: str) -> None:
+    """Raise ValueError with all errors of a text in the form of a case file, without file and line."""
+    _sizes(b"", text.encode())
+
+
+def _sizes(path: bytes, source: bytes | None = None) -> tuple[tuple[int, ...], tuple[int, int], str, str]:
+    """Numbers of runs, PROPS, state, steps and values of a case; place of &pattern, title, name of sweep."""
+    *sizes, pattern, title, sweep, status, message = _core.case_sizes(path, source is not None, source or b"")
+    if status != 0:
+        raise input_error(message)
+    texts = (text.decode("utf-8", "replace").rstrip() for text in (title, sweep))
+    return tuple(sizes), (int(pattern[0]), int(pattern[1])), *texts
 
 
 def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:
@@ -156,17 +173,24 @@ def read_run(path: Path, value: str | None = None, with_path: bool = False) -> R
 
 
 def drive(case: Path) -> dict[float | None, History]:
-    """Rows of the driver by the value of the sweep, None without one; raises ValueError with its message.
+    """Rows of a case by the value of the sweep, None without one, as those of the driver.
 
-    Where equilibrium is lost, the last row is the one beyond which there is none.
+    Where equilibrium is lost, the last row is the one beyond which there is none. Raises ValueError for an
+    end that is not that of `&expect`.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder, "out.csv")
-        command = [driver(), case, "-o", output, "--quiet"]
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
-        if run.returncode != 0:
-            raise ValueError(run.stderr.strip())
-        return {value: History.from_csv(path) for value, path in results_of(output).items()}
+    found = {}
+    for number, run in enumerate(read_case(case).runs, 1):
+        start = run.state or Point(np.zeros(run.interface.nstatv))
+        joint = run.interface
+        history, lost = all_rows_of(joint.props(), joint.n_planes, run.steps, start, run.tolerance)
+        if bool(lost) != run.loses:
+            raise ValueError(f"{case}: {lost or 'the run ended where a loss of equilibrium was expected'}")
+        end = history.separation[-1], history.traction[-1], history.state[-1], history.work[-1]
+        unlike = _core.case_end(os.fsencode(case), number, *end).decode("ascii").rstrip()
+        if unlike:
+            raise ValueError(f"{case}: unlike &expect: {unlike}")
+        found[run.value] = history
+    return found
 
 
 def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
@@ -175,16 +199,27 @@ def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
     return {row.name: int(value) if row.integral else value for row, value in found}
 
 
-def _run(run: dict[str, Any]) -> Run:
-    props = tuple(run["props"])
+def _run(path: bytes, number: int, sizes: Sequence[int], swept: bool) -> Run:
+    """Run of a case that is in order."""
+    _, n_props, n_state, n_steps, n_values = sizes
+    room = n_props, n_state, n_steps, len(entries()), n_values
+    value, n, props, kind, n_state, start, state, tolerance, loses, counts, values, status = _core.case_run(
+        path, False, b"", number, *room
+    )
+    if status != 0:
+        raise ValueError(f"{os.fsdecode(path)}: expected a file that does not change while it is read")
+    props = tuple(props[:n].tolist())
     material = Material(**_values(props, "law"))
     listed = np.reshape(props[contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
     pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
-    steps = tuple(Step(**step) for step in run["steps"])
-    state = None
-    if "statev" in run:
-        state = Point(np.array(run["statev"]), tuple(run["separation"]), run["work"])
-    return Run(run["value"], props, material, pattern, run["start"], steps, state, run["tolerance"] or None)
+    point = None
+    if STARTS[kind] != "virgin":
+        work = float(start[3]) if abs(start[3]) < np.finfo(float).max else None
+        point = Point(state[:n_state].copy(), tuple(start[:3].tolist()), work)
+    steps = tuple(unpack(counts.T, values))
+    of_sweep = float(value) if swept else None
+    path_and_end = STARTS[kind], steps, point, tolerance or None, loses == 1
+    return Run(of_sweep, props, material, pattern, *path_and_end)
 
 
 def case_lines(pattern: Pattern) -> str:

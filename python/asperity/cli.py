@@ -190,7 +190,7 @@ def _run(options: argparse.Namespace) -> int:
 
         results = {value: History.from_csv(path) for value, path in written.items()}
         case = read_case(path, any_law=True)
-        joints = {(run.material, run.pattern): run.interface for run in case.runs if not case.umat}
+        joints = {(run.material, run.pattern): run.interface for run in case.runs}
         joint = next(iter(joints.values())) if len(joints) == 1 else None
         save(figure_of(results, case.title, case.sweep, *units, joint), png)
         print(png)

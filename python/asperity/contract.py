@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -188,12 +187,8 @@ def check(props: Floats) -> int:
     """Number of planes of a PROPS vector; raises ValueError with every bad value and what was expected."""
     n_planes, status = _core.interface_review(props)
     if status != 0:
-        raise ValueError(_INDEX.sub("", _text(_core.interface_complaint(props))))
+        raise ValueError(_text(_core.interface_complaint(props)))
     return n_planes
-
-
-_INDEX = re.compile(r"PROPS\(\d+\) ")
-"""Index of a constant in messages of the library, which callers of Python have given by name."""
 
 
 def library_version() -> str:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +12,7 @@ from numpy.typing import ArrayLike
 from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats
+from .errors import InputError, Record
 from .history import History, Update
 from .load_path import no_rows, rows_of
 from .material import Material, ModelWarning
@@ -292,10 +291,15 @@ class Interface:
         if len(S) == 0:
             return self._empty()
         step = Step(s_N=S[:, 0], s_Tx=S[:, 1], s_Ty=S[:, 2], increments=1, time=durations)
-        with _in_words_of_the_caller(
-            ((r"steps\[0\]: (s_\w+)\[(\d+)\]", rf"row \2 (of 0 to {len(S) - 1}): \1"),)
-        ):
+        try:
             history, lost = self.rows(step)
+        except InputError as error:
+            rows = f"(of 0 to {len(S) - 1})"
+            texts = (
+                f"row {one.at} {rows}: {one.name} = {one.value}: {one.text}" if one.at >= 0 else one.words
+                for one in error.records
+            )
+            raise ValueError("\n".join(texts)) from None
         if lost:
             raise EquilibriumLost(lost, history)
         return history
@@ -382,8 +386,10 @@ class Interface:
             arc,
             each=tolerance is None,
         )
-        with _in_words_of_the_caller(SLIP_WORDS):
+        try:
             history, lost = self.rows(path, tolerance=tolerance)
+        except InputError as error:
+            raise ValueError("\n".join(filter(None, map(_slip_words, error.records)))) from None
         slip = abs(slips).max(initial=0.0)
         pressed = history.traction[:, 0].min(initial=0.0)
         warn_of_physics(self.material, self.pattern, sigma_N, pressed, slip=slip)
@@ -522,27 +528,21 @@ def slip_path(
     return [held, slide]
 
 
-SLIP_WORDS = (
-    (r"\n?^steps\[1\]: t_N = .*", ""),
-    (r"steps\[0\]: t_N\b", "sigma_N"),
-    (r"steps\[0\]: increments\b", "preload"),
-    (r"steps\[1\]: slip\b(?=[\[ ])", "slips"),
-    (r"steps\[1\]: k_N\b", "stiffness"),
-    (r"steps\[1\]: ", ""),
-)
-"""Names of the entries of `slip_path` in messages, and those of `Interface.confined_slip`."""
+SLIP_NAMES = {
+    (0, "t_N"): "sigma_N", (0, "increments"): "preload", (1, "slip"): "slips", (1, "k_N"): "stiffness",
+}  # fmt: skip
+"""Arguments of `Interface.confined_slip` by the number of the step of `slip_path` and its entry."""
 
 
-@contextmanager
-def _in_words_of_the_caller(words: Sequence[tuple[str, str]]) -> Iterator[None]:
-    """Replace the names of a load path in errors by those of the arguments that it was made of."""
-    try:
-        yield
-    except ValueError as error:
-        text = str(error)
-        for pattern, name in words:
-            text = re.sub(pattern, name, text, flags=re.MULTILINE)
-        raise ValueError(text) from None
+def _slip_words(error: Record) -> str:
+    """Words of an error for `Interface.confined_slip`; those of the second t_N, the same value, are empty."""
+    if (error.step, error.name) == (1, "t_N"):
+        return ""
+    if error.step < 0 or not error.name:
+        return error.text if error.step == 1 else error.words
+    name = SLIP_NAMES.get((error.step, error.name), error.name)
+    at = f"[{error.at}]" if error.at >= 0 else ""
+    return f"{name}{at} = {error.value}: {error.text}"
 
 
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from . import _core, contract
 from .contract import Floats
+from .errors import input_error
 from .history import History, Snap
 from .steps import Point, Step, pack
 
@@ -27,6 +28,23 @@ def rows_of(
 
     Raises ValueError for every value of the steps, the start and the tolerance that is out of range.
     """
+    numbers, states, names, lost = _rows(props, steps, start, tolerance)
+    n = len(numbers) - bool(lost)
+    return _history(numbers[:n], states[:n], names[:n], n_planes, lost), lost
+
+
+def all_rows_of(
+    props: Floats, n_planes: int, steps: Sequence[Step], start: Point, tolerance: float | None = None
+) -> tuple[History, str]:
+    """As `rows_of`, with the row beyond which there is no equilibrium as the last one."""
+    numbers, states, names, lost = _rows(props, steps, start, tolerance)
+    return _history(numbers, states, names, n_planes, ""), lost
+
+
+def _rows(
+    props: Floats, steps: Sequence[Step], start: Point, tolerance: float | None
+) -> tuple[Floats, Floats, NDArray[np.bytes_], str]:
+    """Numbers, states and events of all rows, and what is said of an equilibrium that is lost."""
     steps = list(steps)
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
@@ -48,18 +66,17 @@ def rows_of(
         n, ended, status, message = _core.path_rows(
             props, counts.T, values, place, state, tolerance is not None, relative, numbers.T, states.T, names
         )
-        text = message.decode("ascii").rstrip()
         if status != 0:
-            raise ValueError(text)
+            raise input_error(message)
         if n <= room:
             break
-    n -= ended
     lost = ""
     if ended:
-        s, t = (", ".join(f"{value:.6g}" for value in numbers[n, k : k + 3]) for k in (4, 7))
-        place = "step {:g} increment {:g}".format(*numbers[n, :2])
+        s, t = (", ".join(f"{value:.6g}" for value in numbers[n - 1, k : k + 3]) for k in (4, 7))
+        place = "step {:g} increment {:g}".format(*numbers[n - 1, :2])
+        text = message.decode("ascii").rstrip()
         lost = f"equilibrium lost beyond {place}, s = ({s}), t = ({t}): {text}"
-    return _history(numbers[:n], states[:n], names[:n], n_planes, lost), lost
+    return numbers[:n], states[:n], names[:n], lost
 
 
 def no_rows(nstatv: int, n_planes: int) -> History:

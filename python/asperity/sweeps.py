@@ -28,7 +28,7 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
         raise FileNotFoundError(f"{output}: expected a file in a folder that exists, not in {output.parent}")
     for path in results_of(output).values():
         check_outputs(options.force, [case], ("-o", path, "step,increment,"))
-    count = len(read_case(case, any_law=True).runs)
+    count = read_case(case, any_law=True).count
     one_run = partial(_one_run, case, output, passed_on)
     with workers(options) as executor, progress_bar(count, "run") as bar:
         done = map_in_order(one_run, range(1, count + 1), executor, bar.update)

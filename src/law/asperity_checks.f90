@@ -14,7 +14,7 @@ module asperity_checks
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: bounded, all_bounded, review, read_props, review_prop, review_props, state_bounded, states_bounded, &
+  public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, states_bounded, &
     review_state, check_block
 
   !> Whether the ratio of an entry of PROPS to s_f is limited.
@@ -229,21 +229,25 @@ contains
     if (status /= status_ok) then
       call review_props(props, status, message)
     else if (fixed(p_m) < 0.0_wp) then
-      call review_listed(props, -int(fixed(p_m)), status, message)
+      call review_listed(props, -int(fixed(p_m)), .true., status, message)
     end if
   end subroutine read_props
 
   !> Test a PROPS vector and append one line for each bad value, with what was expected.
-  pure subroutine review_props(props, status, message, nprops)
+  pure subroutine review_props(props, status, message, nprops, by_name)
     real(wp), intent(in), contiguous :: props(:)              !! PROPS, any number of values
     integer, intent(out) :: status                            !! 0, status_props or status_nprops
     character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
     integer, intent(in), optional :: nprops                   !! NPROPS as the caller passed it; if it is negative,
                                                               !! the array has size 0
+    logical, intent(in), optional :: by_name                  !! true: the user knows names, and no index
     real(wp) :: fixed(n_fixed_props)
     integer :: given, i, passed
+    logical :: indices
 
     status = status_ok
+    indices = .true.
+    if (present(by_name)) indices = .not. by_name
     passed = size(props)
     if (present(nprops)) passed = nprops
     call fill_props(props, given, fixed)
@@ -253,9 +257,10 @@ contains
         integer_text(n_required_props) // " (sigma0, Gc, eta, mu)")
     end if
     do i = 1, given
-      if (outside_prop(i, props(i)) < 0_int64) status = status_props
-      call review_prop(i, "PROPS(" // integer_text(i) // ") " // trim(prop_table(i)%name) // " = " // &
-        to_text(props(i)), props(i), message)
+      if (prop_admissible(i, props(i))) cycle
+      status = status_props
+      call append(message, index_text(i, indices) // trim(prop_table(i)%name) // " = " // to_text(props(i)) // &
+        ": expected " // trim(prop_table(i)%admissible))
     end do
     if (status == status_ok) then
       call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
@@ -265,23 +270,30 @@ contains
       end do
     end if
     if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
-    if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), status, message)
+    if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), indices, status, message)
   end subroutine review_props
 
-  !> Append what was expected if a value is not admissible for one entry of PROPS, whatever the others are.
-  pure subroutine review_prop(i, place, value, message)
-    integer, intent(in) :: i                                  !! index, 1..n_fixed_props
-    character(len=*), intent(in) :: place                     !! begin of the line: where the value stands
-    real(wp), intent(in) :: value                             !! any bits
-    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
-    if (outside_prop(i, value) >= 0_int64) return
-    call append(message, place // ": expected " // trim(prop_table(i)%admissible))
-  end subroutine review_prop
+  !> Whether a value is admissible for one entry of PROPS, whatever the others are.
+  pure function prop_admissible(i, value) result(yes)
+    integer, intent(in) :: i        !! index, 1..n_fixed_props
+    real(wp), intent(in) :: value   !! any bits
+    logical :: yes
+    yes = outside_prop(i, value) >= 0_int64
+  end function prop_admissible
+
+  !> "PROPS(i) " in a message, for those who know indices.
+  pure function index_text(i, indices) result(text)
+    integer, intent(in) :: i         !! index
+    logical, intent(in) :: indices   !! false: the text is empty
+    character(len=merge(len(integer_text(i)) + 8, 0, indices)) :: text
+    text = "PROPS(" // integer_text(i) // ") "
+  end function index_text
 
   !> Test the listed planes of a PROPS vector and append one line for each bad value.
-  pure subroutine review_listed(props, n, status, message)
+  pure subroutine review_listed(props, n, indices, status, message)
     real(wp), intent(in), contiguous :: props(:)              !! PROPS, any number of values
     integer, intent(in) :: n                                  !! number of listed planes
+    logical, intent(in) :: indices                            !! whether lines have the index of a value
     integer, intent(inout) :: status                          !! of the other PROPS -> of all
     character(len=:), allocatable, intent(inout) :: message   !! one line per bad value is appended
     real(wp) :: total
@@ -301,7 +313,7 @@ contains
           if (j == n_listed_values) total = total + props(i)
         else
           status = status_props
-          call append(message, "PROPS(" // integer_text(i) // ") " // trim(listed_names(j)) // " of listed plane " // &
+          call append(message, index_text(i, indices) // trim(listed_names(j)) // " of listed plane " // &
             integer_text(k) // " = " // to_text(props(i)) // ": expected " // &
             trim(merge("> 0   ", "finite", j == 1 .or. j == n_listed_values)))
         end if

@@ -3,6 +3,7 @@ module asperity_refine
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_control_point, only: point_type
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_point_law, only: point_law
@@ -19,26 +20,32 @@ module asperity_refine
 
 contains
 
-  !> Append an error if a tolerance is out of range, or if a path has none.
-  pure subroutine explain_tolerance(tolerance, steps, place, message)
+  !> Add an error if a tolerance is out of range, or if a path has none.
+  pure subroutine explain_tolerance(tolerance, steps, errors, place)
     real(wp), intent(in) :: tolerance                         !! relative
     type(step_type), intent(in) :: steps(:)                   !! the load path
-    character(len=*), intent(in) :: place                     !! of the tolerance in messages
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type), intent(in), optional :: place           !! of an error in it
+    type(error_type) :: here, value
     real(wp) :: parts
     integer :: i
     logical :: good
+    if (present(place)) here = place
     good = bounded(tolerance, largest_tolerance)
     if (good) good = tolerance >= least_tolerance
-    if (.not. good) call append(message, place // "tolerance = " // to_text(tolerance) // ": expected " // &
-      to_text(least_tolerance) // " to " // to_text(largest_tolerance))
+    if (.not. good) then
+      value = here
+      value%name = "tolerance"
+      value%value = to_text(tolerance)
+      call fail(errors, value, "expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
+    end if
     parts = 0.0_wp
     do i = 1, size(steps)
       parts = parts + sum(real(max(least_parts, steps(i)%increments), wp))
     end do
-    if (4.0_wp*parts > real(most_parts, wp)) call append(message, place // "tolerance with " // to_text(parts) // &
+    if (4.0_wp*parts > real(most_parts, wp)) call fail(errors, here, "tolerance with " // to_text(parts) // &
       " increments: expected at most " // integer_text(most_parts/4) // ", which are halved twice or more")
-    if (any(steps%arc > 0.0_wp)) call append(message, place // "tolerance with follow = 'branch': expected arc, " // &
+    if (any(steps%arc > 0.0_wp)) call fail(errors, here, "tolerance with follow = 'branch': expected arc, " // &
       "the longest step along the branch")
   end subroutine explain_tolerance
 

@@ -2,14 +2,15 @@
 module asperity_steps
   use asperity_checks, only: bounded
   use asperity_control_point, only: control_type
+  use asperity_errors, only: error_type, errors_type, fail, fail_lines
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
   use asperity_point_law, only: point_law
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: integer_text, to_text
   use asperity_tolerances, only: default_arc, farthest_prescribed, largest_arc, least_arc, resolved
   implicit none
   private
-  public :: complete_steps, check_steps
+  public :: complete_steps, check_steps, explicit_entries
 
   !> Largest number of increments of a path, and of targets of a step with all cycles.
   integer, parameter :: most_increments = 10000000, most_targets = 1000000
@@ -56,13 +57,13 @@ module asperity_steps
   !> Values of an entry.
   type, public :: list_type
     real(wp), allocatable :: values(:)               !! not allocated: not given; size 0: not readable
-    character(len=:), allocatable :: place           !! for messages, "name = values"; not allocated: made of them
+    type(error_type) :: place                        !! of an error in it; without a name: that of the step
   end type list_type
 
   !> A step: what is given, and what follows from it and from the steps before.
   type, public :: step_type
     type(list_type) :: given(size(step_table))       !! as the user gives it
-    character(len=:), allocatable :: place           !! for messages, with the blank that follows it
+    type(error_type) :: place                        !! of an error in it
     type(control_type) :: control                    !! which value of each component is prescribed
     logical :: changed(3) = .false.                  !! whether the control of a component differs from the step before
     logical :: has_target(3) = .false.               !! false: the prescribed value is constant
@@ -78,34 +79,36 @@ contains
 
   !> Set what follows from the entries of the steps. A component or a direction that a step does not name is that of the
   !> step before. Where an entry is bad, the steps remain incomplete.
-  pure subroutine complete_steps(steps, place, message)
+  pure subroutine complete_steps(steps, errors, place)
     type(step_type), intent(inout) :: steps(:)                !! with their entries -> complete where no error is added
-    character(len=*), intent(in) :: place                     !! of the whole path in messages
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type), intent(in), optional :: place           !! of an error in the whole path
     type(control_type) :: control
+    type(error_type) :: whole
     real(wp) :: direction, total
     integer :: i
     logical :: good
     good = .true.
+    if (present(place)) whole = place
     do i = 1, size(steps)
-      call check_entries(steps(i), good, message)
+      call check_entries(steps(i), good, errors)
     end do
     if (.not. good) return
     direction = step_table(e_direction)%default
     total = 0.0_wp
     do i = 1, size(steps)
-      call complete_step(steps(i), control, direction, message)
+      call complete_step(steps(i), control, direction, errors)
       if (allocated(steps(i)%increments)) total = total + sum(real(steps(i)%increments, wp))
     end do
-    if (total > real(most_increments, wp)) call append(message, place // to_text(total) // &
+    if (total > real(most_increments, wp)) call fail(errors, whole, to_text(total) // &
       " increments in all steps: expected at most " // integer_text(most_increments))
   end subroutine complete_steps
 
   !> Check number and range of the values of each entry.
-  pure subroutine check_entries(step, good, message)
+  pure subroutine check_entries(step, good, errors)
     type(step_type), intent(in) :: step                       !! the step
     logical, intent(inout) :: good                            !! false if an entry is bad
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
     type(entry_type) :: limits
     integer :: bad, i
     logical :: miscounted
@@ -116,9 +119,9 @@ contains
         bad = first_bad(values, limits)
         miscounted = size(values) == 0 .or. (limits%single .and. size(values) > 1)
         if (bad > 0) then
-          call complain(step, i, bad, trim(limits%expected), message)
-        else if (miscounted .and. .not. (size(values) == 0 .and. allocated(step%given(i)%place))) then
-          call complain(step, i, 0, trim(merge("one number ", "one or more", limits%single)), message)
+          call complain(step, i, bad, trim(limits%expected), errors)
+        else if (miscounted .and. .not. (size(values) == 0 .and. allocated(step%given(i)%place%name))) then
+          call complain(step, i, 0, trim(merge("one number ", "one or more", limits%single)), errors)
         end if
         good = good .and. bad == 0 .and. .not. miscounted
       end associate
@@ -141,33 +144,35 @@ contains
   end function first_bad
 
   !> Append an error about an entry: its name and value, and what is expected.
-  pure subroutine complain(step, i, j, expected, message)
+  pure subroutine complain(step, i, j, expected, errors)
     type(step_type), intent(in) :: step                       !! the step
     integer, intent(in) :: i                                  !! entry
     integer, intent(in) :: j                                  !! its bad value, 0: all
     character(len=*), intent(in) :: expected                  !! in the message
-    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
-    character(len=:), allocatable :: text
-    text = step%place // trim(step_table(i)%name)
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type) :: place
     associate (given => step%given(i))
-      if (allocated(given%place)) then
-        text = given%place
-      else if (j == 0) then
-        text = text // " has " // integer_text(size(given%values)) // " values"
-      else
-        if (size(given%values) > 1) text = text // "[" // integer_text(j - 1) // "]"
-        text = text // " = " // to_text(given%values(j))
+      place = given%place
+      if (.not. allocated(place%name)) then
+        place = step%place
+        place%name = trim(step_table(i)%name)
+        if (j == 0) then
+          place%value = integer_text(size(given%values)) // " values"
+        else
+          if (size(given%values) > 1) place%at = j - 1
+          place%value = to_text(given%values(j))
+        end if
       end if
     end associate
-    call append(message, text // ": expected " // expected)
+    call fail(errors, place, "expected " // expected)
   end subroutine complain
 
   !> Set control, targets, increments and durations of a step whose entries are good.
-  pure subroutine complete_step(step, control, direction, message)
+  pure subroutine complete_step(step, control, direction, errors)
     type(step_type), intent(inout) :: step                    !! with its entries -> complete
     type(control_type), intent(inout) :: control              !! of the step before -> of this one
     real(wp), intent(inout) :: direction                      !! of the slip before -> of this one, degrees
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
     type(control_type) :: last
     type(list_type) :: given(size(step_table))
     real(wp) :: factors(3)
@@ -183,47 +188,47 @@ contains
     end do
     if (given(e_follow)%values(1) > 0.0_wp) then
       step%arc = given(e_arc)%values(1)
-      if (has(e_increments)) call append(message, step%place // "increments with follow = 'branch': expected arc, " // &
+      if (has(e_increments)) call fail(errors, step%place, "increments with follow = 'branch': expected arc, " // &
         "the longest step along the branch")
     else if (has(e_arc)) then
-      call append(message, step%place // "arc without follow = 'branch'")
+      call fail(errors, step%place, "arc without follow = 'branch'")
     end if
     if (has(e_direction)) direction = given(e_direction)%values(1)
-    if (has(e_direction) .and. .not. has(e_slip)) call append(message, step%place // "direction without slip")
+    if (has(e_direction) .and. .not. has(e_slip)) call fail(errors, step%place, "direction without slip")
     step%direction = direction
     ! the entry that gives a component, 0 if there is none
     entries = merge([e_s + 1, e_s + 2, e_s + 3], 0, has(e_s + 1:e_s + 3))
     entries = merge([e_t + 1, e_t + 2, e_t + 3], entries, has(e_t + 1:e_t + 3))
     factors = 1.0_wp
     if (has(e_slip)) then
-      if (any(entries(2:) > 0)) call append(message, step%place // &
+      if (any(entries(2:) > 0)) call fail(errors, step%place, &
         "slip sets s_Tx and s_Ty: expected no other values for Tx and Ty")
       entries(2:) = e_slip
       factors(2:) = direction_vector(direction)
     end if
     do i = 1, 3
       name = trim(component_names(i))
-      if (has(e_s + i) .and. has(e_t + i) .and. entries(i) /= e_slip) call append(message, step%place // &
+      if (has(e_s + i) .and. has(e_t + i) .and. entries(i) /= e_slip) call fail(errors, step%place, &
         "s_" // name // " and t_" // name // ": expected the one or the other")
       if (entries(i) > 0) control%traction(i) = entries(i) == e_t + i
       if (has(e_k + i)) control%spring(i) = given(e_k + i)%values(1)
       if (.not. control%traction(i)) control%spring(i) = 0.0_wp
-      if (has(e_k + i) .and. .not. control%traction(i)) call append(message, step%place // "k_" // name // &
+      if (has(e_k + i) .and. .not. control%traction(i)) call fail(errors, step%place, "k_" // name // &
         " where the separation is given: expected t_" // name)
     end do
     step%control = control
     step%changed = (control%traction .neqv. last%traction) .or. abs(control%spring - last%spring) > 0.0_wp
     step%has_target = entries > 0
-    call set_targets(step, given, entries, factors, message)
+    call set_targets(step, given, entries, factors, errors)
   end subroutine complete_step
 
   !> Set targets, increments and durations of a step from its lists.
-  pure subroutine set_targets(step, given, entries, factors, message)
+  pure subroutine set_targets(step, given, entries, factors, errors)
     type(step_type), intent(inout) :: step                    !! the step
     type(list_type), intent(in) :: given(:)                   !! its entries, with the defaults
     integer, intent(in) :: entries(3)                         !! the one that gives a component, 0: constant
     real(wp), intent(in) :: factors(3)                        !! of their values
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
     integer :: cycles, i, n
 
     n = 1
@@ -233,13 +238,13 @@ contains
     cycles = nint(given(e_cycles)%values(1))
     associate (increments => given(e_increments)%values, times => given(e_time)%values)
       if (size(increments) > n) then
-        call append(message, step%place // integer_text(size(increments)) // " values of increments: expected 1 to " &
+        call fail(errors, step%place, integer_text(size(increments)) // " values of increments: expected 1 to " &
           // integer_text(n) // ", as many as targets")
       else if (size(times) > 1 .and. size(times) /= n) then
-        call append(message, step%place // integer_text(size(times)) // " values of time: expected 1, of the step, " &
+        call fail(errors, step%place, integer_text(size(times)) // " values of time: expected 1, of the step, " &
           // "or " // integer_text(n) // ", as many as targets")
       else if (real(n, wp)*real(cycles, wp) > real(most_targets, wp)) then
-        call append(message, step%place // integer_text(n) // " targets in " // integer_text(cycles) // &
+        call fail(errors, step%place, integer_text(n) // " targets in " // integer_text(cycles) // &
           " cycles: expected at most " // integer_text(most_targets) // " targets")
       else
         allocate (step%targets(3, n*cycles), source=0.0_wp)
@@ -264,17 +269,48 @@ contains
     values = [(list(min(modulo(j - 1, n) + 1, size(list))), j=1, n*cycles)]
   end function run_through
 
+  !> Entries that give the same step whatever its defaults are: lists with all cycles, increments and time of each
+  !> target, and the stiffness of the surroundings wherever the traction is prescribed.
+  pure function explicit_entries(step) result(given)
+    type(step_type), intent(in) :: step              !! complete
+    type(list_type) :: given(size(step_table))
+    integer :: i
+    do i = 1, 3
+      if (step%control%traction(i)) given(e_k + i)%values = step%control%spring(i:i)
+      if (.not. step%has_target(i) .or. (i > 1 .and. allocated(step%slip))) cycle
+      given(merge(e_t, e_s, step%control%traction(i)) + i)%values = step%targets(i, :)
+    end do
+    if (allocated(step%slip)) then
+      given(e_slip)%values = step%slip
+      given(e_direction)%values = [step%direction]
+    end if
+    if (step%arc > 0.0_wp) then
+      given(e_follow)%values = [1.0_wp]
+      given(e_arc)%values = [step%arc]
+    else
+      given(e_increments)%values = real(step%increments, wp)
+    end if
+    given(e_time)%values = step%durations
+  end function explicit_entries
+
   !> Check complete steps against a law: separations that can be resolved, and a branch that can be followed.
-  pure subroutine check_steps(law, steps, place, message)
+  pure subroutine check_steps(law, steps, errors, place)
     class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path
-    character(len=*), intent(in) :: place                     !! of the whole path in messages
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type), intent(in), optional :: place           !! of an error in the whole path
     integer, parameter :: separations(4) = [e_s + 1, e_s + 2, e_s + 3, e_slip]
     type(entry_type) :: limits
+    character(len=:), allocatable :: lines
+    type(error_type) :: whole
     real(wp) :: largest
     integer :: bad, i, n
-    if (any(steps%arc > 0.0_wp)) call law%explain_branch(place // "follow = 'branch' with ", message)
+    if (any(steps%arc > 0.0_wp)) then
+      lines = ""
+      if (present(place)) whole = place
+      call law%explain_branch("follow = 'branch' with ", lines)
+      call fail_lines(errors, whole, lines)
+    end if
     limits%upper = farthest_prescribed*law%reach
     ! beside prescribed tractions rounding errors do not exceed a part of them; a joint without bond has no strength
     largest = -1.0_wp
@@ -291,7 +327,7 @@ contains
         if (.not. allocated(steps(n)%given(separations(i))%values)) cycle
         bad = first_bad(steps(n)%given(separations(i))%values, limits)
         if (bad > 0) call complain(steps(n), separations(i), bad, "a magnitude up to " // to_text(limits%upper) // &
-          ", beyond which rounding errors are too large", message)
+          ", beyond which rounding errors are too large", errors)
       end do
     end do
   end subroutine check_steps

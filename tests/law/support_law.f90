@@ -5,6 +5,7 @@ module support_law
   use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_eta, p_gc, p_m, p_mu, &
     p_sigma0, p_theta, prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
+  use asperity_errors, only: errors_type
   use asperity_kinds, only: wp
   use asperity_law, only: update_point
   use asperity_control_point, only: new_point
@@ -100,9 +101,7 @@ contains
     integer, intent(in) :: preload                            !! increments of sigma_N
     real(wp), intent(in) :: durations(2)                      !! of the preload and of the slip
     type(step_type), intent(out) :: steps(2)                  !! complete
-    character(len=:), allocatable :: message
-    steps(1)%place = ""
-    steps(2)%place = ""
+    type(errors_type) :: errors
     steps(1)%given(entry_of("t_N"))%values = [sigma_n]
     steps(1)%given(entry_of("increments"))%values = [real(preload, wp)]
     steps(1)%given(entry_of("time"))%values = durations(:1)
@@ -110,8 +109,8 @@ contains
     steps(2)%given(entry_of("direction"))%values = [direction]
     steps(2)%given(entry_of("increments"))%values = [1.0_wp]
     steps(2)%given(entry_of("time"))%values = durations(2:)
-    call complete_steps(steps, "", message)
-    if (allocated(message)) error stop "support_law: a test has bad steps"
+    call complete_steps(steps, errors)
+    if (errors%n > 0) error stop "support_law: a test has bad steps"
   end subroutine slip_steps
 
   !> Position of an entry of a step.

@@ -185,13 +185,6 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_driver_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the rows of the README there is no kit."""
-    monkeypatch.setenv(installed.DRIVER_VARIABLE, shutil.which("false") or "")
-    assert main(["export", "abaqus", str(tmp_path / "kit")]) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 # --- the first run ----------------------------------------------------------------------------------------
 
 

@@ -1,10 +1,11 @@
 !> Load path of a case: its groups &step in their order.
-module case_steps
+module asperity_case_steps
+  use asperity_errors, only: errors_type
   use asperity_kinds, only: wp
   use asperity_steps, only: complete_steps, e_follow, step_table, step_type
-  use case_text, only: entry_where, group_where, listed, name_index, text_type, unknown_name
-  use case_values, only: get_reals, get_string
-  use text_file, only: lower
+  use asperity_case_text, only: listed, name_index, of_entry, of_file, of_group, text_type, unknown_name
+  use asperity_case_values, only: get_reals, get_string
+  use asperity_text_file, only: lower
   implicit none
   private
   public :: read_steps
@@ -12,10 +13,10 @@ module case_steps
 contains
 
   !> Read all groups &step.
-  subroutine read_steps(text, steps, message)
+  subroutine read_steps(text, steps, errors)
     type(text_type), intent(in) :: text                       !! the file
     type(step_type), allocatable, intent(out) :: steps(:)     !! the load path
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: followed
     integer :: e, g, i, n
     allocate (steps(count(text%groups(:text%n_groups)%name == "step")))
@@ -23,25 +24,25 @@ contains
     do g = 1, text%n_groups
       if (text%groups(g)%name /= "step") cycle
       n = n + 1
-      steps(n)%place = group_where(text, g)
+      steps(n)%place = of_group(text, g)
       do e = text%groups(g)%first, text%groups(g)%last
         i = name_index(text%entries(e)%name, step_table%name)
         if (i == 0) then
-          call unknown_name(text, e, listed(step_table%name, ""), message)
+          call unknown_name(text, e, listed(step_table%name, ""), errors)
           cycle
         end if
-        steps(n)%given(i)%place = entry_where(text, e)
+        steps(n)%given(i)%place = of_entry(text, e)
         if (i == e_follow) then
           followed = "stable"
-          call get_string(text, e, followed, message)
+          call get_string(text, e, followed, errors)
           ! another text has no number in the range of the table
           steps(n)%given(i)%values = [real(name_index(lower(followed), ["stable", "branch"]) - 1, wp)]
         else
-          call get_reals(text, e, steps(n)%given(i)%values, message)
+          call get_reals(text, e, steps(n)%given(i)%values, errors)
         end if
       end do
     end do
-    call complete_steps(steps, text%path // ": ", message)
+    call complete_steps(steps, errors, of_file(text))
   end subroutine read_steps
 
-end module case_steps
+end module asperity_case_steps

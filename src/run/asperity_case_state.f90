@@ -1,16 +1,16 @@
 !> State at the start of a case: separation, STATEV and the work so far. The case of a failed increment has this group.
-module case_state
+module asperity_case_state
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
+  use asperity_errors, only: error_type, errors_type, fail, fail_lines
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text
-  use case_text, only: group_index, group_where, text_type, unknown_name
-  use case_values, only: get_real, get_reals
-  use asperity_foreign_umat, only: foreign_law, u_time
+  use asperity_text, only: integer_text
+  use asperity_case_text, only: group_index, of_group, text_type, unknown_name
+  use asperity_case_values, only: get_real, get_reals
   implicit none
   private
-  public :: read_state, check_state, check_umat_state
+  public :: read_state, check_state
 
   !> State at the start of a run.
   type, public :: state_type
@@ -19,15 +19,16 @@ module case_state
     real(wp), allocatable :: statev(:)      !! STATEV
     logical :: has_work = .false.           !! false: the work is the sum of stored and dissipated energy
     real(wp) :: work = 0.0_wp               !! work of the traction so far, stress*length
+    type(error_type) :: place               !! of an error in it
   end type state_type
 
 contains
 
   !> Read the group &state, if there is one.
-  subroutine read_state(text, state, message)
+  subroutine read_state(text, state, errors)
     type(text_type), intent(in) :: text                       !! the file
     type(state_type), intent(out) :: state                    !! state at the start
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     real(wp), allocatable :: s(:)
     integer :: e, g
 
@@ -35,62 +36,45 @@ contains
     g = group_index(text, "state")
     if (g == 0) return
     state%given = .true.
+    state%place = of_group(text, g)
     do e = text%groups(g)%first, text%groups(g)%last
       select case (text%entries(e)%name)
       case ("separation")
-        call get_reals(text, e, s, message)
+        call get_reals(text, e, s, errors)
       case ("statev")
-        call get_reals(text, e, state%statev, message)
+        call get_reals(text, e, state%statev, errors)
       case ("work")
         state%has_work = .true.
-        call get_real(text, e, state%work, message)
+        call get_real(text, e, state%work, errors)
       case default
-        call unknown_name(text, e, "separation, statev, work", message)
+        call unknown_name(text, e, "separation, statev, work", errors)
       end select
     end do
     if (size(s) == size(state%s)) then
       state%s = s
     else
-      call append(message, group_where(text, g) // integer_text(size(s)) // &
+      call fail(errors, state%place, integer_text(size(s)) // &
         " values of separation: expected three (N, Tx, Ty)")
     end if
-    if (group_index(text, "replay") > 0) call append(message, group_where(text, g) // &
+    if (group_index(text, "replay") > 0) call fail(errors, state%place, &
       "a replay starts from the virgin state: expected &state with &step only")
   end subroutine read_state
 
   !> Check that the state is admissible for the interface.
-  subroutine check_state(text, joint, state, message)
-    type(text_type), intent(in) :: text                       !! the file
+  subroutine check_state(joint, state, errors)
     type(interface_type), intent(in) :: joint                 !! the interface
     type(state_type), intent(in) :: state                     !! state at the start
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: reasons
     if (.not. state%given) return
     if (size(state%statev) /= joint%n_statev) then
-      call append(message, group_where(text, group_index(text, "state")) // integer_text(size(state%statev)) // &
+      call fail(errors, state%place, integer_text(size(state%statev)) // &
         " values of statev: expected " // integer_text(joint%n_statev))
     else if (point_status(joint, state%s, state%s, state%statev) /= status_ok) then
       allocate (character(len=0) :: reasons)
       call explain_point(joint, state%s, state%s, state%statev, reasons)
-      call append(message, group_where(text, group_index(text, "state")) // reasons)
+      call fail_lines(errors, state%place, reasons)
     end if
   end subroutine check_state
 
-  !> Check the state of a UMAT, or set that of a virgin point.
-  subroutine check_umat_state(text, law, state, message)
-    type(text_type), intent(in) :: text                       !! the file
-    type(foreign_law), intent(inout) :: law                   !! the UMAT, whose time goes on
-    type(state_type), intent(inout) :: state                  !! state at the start
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
-    if (state%given) then
-      if (.not. law%admissible(state%statev)) call append(message, group_where(text, group_index(text, "state")) // &
-        integer_text(size(state%statev)) // " values of statev: expected " // integer_text(law%n_state) // &
-        ", the energies (6), STRESS and STATEV of the UMAT")
-    else
-      state%given = .true.
-      state%statev = law%virgin()
-    end if
-    if (size(state%statev) >= u_time) law%origin = state%statev(u_time)
-  end subroutine check_umat_state
-
-end module case_state
+end module asperity_case_state

@@ -1,10 +1,11 @@
 !> Text files and the words and numbers in them.
-module text_file
+module asperity_text_file
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text
+  use asperity_text, only: integer_text
+  use asperity_errors, only: error_type, errors_type, fail
   implicit none
   private
-  public :: load_file, line_end, lower, printable, to_real
+  public :: check_bytes, load_file, line_end, lower, printable, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -16,22 +17,24 @@ module text_file
 contains
 
   !> Read the bytes of a text file.
-  subroutine load_file(path, source, message)
+  subroutine load_file(path, source, errors)
     character(len=*), intent(in) :: path                      !! file
     character(len=:), allocatable, intent(inout) :: source    !! its bytes
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors                !! errors are added
     character(len=200) :: reason
-    integer :: unit, status, bytes, i, line
+    type(error_type) :: place
+    integer :: unit, status, bytes
 
+    place%file = path
     open (newunit=unit, file=path, access="stream", form="unformatted", action="read", status="old", &
       iostat=status, iomsg=reason)
     if (status /= 0) then
-      call append(message, path // ": cannot be opened: " // trim(reason))
+      call fail(errors, place, "cannot be opened: " // trim(reason))
       return
     end if
     inquire (unit=unit, size=bytes)
     if (bytes < 1 .or. bytes > largest_file) then
-      call append(message, path // ": " // integer_text(bytes) // " bytes: expected a case file of 1 to " // &
+      call fail(errors, place, integer_text(bytes) // " bytes: expected a case file of 1 to " // &
         integer_text(largest_file) // " bytes")
       close (unit)
       return
@@ -41,23 +44,33 @@ contains
     read (unit, iostat=status, iomsg=reason) source
     close (unit)
     if (status /= 0) then
-      call append(message, path // ": cannot be read: " // trim(reason))
+      call fail(errors, place, "cannot be read: " // trim(reason))
       return
     end if
-
-    line = 1
-    do i = 1, bytes
-      if (source(i:i) == newline) line = line + 1
-      if ((iachar(source(i:i)) < 32 .and. scan(source(i:i), blanks) == 0) .or. iachar(source(i:i)) == 127) then
-        call append(message, path // ":" // integer_text(line) // ": byte " // integer_text(iachar(source(i:i))) // &
-          ": expected a text file")
-        return
-      end if
-    end do
+    call check_bytes(path, source, errors)
     if (bytes >= 3) then
       if (source(1:3) == char(239) // char(187) // char(191)) source(1:3) = ""   ! byte-order mark of an editor
     end if
   end subroutine load_file
+
+  !> Add an error for the first byte that a text file does not have.
+  pure subroutine check_bytes(path, source, errors)
+    character(len=*), intent(in) :: path                      !! file
+    character(len=*), intent(in) :: source                    !! its bytes
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type) :: place
+    integer :: i, line
+    place%file = path
+    line = 1
+    do i = 1, len(source)
+      if (source(i:i) == newline) line = line + 1
+      if ((iachar(source(i:i)) < 32 .and. scan(source(i:i), blanks) == 0) .or. iachar(source(i:i)) == 127) then
+        place%line = line
+        call fail(errors, place, "byte " // integer_text(iachar(source(i:i))) // ": expected a text file")
+        return
+      end if
+    end do
+  end subroutine check_bytes
 
   !> Last position of the line that contains position i.
   pure function line_end(source, i) result(last)
@@ -146,4 +159,4 @@ contains
     end if
   end function is_digits
 
-end module text_file
+end module asperity_text_file

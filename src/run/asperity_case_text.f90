@@ -4,13 +4,14 @@
 !> group, name and value of an error, and are the same with every compiler. Admissible syntax: `&group name = value,
 !> value, ... /`, `!` comments, quoted strings, repeat counts `3*0.0`, names in any case. Subscripts, empty values and
 !> text between groups are errors.
-module case_text
+module asperity_case_text
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text
-  use text_file, only: blanks, line_end, load_file, lower, newline, printable
+  use asperity_text, only: integer_text
+  use asperity_text_file, only: blanks, check_bytes, line_end, load_file, lower, newline, printable
   implicit none
   private
-  public :: read_text, group_index, name_index, group_name, group_where, entry_where, where_is, unknown_name, listed
+  public :: read_text, group_index, name_index, of_file, of_group, of_entry, of_line, unknown_name, listed
   public :: token_text, value_text
 
   integer, parameter, public :: name_length = 32
@@ -53,23 +54,29 @@ module case_text
 
 contains
 
-  !> Read a file and split it into groups, entries and values.
-  subroutine read_text(path, text, message)
-    character(len=*), intent(in) :: path                      !! file
+  !> Split a file, or a text, into groups, entries and values.
+  subroutine read_text(path, text, errors, source)
+    character(len=*), intent(in) :: path                      !! file, or the name of the text in messages; may be empty
     type(text_type), intent(out) :: text                      !! its contents
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=*), intent(in), optional :: source          !! the text, instead of the file
 
     text%path = path
     text%source = ""
     allocate (text%tokens(64), text%entries(32), text%groups(8))
-    call load_file(path, text%source, message)
-    if (len(message) == 0) call split(text, message)
+    if (present(source)) then
+      text%source = source
+      call check_bytes(path, source, errors)
+    else
+      call load_file(path, text%source, errors)
+    end if
+    if (errors%n == 0) call split(text, errors)
   end subroutine read_text
 
   !> Find groups, entries and values.
-  pure subroutine split(text, message)
+  pure subroutine split(text, errors)
     type(text_type), intent(inout) :: text                    !! source -> tokens, entries, groups
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     integer :: i, last, line, n
     logical :: inside, comma
 
@@ -88,34 +95,34 @@ contains
         last = line_end(text%source, i)
       case ("&")
         last = end_of_word(text%source, i + 1)
-        if (inside) call append(message, not_closed(text) // " before &" // text%source(i + 1:last) // " in line " // &
-          integer_text(line))
+        if (inside) call fail(errors, of_group(text, text%n_groups), "no closing / before &" // &
+          text%source(i + 1:last) // " in line " // integer_text(line))
         call add_group(text, text%source(i + 1:last), line, i)
         inside = .true.
         comma = .true.
       case default
         if (.not. inside) then
           last = line_end(text%source, i)
-          call append(message, where_is(text, line) // """" // printable(text%source(i:last)) // &
+          call fail(errors, of_line(text, line), """" // printable(text%source(i:last)) // &
             """ outside a group: expected &name, or ! before a comment")
         else
-          call split_inside(text, i, last, line, inside, comma, message)
+          call split_inside(text, i, last, line, inside, comma, errors)
         end if
       end select
       i = last + 1
     end do
-    if (inside) call append(message, not_closed(text) // " before the end of the file")
+    if (inside) call fail(errors, of_group(text, text%n_groups), "no closing / before the end of the file")
   end subroutine split
 
   !> Read one item of a group from position i: a value, a name with `=`, a comma or the closing `/`.
-  pure subroutine split_inside(text, i, last, line, inside, comma, message)
+  pure subroutine split_inside(text, i, last, line, inside, comma, errors)
     type(text_type), intent(inout) :: text                    !! tokens, entries, groups so far
     integer, intent(in) :: i                                  !! position in the source
     integer, intent(out) :: last                              !! last position used
     integer, intent(inout) :: line                            !! line number
     logical, intent(inout) :: inside                          !! whether a group is open
     logical, intent(inout) :: comma                           !! whether a comma here would mean an empty value
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=1) :: c
     integer :: next
 
@@ -126,15 +133,15 @@ contains
       inside = .false.
       text%groups(text%n_groups)%to = i
     case (",")
-      if (comma) call append(message, where_is(text, line) // in_entry(text) // "empty value before a comma")
+      if (comma) call fail(errors, in_entry(text, line), "empty value before a comma")
       comma = .true.
     case ("=")
-      call append(message, where_is(text, line) // in_group(text) // "= without a name before it")
+      call fail(errors, in_group(text, line), "= without a name before it")
     case ("'", """")
       do
         next = index(text%source(last + 1:), c)
         if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
-          call append(message, where_is(text, line) // in_group(text) // "string without its closing " // c)
+          call fail(errors, in_group(text, line), "string without its closing " // c)
           last = line_end(text%source, i)
           exit
         end if
@@ -143,7 +150,7 @@ contains
         if (text%source(last + 1:last + 1) /= c) exit
         last = last + 1
       end do
-      call add_token(text, i + 1, last - 1, line, .true., message)
+      call add_token(text, i + 1, last - 1, line, .true., errors)
       comma = .false.
     case default
       last = end_of_word(text%source, i)
@@ -152,12 +159,12 @@ contains
         if (text%source(last + next:last + next) /= "=") next = 0
       end if
       if (next > 0) then
-        call add_entry(text, text%source(i:last), line, message)
+        call add_entry(text, text%source(i:last), line, errors)
         line = line + count_lines(text%source(last + 1:last + next))
         last = last + next
         comma = .true.
       else
-        call add_token(text, i, last, line, .false., message)
+        call add_token(text, i, last, line, .false., errors)
         comma = .false.
       end if
     end select
@@ -199,11 +206,11 @@ contains
   end subroutine add_group
 
   !> Start an entry of the open group.
-  pure subroutine add_entry(text, name, line, message)
+  pure subroutine add_entry(text, name, line, errors)
     type(text_type), intent(inout) :: text                    !! entries so far
     character(len=*), intent(in) :: name                      !! of the entry
     integer, intent(in) :: line                               !! where it is
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     type(entry_type), allocatable :: longer(:)
     integer :: i
     if (text%n_entries == size(text%entries)) then
@@ -211,10 +218,10 @@ contains
       longer(:text%n_entries) = text%entries
       call move_alloc(longer, text%entries)
     end if
-    if (index(name, "(") > 0) call append(message, where_is(text, line) // in_group(text) // name // &
+    if (index(name, "(") > 0) call fail(errors, in_group(text, line), name // &
       ": subscripts are not read, expected a name and its whole list")
     do i = text%groups(text%n_groups)%first, text%n_entries
-      if (text%entries(i)%name == lower(name)) call append(message, where_is(text, line) // in_group(text) // name // &
+      if (text%entries(i)%name == lower(name)) call fail(errors, in_group(text, line), name // &
         " is given twice, first in line " // integer_text(text%entries(i)%line))
     end do
     text%n_entries = text%n_entries + 1
@@ -223,15 +230,15 @@ contains
   end subroutine add_entry
 
   !> Add a value to the open entry.
-  pure subroutine add_token(text, first, last, line, is_string, message)
+  pure subroutine add_token(text, first, last, line, is_string, errors)
     type(text_type), intent(inout) :: text                    !! tokens so far
     integer, intent(in) :: first, last                        !! in the source, without quotes
     integer, intent(in) :: line                               !! where it is
     logical, intent(in) :: is_string                          !! in quotes
-    character(len=:), allocatable, intent(inout) :: message   !! one line per error is appended
+    type(errors_type), intent(inout) :: errors   !! errors are added
     type(token_type), allocatable :: longer(:)
     if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) then
-      call append(message, where_is(text, line) // in_group(text) // """" // printable(text%source(first:last)) // &
+      call fail(errors, in_group(text, line), """" // printable(text%source(first:last)) // &
         """ without a name: expected name = value")
       return
     end if
@@ -245,22 +252,42 @@ contains
     text%entries(text%n_entries)%last = text%n_tokens
   end subroutine add_token
 
-  !> "file:line: " for a message.
-  pure function where_is(text, line) result(place)
+  !> Place of an error in the whole file; a text that is not in a file has no place.
+  pure function of_file(text) result(place)
+    type(text_type), intent(in) :: text   !! the file
+    type(error_type) :: place
+    if (len(text%path) > 0) place%file = text%path
+  end function of_file
+
+  !> Place of an error in a line.
+  pure function of_line(text, line) result(place)
     type(text_type), intent(in) :: text   !! the file
     integer, intent(in) :: line           !! in it
-    character(len=:), allocatable :: place
-    place = text%path // ":" // integer_text(line) // ": "
-  end function where_is
+    type(error_type) :: place
+    place = of_file(text)
+    if (allocated(place%file)) place%line = line
+  end function of_line
 
-  !> "file:line: name = value" for a message about an entry.
-  pure function entry_where(text, entry) result(place)
+  !> Place of an error in a group.
+  pure function of_group(text, g) result(place)
+    type(text_type), intent(in) :: text   !! the file
+    integer, intent(in) :: g              !! group
+    type(error_type) :: place
+    place = of_line(text, text%groups(g)%line)
+    place%group = "&" // trim(text%groups(g)%name)
+    if (text%groups(g)%name == "step") place%step = count(text%groups(:g - 1)%name == "step")
+  end function of_group
+
+  !> Place of an error in an entry, with its values.
+  pure function of_entry(text, entry) result(place)
     type(text_type), intent(in) :: text   !! the file
     integer, intent(in) :: entry          !! which
-    character(len=:), allocatable :: place
-    place = where_is(text, text%entries(entry)%line) // "&" // trim(group_name(text, entry)) // ": " // &
-      trim(text%entries(entry)%shown) // " = " // value_text(text, entry)
-  end function entry_where
+    type(error_type) :: place
+    place = of_group(text, group_of(text, entry))
+    if (place%line > 0) place%line = text%entries(entry)%line
+    place%name = trim(text%entries(entry)%shown)
+    place%value = value_text(text, entry)
+  end function of_entry
 
   !> Values of an entry as they were written (the first few of a long list).
   pure function value_text(text, entry) result(values)
@@ -283,29 +310,24 @@ contains
     end associate
   end function value_text
 
-  !> "&group: " of the group that was opened last.
-  pure function in_group(text) result(name)
+  !> Place of an error in a line of the group that was opened last.
+  pure function in_group(text, line) result(place)
     type(text_type), intent(in) :: text   !! the file
-    character(len=:), allocatable :: name
-    name = "&" // trim(text%groups(text%n_groups)%name) // ": "
+    integer, intent(in) :: line           !! in it
+    type(error_type) :: place
+    place = of_group(text, text%n_groups)
+    if (place%line > 0) place%line = line
   end function in_group
 
-  !> "&group: name: " of the entry that was opened last.
-  pure function in_entry(text) result(name)
+  !> Place of an error in a line of the entry that was opened last.
+  pure function in_entry(text, line) result(place)
     type(text_type), intent(in) :: text   !! the file
-    character(len=:), allocatable :: name
-    name = in_group(text)
+    integer, intent(in) :: line           !! in it
+    type(error_type) :: place
+    place = in_group(text, line)
     if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) return
-    name = name // trim(text%entries(text%n_entries)%shown) // ": "
+    place%name = trim(text%entries(text%n_entries)%shown)
   end function in_entry
-
-  !> Message that the group that was opened last is not closed.
-  pure function not_closed(text) result(complaint)
-    type(text_type), intent(in) :: text   !! the file
-    character(len=:), allocatable :: complaint
-    complaint = where_is(text, text%groups(text%n_groups)%line) // "&" // trim(text%groups(text%n_groups)%name) // &
-      ": no closing /"
-  end function not_closed
 
   !> Source of a value.
   pure function token_text(text, token) result(source)
@@ -315,17 +337,15 @@ contains
     source = text%source(text%tokens(token)%first:text%tokens(token)%last)
   end function token_text
 
-  !> Name of the group of an entry.
-  pure function group_name(text, entry) result(name)
+  !> Group of an entry.
+  pure function group_of(text, entry) result(g)
     type(text_type), intent(in) :: text   !! the file
     integer, intent(in) :: entry          !! which
-    character(len=name_length) :: name
-    integer :: group
-    name = ""
-    do group = 1, text%n_groups
-      if (text%groups(group)%first <= entry .and. entry <= text%groups(group)%last) name = text%groups(group)%name
+    integer :: g
+    do g = text%n_groups, 1, -1
+      if (text%groups(g)%first <= entry .and. entry <= text%groups(g)%last) return
     end do
-  end function group_name
+  end function group_of
 
   !> First group of a name; 0: none.
   pure function group_index(text, name) result(g)
@@ -348,21 +368,13 @@ contains
     end do
   end function name_index
 
-  !> "file:line: &group: " for a message.
-  pure function group_where(text, g) result(place)
-    type(text_type), intent(in) :: text   !! the file
-    integer, intent(in) :: g              !! group
-    character(len=:), allocatable :: place
-    place = where_is(text, text%groups(g)%line) // "&" // trim(text%groups(g)%name) // ": "
-  end function group_where
-
-  !> Append a message about a name that the group does not have.
-  subroutine unknown_name(text, e, known, message)
+  !> Add an error about a name that the group does not have.
+  subroutine unknown_name(text, e, known, errors)
     type(text_type), intent(in) :: text                       !! the file
     integer, intent(in) :: e                                  !! entry
     character(len=*), intent(in) :: known                     !! names
-    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
-    call append(message, entry_where(text, e) // ": unknown name, expected one of " // known)
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    call fail(errors, of_entry(text, e), "unknown name, expected one of " // known)
   end subroutine unknown_name
 
   !> Names separated by commas.
@@ -377,4 +389,4 @@ contains
     end do
   end function listed
 
-end module case_text
+end module asperity_case_text

@@ -1,0 +1,133 @@
+!> Errors of input as records: where they are, the value, and what was expected. One procedure words them.
+module asperity_errors
+  use asperity_text, only: append, integer_text, set_text
+  implicit none
+  private
+  public :: place_of, fail, fail_lines, word, put_words, put_records
+
+  !> An error, or the place of one. What is not allocated, or is negative, is not known.
+  type, public :: error_type
+    character(len=:), allocatable :: file     !! in which it is
+    integer :: line = -1                      !! of the file, from 1
+    character(len=:), allocatable :: group    !! of a case file, or the argument that stands for it
+    integer :: step = -1                      !! of the load path, from 0
+    character(len=:), allocatable :: name     !! of the value
+    integer :: at = -1                        !! position of the bad value in a list, from 0
+    character(len=:), allocatable :: value    !! the value, or the values, as given
+    character(len=:), allocatable :: text     !! what is wrong or what was expected
+  end type error_type
+
+  !> Errors in the order in which they were found.
+  type, public :: errors_type
+    integer :: n = 0                              !! their number
+    type(error_type), allocatable :: list(:)      !! at least n
+  end type errors_type
+
+contains
+
+  !> Place of an error in a whole file.
+  pure function place_of(file) result(place)
+    character(len=*), intent(in) :: file   !! its name
+    type(error_type) :: place
+    place%file = file
+  end function place_of
+
+  !> Add an error.
+  pure subroutine fail(errors, place, text)
+    type(errors_type), intent(inout) :: errors   !! the errors so far
+    type(error_type), intent(in) :: place        !! where it is
+    character(len=*), intent(in) :: text         !! what is wrong or what was expected
+    type(error_type), allocatable :: longer(:)
+    integer :: i
+    if (.not. allocated(errors%list)) allocate (errors%list(8))
+    if (errors%n == size(errors%list)) then
+      allocate (longer(2*errors%n))
+      do i = 1, errors%n
+        longer(i) = errors%list(i)
+      end do
+      call move_alloc(longer, errors%list)
+    end if
+    errors%n = errors%n + 1
+    errors%list(errors%n) = place
+    call set_text(errors%list(errors%n)%text, text)
+  end subroutine fail
+
+  !> Add an error for each line of a text.
+  pure subroutine fail_lines(errors, place, lines)
+    type(errors_type), intent(inout) :: errors   !! the errors so far
+    type(error_type), intent(in) :: place        !! where they are
+    character(len=*), intent(in) :: lines        !! what is wrong, separated by line ends
+    integer :: first, length
+    first = 1
+    do while (first <= len(lines))
+      length = index(lines(first:) // new_line("a"), new_line("a")) - 1
+      call fail(errors, place, lines(first:first + length - 1))
+      first = first + length + 1
+    end do
+  end subroutine fail_lines
+
+  !> Words of an error: file:line: group: name = value: text.
+  pure subroutine word(error, text)
+    type(error_type), intent(in) :: error                  !! the error
+    character(len=:), allocatable, intent(inout) :: text   !! its words
+    call set_text(text, "")
+    if (allocated(error%file)) call set_text(text, error%file)
+    if (error%line >= 0) call set_text(text, text // ":" // integer_text(error%line))
+    if (len(text) > 0) call set_text(text, text // ": ")
+    if (allocated(error%group)) call set_text(text, text // error%group // ": ")
+    if (allocated(error%name)) then
+      call set_text(text, text // error%name)
+      if (error%at >= 0) call set_text(text, text // "[" // integer_text(error%at) // "]")
+      if (allocated(error%value)) call set_text(text, text // " = " // error%value)
+      call set_text(text, text // ": ")
+    end if
+    if (allocated(error%text)) call set_text(text, text // error%text)
+  end subroutine word
+
+  !> Append the words of all errors, a line for each.
+  pure subroutine put_words(errors, text)
+    type(errors_type), intent(in) :: errors                !! the errors
+    character(len=:), allocatable, intent(inout) :: text   !! lines are appended
+    character(len=:), allocatable :: line
+    integer :: i
+    do i = 1, errors%n
+      call word(errors%list(i), line)
+      call append(text, line)
+    end do
+  end subroutine put_words
+
+  !> Append all errors as lines of fields for a program: words, file, line, group, step, name, at, value, text.
+  pure subroutine put_records(errors, text)
+    type(errors_type), intent(in) :: errors                !! the errors
+    character(len=:), allocatable, intent(inout) :: text   !! lines are appended
+    !> Unit separator of ASCII, which no text file has.
+    character(len=1), parameter :: between = achar(31)
+    character(len=:), allocatable :: line
+    integer :: i
+    do i = 1, errors%n
+      call word(errors%list(i), line)
+      associate (e => errors%list(i))
+        call add_field(line, between, e%file)
+        call set_text(line, line // between // integer_text(e%line))
+        call add_field(line, between, e%group)
+        call set_text(line, line // between // integer_text(e%step))
+        call add_field(line, between, e%name)
+        call set_text(line, line // between // integer_text(e%at))
+        call add_field(line, between, e%value)
+        call add_field(line, between, e%text)
+      end associate
+      call append(text, line)
+    end do
+
+  end subroutine put_records
+
+  !> Add a field to a line.
+  pure subroutine add_field(line, between, field)
+    character(len=:), allocatable, intent(inout) :: line   !! fields so far
+    character(len=*), intent(in) :: between                !! separator
+    character(len=:), allocatable, intent(in) :: field     !! not allocated: it is empty
+    call set_text(line, line // between)
+    if (allocated(field)) call set_text(line, line // field)
+  end subroutine add_field
+
+end module asperity_errors
