@@ -69,20 +69,8 @@ def _new(options: argparse.Namespace) -> int:
     material = ({"mu": MATERIAL["mu"]} if {"kn", "ks"} & set(values) else MATERIAL) | values
     groups = [_entries(material), _entries({name: text for name, text in pattern.items() if text})]
     text = TEXT.format(name=options.output, material=groups[0], pattern=groups[1], **taken)
-<<<<<<< HEAD
-    with TemporaryDirectory() as folder:
-        trial = Path(folder, "case.nml")
-        trial.write_text(text, encoding="utf-8")
-        checked = subprocess.run([driver(), trial, "--echo"], capture_output=True, text=True, check=False)
-    if checked.returncode != 0:
-        # the values are those of the command: there is no file and no line to look at
-        place = rf"(?m)^.*{re.escape(str(trial))}(:\d+)?: "
-        raise ValueError(re.sub(place, "", checked.stderr.strip()))
-    replace_file(options.output, text)
-=======
     check_text(text)
-    options.output.write_text(text, encoding="utf-8")
->>>>>>> 6ef0ccee (Cases are objects of the library: one reader in src/run, whose errors are records; Python reads cases from it, and the JSON echo of the driver is gone)
+    replace_file(options.output, text)
     print(options.output)
     return 0
 
