@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,6 +15,7 @@ from typing import NamedTuple
 
 import asperity
 import pytest
+from asperity import cli
 from asperity.installed import driver
 
 ROOT = Path(__file__).parents[2]
@@ -348,3 +351,31 @@ def test_maths(page: Path) -> None:
         assert re.fullmatch(r"[\s(|]?", before), f"{before}${tex}$"
         assert re.fullmatch(r"[\s.,;:)|]?", after), f"${tex}${after}"
         assert not (line.startswith("|") and "|" in tex), line
+
+
+def commands() -> list[tuple[str, list[str]]]:
+    """Page and words of every command asperity of the pages, without their shell."""
+    found = []
+    for page in PAGES:
+        blocks = re.findall(r"^```(?:console|sh)\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
+        for line in "\n".join(blocks).replace("\\\n", " ").splitlines():
+            words = shlex.split(re.sub(r"\[[^][]*(\[[^][]*\])?[^][]*\]", "", line), comments=True)
+            words = list(itertools.takewhile(lambda word: word not in ("|", ">", "&&", "2>"), words))
+            if words[:1] == ["asperity"]:
+                found.append((page.name, words[1:]))
+    return found
+
+
+@pytest.mark.parametrize(("page", "words"), commands())
+def test_commands_of_the_pages_have_the_options(
+    page: str, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every command of a page is one of the parser, with options that are there."""
+    parser = cli._parser(words[0])
+    try:
+        parser.parse_args(words)
+    except SystemExit as end:
+        # HOST and RHO stand for values
+        assert end.code == 0 or re.search(
+            r"invalid (choice|float value): '[A-Za-z|]+'", capsys.readouterr().err
+        )

@@ -250,6 +250,7 @@ def test_model_that_does_not_fit_is_reported() -> None:
         ("slip,slip,tau,sigma_N\n", "line 1: column slip is there twice"),
         ("", "no rows: expected a header"),
         (HEADER, "no rows: expected a header"),
+        (HEADER + "0.1,1,0.1,-1\n", "record.csv: 1 rows: expected at least 5"),
         (HEADER + "".join(ROWS.splitlines(True)[:4]), "record.csv: 4 rows: expected at least 5"),
         (HEADER + ROWS + "0.9,1,0.1,inf\n", "line 9, column sigma_N: inf: expected a finite number"),
         (HEADER + ROWS + "0.9,high,0.1,-1\n", "line 9, column tau: high: expected a finite number"),

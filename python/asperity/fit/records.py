@@ -152,7 +152,7 @@ def _read(
     of_test = table.cells[names.index("test")].tolist() if "test" in names else [""] * len(rows)
     labels = target or (units.DEFAULT if factors else ())
     found, left_out = {}, []
-    for test, group in rows.groupby(of_test, sort=False):
+    for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
         group = group.drop(
             columns=[name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
