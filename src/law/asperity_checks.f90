@@ -148,8 +148,8 @@ contains
     yes = beyond >= 0_int64
   end function state_bounded
 
-  !> Whether every state variable of some points is in its range. The loops over the points have no branches, so that
-  !> the compiler vectorises them.
+  !> Whether every state variable of some points is in its range. The loop over the variables of a point has no branches
+  !> and takes them in their order, so that the compiler vectorises it.
   pure function states_bounded(n_planes, n_statev, states, energy, slip) result(yes)
     integer, intent(in) :: n_planes                        !! planes
     integer, intent(in) :: n_statev                        !! state variables the law needs
@@ -157,20 +157,21 @@ contains
     real(wp), intent(in) :: energy                         !! largest energy, stress*length
     real(wp), intent(in) :: slip                           !! largest slip and offset, length
     logical :: yes
-    integer(int64) :: beyond
+    real(wp) :: bound(n_statev)
+    integer(int64) :: beyond, unsigned(n_statev)
     integer :: i, j, row
-    beyond = 0_int64
     do j = 1, n_statev
       row = statev_row(j, n_planes)
-      if (row_signed(row)) then
-        do i = 1, size(states, 2)
-          beyond = ior(beyond, outside(states(j, i), row_bound(row, energy, slip), .true.))
-        end do
-      else
-        do i = 1, size(states, 2)
-          beyond = ior(beyond, outside(states(j, i), row_bound(row, energy, slip), .false.))
-        end do
-      end if
+      bound(j) = row_bound(row, energy, slip)
+      unsigned(j) = merge(0_int64, -1_int64, row_signed(row))
+    end do
+    beyond = 0_int64
+    do i = 1, size(states, 2)
+      !$omp simd reduction(ior:beyond)
+      do j = 1, n_statev
+        beyond = ior(beyond, ior(outside(states(j, i), bound(j), .true.), iand(unsigned(j), outside(states(j, i), &
+          bound(j), .false.))))
+      end do
     end do
     yes = beyond >= 0_int64
   end function states_bounded
@@ -211,6 +212,7 @@ contains
     character(len=:), allocatable :: message
     integer(int64) :: beyond
     integer :: given, i
+    integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
     call fill_props(props, given, fixed)
     beyond = 0_int64
     do i = 1, given
@@ -219,12 +221,8 @@ contains
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
       if (within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
-      do i = 1, n_fixed_props
-        if (.not. measured(i)) cycle
-        if (.not. within(length_ratio(i, fixed(i), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit)) then
-          status = status_props
-        end if
-      end do
+      if (.not. all(within(length_ratio(lengths, fixed(lengths), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit))) &
+        status = status_props
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
