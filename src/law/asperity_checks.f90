@@ -221,8 +221,10 @@ contains
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
       if (within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
-      if (.not. all(within(length_ratio(lengths, fixed(lengths), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit))) &
+      if (.not. all(within(length_ratio(lengths, fixed(lengths), fixed(p_sigma0), fixed(p_gc)), &
+        length_ratio_limit))) then
         status = status_props
+      end if
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
