@@ -1,7 +1,7 @@
 !> Law of a case: that of its interface, or a UMAT of others.
 module case_law
   use asperity_case, only: case_type
-  use asperity_foreign_umat, only: complete_umat, foreign_law, u_time
+  use asperity_foreign_umat, only: complete_umat, foreign_law, try_umat, u_time
   use asperity_errors, only: error_type, errors_type, fail, place_of
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
@@ -38,6 +38,7 @@ contains
     !> That of the direction of a slip.
     real(wp), parameter :: rounding = 1.0e-12_wp
     type(error_type) :: place
+    character(len=:), allocatable :: reason
     integer :: i
     place = place_of(path)
     associate (umat => case%umat)
@@ -56,6 +57,9 @@ contains
       law%has_energies = umat%has_energies
       call complete_umat(law, umat%length, umat%stiffness)
       umat%library = law%library
+      ! before a file of results is replaced
+      call try_umat(law, reason)
+      if (len(reason) > 0) call fail(errors, umat%place, reason)
     end associate
     if (.not. case%state%given) then
       case%state%given = .true.

@@ -18,7 +18,7 @@ program rie_driver
   use history, only: point_columns
   use recorded_strains, only: read_replayed, strains_type
   use row_file, only: may_replace, same_file
-  use run_report, only: write_report
+  use run_report, only: report_start, write_report
   implicit none
 
   character(len=*), parameter :: usage(12) = [character(len=96) :: &
@@ -47,6 +47,7 @@ contains
   subroutine read_command_line()
     character(len=:), allocatable :: argument
     integer :: i
+    logical :: good
     path = ""
     output = ""
     report = ""
@@ -99,6 +100,12 @@ contains
       i = i + 1
     end do
     if (len(path) == 0) call reject("no case file")
+    if (len(report) > 0) then
+      good = may_replace(report, report_start)
+      if (same_file(report, path) .or. report == output .or. .not. (force .or. good)) then
+        call reject("--report " // report // " would replace a file that is no report: expected another name")
+      end if
+    end if
   end subroutine read_command_line
 
   !> Argument i; empty beyond the last one.
@@ -150,6 +157,8 @@ contains
       do i = 1, merge(0, size(cases), check)
         call check_replaced(result_file(stem, values, i), path, "the case file", point_columns, errors)
         call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title, errors)
+        if (cases(i)%umat%given) call check_replaced(result_file(stem, values, i), cases(i)%umat%library, &
+          "the library of the UMAT", "", errors)
         if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
           "the recorded strains", "", errors)
       end do
@@ -175,8 +184,8 @@ contains
         if (check) then
           call check_case(cases(i), law, label, code)
         else
-          call run_case(cases(i), law, strains(i), label, result_file(stem, values, i), report, planes, quiet, measures, &
-            code)
+          call run_case(cases(i), law, strains(i), label, result_file(stem, values, i), report, planes, quiet, &
+            measures, code)
         end if
         worst = max(worst, code)
         largest = max(largest, measures)

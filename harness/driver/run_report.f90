@@ -8,6 +8,9 @@ module run_report
   private
   public :: add_snap, write_report
 
+  !> Start of every report.
+  character(len=*), parameter, public :: report_start = "{""code"": "
+
 contains
 
   !> Append the snap of a row to a list.
@@ -32,7 +35,7 @@ contains
     if (len(path) == 0) return
     call create_file(path, file, good)
     if (.not. good) return
-    call write_line(file, path, "{""code"": " // integer_text(code) // ", ""message"": """ // escaped(message) // &
+    call write_line(file, path, report_start // integer_text(code) // ", ""message"": """ // escaped(message) // &
       """, ""lost"": " // trim(merge("true ", "false", lost)) // ", ""snaps"": [" // snaps // "]}", good)
     call close_file(file, path, good)
   end subroutine write_report

@@ -2,7 +2,7 @@
 module asperity_case_umat
   use asperity_case_text, only: group_index, of_entry, of_group, text_type, unknown_name
   use asperity_case_values, only: get_integer, get_logical, get_real, get_reals, get_string
-  use asperity_errors, only: errors_type, fail
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
   use asperity_text_file, only: lower
@@ -15,6 +15,7 @@ module asperity_case_umat
   !> What a case says of its UMAT; nothing of it has been opened.
   type, public :: umat_type
     logical :: given = .false.                       !! false: the law is that of this project
+    type(error_type) :: place                        !! of the group
     character(len=:), allocatable :: library         !! file, with a folder
     character(len=:), allocatable :: symbol, order   !! as given
     real(wp), allocatable :: props(:)                !! PROPS
@@ -49,6 +50,7 @@ contains
     g = group_index(text, "umat")
     if (g == 0) return
     umat%given = .true.
+    umat%place = of_group(text, g)
     umat%library = ""
     umat%symbol = "umat_"
     umat%order = "N,Tx,Ty"

@@ -275,6 +275,16 @@ def test_no_process_is_left(run, attacker) -> None:
     assert "98765" not in listed.stdout
 
 
+def test_inputs_are_not_replaced(run, attacker, tmp_path: Path) -> None:
+    """The library of a UMAT and the case file are neither results nor reports, even with --force."""
+    case = attacker("")
+    library = (tmp_path / "attacker.so").read_bytes()
+    for option, name in (("-o", "attacker.so"), ("--report", "case.nml")):
+        assert "would replace" in run(case, option, name, "--force", code=1).messages
+    assert (tmp_path / "attacker.so").read_bytes() == library
+    assert (tmp_path / "case.nml").read_text(encoding="utf-8") == case
+
+
 def test_two_runs_do_not_share_a_file(driver: Path, attacker, tmp_path: Path) -> None:
     """A second run into a file to which one writes is refused, and changes none of its rows."""
     (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
